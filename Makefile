@@ -1,0 +1,67 @@
+# Every goal makes what it needs: `make run` and `make test` work on a bare clone. Everything installed lies in .venv.
+
+PYTHON ?= python3
+VENV   := .venv
+# Tools are run as modules: the scripts in bin/ name a folder that may have moved.
+PY     := $(VENV)/bin/python
+PIP    := $(PY) -m pip --disable-pip-version-check --no-input
+TEST   := $(VENV)/.installed-test
+DEV    := $(VENV)/.installed-dev
+RECENT  = { $(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
+    { echo 'phongbench needs Python 3.11 or newer; name one: make GOAL PYTHON=python3.12' >&2; exit 2; }; }
+
+.DEFAULT_GOAL := help
+.DELETE_ON_ERROR:
+.PHONY: help run test check bench docs lock clean
+
+# An editable install points at the folder it was made in: in a moved or copied checkout the stamps do not count.
+$(shell test "$$(cat $(VENV)/.checkout 2>/dev/null)" = "$$(pwd -P)" || rm -f $(TEST) $(DEV))
+
+help: ## show this list
+	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-7s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
+
+run: $(TEST) ## a quick study on this machine; prints where its report is
+	$(PY) -m phongbench run
+
+test: $(TEST) ## the tests
+	$(PY) -m pytest
+
+check: $(DEV) ## lint, format, types, layers
+	$(PY) -m ruff check .
+	$(PY) -m ruff format --check .
+	$(PY) -m mypy
+	$(PY) -c 'from importlinter.cli import lint_imports_command; lint_imports_command()' --no-logo --no-cache
+
+bench: $(TEST) ## sweep throughput against a plain NumPy sweep of the same cells
+	$(PY) -m phongbench.yardstick
+
+docs: $(TEST) ## fill the generated parts of README.md; the only way a number gets in there
+	$(PY) -m phongbench_reports.docs
+
+# `pip list` and not `pip freeze`: freeze writes the address of anything that came from a file.
+lock: ## rewrite constraints.txt from a fresh resolution of runtime, test and dev
+	@$(RECENT)
+	@box=$$(mktemp -d) && trap 'rm -rf "$$box"' EXIT && set -e && \
+	$(PYTHON) -m venv "$$box" && \
+	"$$box/bin/python" -m pip --disable-pip-version-check --no-input install --quiet -e ".[test,dev]" && \
+	"$$box/bin/python" -m pip --disable-pip-version-check list --format=freeze \
+	    --exclude phongbench --exclude pip --exclude setuptools >"$$box/pins" && \
+	{ echo '# The exact releases the tests run with. Written by `make lock`; the ranges are in pyproject.toml.'; \
+	  LC_ALL=C sort -f "$$box/pins"; } >constraints.txt
+	@echo "constraints.txt: $$(grep -c == constraints.txt) pins"
+
+clean: ## remove the environment, caches and build output (runs are kept)
+	rm -rf $(VENV) dist .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache
+	find phongbench api reports tests -name __pycache__ -type d -prune -exec rm -rf {} +
+
+# A usable .venv of any origin is kept; one that is broken, without pip or too old is made anew.
+$(TEST): pyproject.toml constraints.txt
+	@$(PY) -c 'import sys, pip; sys.exit(sys.version_info < (3, 11))' 2>/dev/null || \
+	    { $(RECENT) && $(PYTHON) -m venv --clear $(VENV); }
+	$(PIP) install --quiet -c constraints.txt -e ".[test]"
+	@pwd -P >$(VENV)/.checkout
+	@touch $@
+
+$(DEV): $(TEST)
+	$(PIP) install --quiet -c constraints.txt -e ".[test,dev]"
+	@touch $@

@@ -1,0 +1,335 @@
+"""The sweep: every cell of a plan over every stratum, in compiled code, on all threads, the same bits for any number of them.
+
+The unit of work is a block: one slab of one context, where a context is a set of cells that see the same pairs (same precision, space,
+stratum and scale). Within a block every piece of pairs is made once, its coordinates and lambda forms once, the exact value once per
+alpha, and then every cell passes over it while it lies in the cache.
+"""
+
+import time
+from collections import deque
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import dataclass, field, replace
+from functools import cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phongbench import jit, kernels
+from phongbench.accuracy import Tally
+from phongbench.approximations import REGISTRY
+from phongbench.lowering import FLOAT64, PRECISIONS, Precision
+from phongbench.measure import measure_cells
+from phongbench.plan import Cell, Plan
+from phongbench.sampling import HOSTILE_PAIRS, STRATA, Stratum, cutoff_deficit, pairs
+from phongbench.spec import Approximation
+from phongbench.truth import truth_kernel
+
+Array = NDArray[Any]
+
+#: pairs made and measured together; their coordinates stay in the second-level cache
+PIECE = 8192
+#: pairs in a block; sums are merged in slab order, so the bits do not depend on who computed which slab
+SLAB = 1 << 17
+
+
+@dataclass(frozen=True)
+class Context:
+    """Cells that see the same pairs.
+
+    cells  positions in the plan's list of cells
+    scale  what the stratum's deficits are scaled by
+    """
+
+    index: int
+    precision: Precision
+    space: str
+    stratum: Stratum
+    scale: float
+    cells: tuple[int, ...]
+    samples: int
+
+    @property
+    def truths(self) -> int:
+        """Rows per cell: one truth on unit vectors, both where lengths are wrong."""
+        return 2 if self.stratum.unnormalised else 1
+
+    @property
+    def evaluations(self) -> int:
+        """(sample, cell) pairs."""
+        return self.samples * len(self.cells)
+
+
+@dataclass
+class Sweep:
+    """A plan made ready: its cells, its contexts, and what failed.
+
+    failures  cell position -> message of a cell that cannot be measured
+    """
+
+    plan: Plan
+    registry: Mapping[str, Approximation]
+    cells: list[Cell]
+    contexts: list[Context]
+    failures: dict[int, str] = field(default_factory=dict)
+    batches: dict[tuple[Any, ...], list["_Batch"]] = field(default_factory=dict, repr=False)
+
+    @property
+    def evaluations(self) -> int:
+        """(sample, cell) pairs of the whole sweep."""
+        return sum(c.evaluations for c in self.contexts)
+
+
+@dataclass(frozen=True)
+class Measured:
+    """What one context gave: its tally, whose rows are `cells` in order, each once per truth."""
+
+    context: Context
+    cells: tuple[int, ...]
+    tally: Tally
+
+
+def prepare(plan: Plan, registry: Mapping[str, Approximation] = REGISTRY) -> Sweep:
+    """The cells and contexts of a plan; nothing is compiled or measured yet."""
+    cells = list(plan.cells(registry))
+    groups: dict[tuple[Any, ...], list[int]] = {}
+    for position, cell in enumerate(cells):
+        for order, stratum in enumerate(STRATA):
+            if stratum.name in plan.strata and (cell.gated or stratum.reaches_back):
+                scale = _scale(cell, stratum, registry[cell.approximation])
+                if scale is not None:
+                    key = (plan.precisions.index(cell.precision), plan.spaces.index(cell.setting.space), order, scale)
+                    groups.setdefault(key, []).append(position)
+    contexts = [
+        Context(
+            index=index,
+            precision=PRECISIONS[plan.precisions[key[0]]],
+            space=plan.spaces[key[1]],
+            stratum=STRATA[key[2]],
+            scale=key[3],
+            cells=tuple(groups[key]),
+            samples=HOSTILE_PAIRS if STRATA[key[2]].name == "hostile" else plan.samples,
+        )
+        for index, key in enumerate(sorted(groups))
+    ]
+    return Sweep(plan, registry, cells, contexts)
+
+
+def _scale(cell: Cell, stratum: Stratum, spec: Approximation) -> float | None:
+    """What the stratum's deficits are scaled by for this cell; None if the cell has no place in it.
+
+    Scales are deficits between (R, V): a half-space pair at half the angle is made from them by the sampler.
+    """
+    if stratum.scale == "none":
+        return 1.0
+    if stratum.scale == "alpha":
+        return 1 / cell.setting.alpha
+    if spec.cutoff is None:
+        return None
+    deficit = cutoff_deficit(cell.lambda_form, spec.cutoff(cell.setting))
+    if deficit is None:
+        return None
+    if cell.setting.space == "half":
+        deficit = 2 * deficit * (2 - deficit) if deficit < 1 else 2.5
+    return deficit if deficit < 2 else None
+
+
+def compile_kernels(sweep: Sweep, progress: Callable[[int, int], None] | None = None) -> None:
+    """Compile every loop the sweep needs, or load it from the cache; cells whose kernel fails are noted in `failures`."""
+    wanted: dict[tuple[Any, ...], list[int]] = {}
+    for position, cell in enumerate(sweep.cells):
+        try:
+            known = kernels.known_values(sweep.registry[cell.approximation], cell.setting)
+            kernels.table_row(sweep.registry[cell.approximation], cell.setting, FLOAT64)
+        except Exception as problem:  # noqa: BLE001  whatever a user's own formula raises concerns its cell alone
+            sweep.failures[position] = f"{type(problem).__name__}: {problem}"
+            continue
+        wanted.setdefault((cell.approximation, cell.precision, known), []).append(position)
+    for done, ((name, precision, known), positions) in enumerate(wanted.items()):
+        if progress:
+            progress(done, len(wanted))
+        try:
+            for p in (PRECISIONS[precision], FLOAT64):
+                kernels.values_kernel(sweep.registry[name], p, known)
+        except Exception as problem:  # noqa: BLE001  as above
+            sweep.failures |= dict.fromkeys(positions, f"{type(problem).__name__}: {problem}")
+    if progress:
+        progress(len(wanted), len(wanted))
+
+
+def run(
+    sweep: Sweep,
+    *,
+    jobs: int = 1,
+    done: Collection[int] = (),
+    progress: Callable[[int], None] | None = None,
+) -> Iterator[Measured]:
+    """Measure every context that is not in `done`, in order of their index.
+
+    jobs      threads; the results do not depend on it
+    done      indices of contexts to leave out
+    progress  called with the number of evaluations as blocks finish
+    """
+    work = [(c, start) for c in sweep.contexts if c.index not in done for start in range(0, c.samples, SLAB)]
+    pending: deque[tuple[Context, int, Future[Measured]]] = deque()
+    merged: Measured | None = None
+    with ThreadPoolExecutor(max_workers=jobs) as pool:
+        try:
+            queue = iter(work)
+            while True:
+                for context, start in queue:
+                    pending.append((context, start, pool.submit(_block, sweep, context, start)))
+                    if len(pending) >= 4 * jobs:
+                        break
+                if not pending:
+                    return
+                context, start, future = pending.popleft()
+                part = future.result()
+                if progress:
+                    progress(part.tally.samples * len(context.cells))
+                if start == 0:
+                    merged = part
+                elif merged is not None:
+                    merged.tally.merge(part.tally)
+                if merged is not None and start + SLAB >= context.samples:
+                    yield merged
+        finally:
+            for _, _, future in pending:
+                future.cancel()
+
+
+def trial_rates(sweep: Sweep, samples: int = 2 * PIECE) -> dict[str, float]:
+    """Evaluations per second and thread for each stratum of the sweep, from a short trial of its middle context."""
+    rates: dict[str, float] = {}
+    for name in dict.fromkeys(c.stratum.name for c in sweep.contexts):
+        contexts = [c for c in sweep.contexts if c.stratum.name == name]
+        context = replace(contexts[len(contexts) // 2], samples=samples)
+        _block(sweep, context, 0)  # compiles, and fills the caches
+        started = time.perf_counter()
+        _block(sweep, context, 0)
+        rates[name] = context.evaluations / (time.perf_counter() - started)
+    return rates
+
+
+@dataclass(frozen=True)
+class _Batch:
+    """Cells that share a compiled kernel, as the arrays that `measure_cells` takes."""
+
+    kernel: Any
+    kernel_64: Any
+    rows: Array
+    coefficients: Array
+    coefficients_64: Array
+    tables: Array
+    tables_64: Array
+
+
+def _block(sweep: Sweep, context: Context, start: int) -> Measured:
+    """Measure one slab of a context."""
+    live = tuple(c for c in context.cells if c not in sweep.failures)
+    alphas = tuple(dict.fromkeys(sweep.cells[c].setting.alpha for c in live))
+    key = (live, context.precision, context.truths)
+    if key not in sweep.batches:  # most strata of an alpha share their cells; two threads may both make it, with equal content
+        sweep.batches[key] = _batches(sweep, context, live, alphas)
+    tally = Tally(len(live) * context.truths)
+    count = min(SLAB, context.samples - start)
+    bench = _Bench(context, alphas, min(PIECE, count))
+    for piece in range(start, start + count, PIECE):
+        size = min(PIECE, start + count - piece)
+        a, b = pairs(
+            context.stratum,
+            context.precision,
+            seed=sweep.plan.seed,
+            start=piece,
+            count=size,
+            scale=context.scale,
+            half_space=context.space == "half",
+        )
+        held, given, unit, exact = bench.lay_out(a, b)
+        for batch in sweep.batches[key]:
+            measure_cells(
+                batch.kernel, batch.kernel_64, batch.rows, batch.coefficients, batch.coefficients_64, batch.tables, batch.tables_64,
+                a, b, held, given, unit, exact, tally.sums, tally.counts, tally.bins, tally.worst, context.truths,
+            )  # fmt: skip
+    tally.samples = count
+    return Measured(context, live, tally)
+
+
+def _batches(sweep: Sweep, context: Context, live: Sequence[int], alphas: Sequence[float]) -> list[_Batch]:
+    """Group cells by compiled kernel; the rows of the tally follow the order of `live`."""
+    groups: dict[tuple[Any, ...], list[int]] = {}
+    for row, position in enumerate(live):
+        cell = sweep.cells[position]
+        spec = sweep.registry[cell.approximation]
+        groups.setdefault((cell.approximation, kernels.known_values(spec, cell.setting)), []).append(row)
+    batches = []
+    for (name, known), rows in groups.items():
+        spec, precision = sweep.registry[name], context.precision
+        chosen = [sweep.cells[live[row]] for row in rows]
+        batches.append(
+            _Batch(
+                kernels.values_kernel(spec, precision, known),
+                kernels.values_kernel(spec, FLOAT64, known),
+                np.array([_row(c, alphas, row * context.truths) for c, row in zip(chosen, rows, strict=True)], np.int64),
+                np.stack([kernels.coefficient_row(spec, c.setting, precision) for c in chosen]),
+                np.stack([kernels.coefficient_row(spec, c.setting, FLOAT64) for c in chosen]),
+                np.stack([kernels.table_row(spec, c.setting, precision) for c in chosen]),
+                np.stack([kernels.table_row(spec, c.setting, FLOAT64) for c in chosen]),
+            )
+        )
+    return batches
+
+
+def _row(cell: Cell, alphas: Sequence[float], first: int) -> tuple[int, int, int, int]:
+    coordinate = kernels.FORM_ROW.get(cell.lambda_form, kernels.COSINE_ROW)
+    return coordinate, kernels.COSINE_ROW if cell.gated else kernels.OPEN_ROW, alphas.index(cell.setting.alpha), first
+
+
+class _Bench:
+    """The arrays a block works on, allocated once: coordinates in three renderings, and the exact values."""
+
+    def __init__(self, context: Context, alphas: Sequence[float], size: int) -> None:
+        rows = kernels.COORDINATE_ROWS
+        self.alphas = np.array(alphas)
+        self.precision = context.precision
+        self.truth = truth_kernel(context.space == "half")
+        self.held = np.empty((rows, size), context.precision.carrier)
+        self.given, self.unit = np.empty((rows, size)), np.empty((rows, size))
+        self.a, self.b = np.empty((3, size)), np.empty((3, size))
+        self.exact = np.empty((len(alphas), 2, size))
+
+    def lay_out(self, a: Array, b: Array) -> tuple[Array, Array, Array, Array]:
+        """(held, given, unit, exact) of these pairs."""
+        if a.shape[1] != self.held.shape[1]:  # the last, shorter piece
+            size = a.shape[1]
+            self.held, self.given, self.unit = (np.ascontiguousarray(x[:, :size]) for x in (self.held, self.given, self.unit))
+            self.a, self.b = np.ascontiguousarray(self.a[:, :size]), np.ascontiguousarray(self.b[:, :size])
+            self.exact = np.ascontiguousarray(self.exact[:, :, :size])
+        _lay_out(
+            kernels.coordinates_kernel(self.precision), kernels.coordinates_kernel(FLOAT64), self.truth, self.alphas,
+            a, b, self.a, self.b, self.held, self.given, self.unit, self.exact,
+        )  # fmt: skip
+        return self.held, self.given, self.unit, self.exact
+
+
+@jit.driver
+def _lay_out(
+    coordinates: Any, coordinates_64: Any, truth: Any, alphas: Any, a: Any, b: Any, a64: Any, b64: Any, held: Any, given: Any, unit: Any, exact: Any
+) -> None:
+    """Coordinates of the pairs in the working precision, in float64 as given and as unit directions; then the exact values."""
+    coordinates(a, b, held)
+    for row in range(3):
+        for i in range(a.shape[1]):
+            a64[row, i] = a[row, i]
+            b64[row, i] = b[row, i]
+    coordinates_64(a64, b64, given)
+    for i in range(a.shape[1]):
+        scale_a = 1.0 / np.sqrt(a64[0, i] * a64[0, i] + a64[1, i] * a64[1, i] + a64[2, i] * a64[2, i])
+        scale_b = 1.0 / np.sqrt(b64[0, i] * b64[0, i] + b64[1, i] * b64[1, i] + b64[2, i] * b64[2, i])
+        for row in range(3):
+            a64[row, i] *= scale_a
+            b64[row, i] *= scale_b
+    coordinates_64(a64, b64, unit)
+    for k in range(len(alphas)):
+        truth(unit[1], given[4], alphas[k : k + 1], exact[k, 0], exact[k, 1])

@@ -1,0 +1,65 @@
+"""Every error phongbench raises on purpose, each carrying what happened, where, and how to mend it.
+
+The command line and the service turn these into an exit code or a problem document, each in exactly one table.
+"""
+
+from collections.abc import Iterable
+from difflib import get_close_matches
+
+
+class PhongbenchError(Exception):
+    """Base of all deliberate errors.
+
+    what   str         what went wrong, one sentence without a full stop
+    where  str | None  the file, key, option or index it was found at
+    mend   str | None  what the user can do about it
+    """
+
+    def __init__(self, what: str, where: str | None = None, mend: str | None = None) -> None:
+        super().__init__(what)
+        self.what = what
+        self.where = where
+        self.mend = mend
+
+    def __str__(self) -> str:
+        head = f"{self.where}: {self.what}" if self.where else self.what
+        return f"{head}\n{self.mend}" if self.mend else head
+
+
+class InputError(PhongbenchError):
+    """The user asked for something that cannot be: a bad value, file, plan or option."""
+
+
+class UnknownNameError(InputError):
+    """A name that nothing is registered under; the message lists the known ones, the nearest first.
+
+    kind   str             what was looked up, e.g. "approximation"
+    name   str             the name asked for
+    known  tuple[str, ..]  all valid names
+    """
+
+    def __init__(self, kind: str, name: object, known: Iterable[str], where: str | None = None) -> None:
+        self.kind, self.name, self.known = kind, str(name), tuple(known)
+        near = get_close_matches(self.name, self.known, n=1)
+        hint = f"did you mean {near[0]!r}? " if near else ""
+        super().__init__(f"unknown {kind} {self.name!r}", where, f"{hint}known: {', '.join(self.known)}")
+
+
+class KernelError(InputError):
+    """A scalar kernel that cannot be compiled: it uses something outside the small language of lowering.py."""
+
+
+class LockedError(PhongbenchError):
+    """Another process holds the run's folder."""
+
+
+class StorageError(PhongbenchError):
+    """The disk refused: no space, read-only, or no permission."""
+
+
+class CorruptRunError(PhongbenchError):
+    """A stored run whose bytes do not match its manifest, or that is no run at all."""
+
+
+class MeasurementError(PhongbenchError):
+    """A timing that cannot be believed: the timed output differs from the verified output, or a kernel compiled anew."""

@@ -1,0 +1,84 @@
+"""Coefficients that no closed form gives: small minimax searches, run once for a setting and remembered."""
+
+from functools import cache
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+@cache
+def parabola(exponent: float, gamma: int) -> tuple[float, float]:
+    """The (beta, curvature) with the least largest error against (1 - lambda)^exponent on 0 <= lambda <= 1.
+
+    Gauss-Newton for the maximum norm: the error is linearised in both coefficients at its local extremes, and the
+    linear problem is solved exactly by trying every three of them as the ones that alternate (de la Vallee Poussin).
+    Two starts, the better result: the Taylor coefficients, and a curvature whose floor (1 - 1 / (4 curvature))^gamma is
+    low enough.
+    """
+    taylor, low = 0.5 * (1.0 - gamma / exponent), 0.25 / (1.0 - 0.02 ** (1.0 / gamma))
+    starts = [np.array([exponent / gamma, max(-2.0, start)]) for start in (taylor, min(taylor, low))]
+    found = [_descend(exponent, gamma, start) for start in starts]
+    beta, curvature = min(found, key=lambda pair: float(np.abs(_error(exponent, gamma, pair)[0]).max()))
+    return float(beta), float(curvature)
+
+
+def _descend(exponent: float, gamma: int, at: Array) -> Array:
+    reached = np.inf
+    for _ in range(40):
+        e, jacobian = _error(exponent, gamma, at)
+        if not np.abs(e).max() < (1 - 1e-7) * reached:
+            break
+        reached = np.abs(e).max()
+        step = _best_step(e, jacobian)
+        shorter = (at + step / 2**k for k in range(16))
+        at = next((tried for tried in shorter if np.abs(_error(exponent, gamma, tried)[0]).max() < reached), at)
+    return at
+
+
+def _error(exponent: float, gamma: int, at: Array) -> tuple[Array, Array]:
+    """Exact minus approximate on a grid of lambda, and the derivatives of the approximation by beta and curvature."""
+    beta, curvature = at
+    deficit = np.linspace(0.0, min(1.0, 18.0 / exponent), 600)
+    v = np.minimum(beta * deficit, turn(curvature))
+    base = np.maximum(1.0 - v * (1.0 - curvature * v), 0.0)
+    outer = gamma * base ** (gamma - 1) * (base > 0)
+    slope = np.where(v < turn(curvature), deficit * (2.0 * curvature * v - 1.0), 0.0)
+    return (1.0 - deficit) ** exponent - base**gamma, np.stack([outer * slope, outer * v * v], axis=1)
+
+
+def _best_step(e: Array, jacobian: Array) -> Array:
+    """The change of both coefficients that minimises the largest |e - jacobian change| over the extremes of e."""
+    size = np.abs(e)
+    peaks = np.flatnonzero((size[1:-1] >= size[:-2]) & (size[1:-1] >= size[2:])) + 1
+    peaks = np.concatenate([peaks[np.argsort(size[peaks])[-6:]], [1, len(e) // 2, len(e) - 1]])
+    triples = np.array(list(combinations(peaks, 3)))
+    weights = np.cross(jacobian[triples, 0], jacobian[triples, 1])  # what no change of the coefficients can reduce
+    total = np.abs(weights).sum(axis=1)
+    level = (weights * e[triples]).sum(axis=1) / np.where(total > 0, total, np.inf)
+    worst = int(np.argmax(np.abs(level)))
+    target = e[triples[worst]] - level[worst] * np.sign(weights[worst])
+    return np.asarray(np.linalg.lstsq(jacobian[triples[worst]], target, rcond=None)[0])
+
+
+def turn(curvature: float) -> float:
+    """Where the parabola 1 - v + curvature v^2 is lowest, or a v up to 2 at which it is not positive any more."""
+    return 0.5 / max(curvature, 0.25)
+
+
+@cache
+def half_angle_ratio(exponent: float) -> float:
+    """The r with the least largest |cos(t)^exponent - cos(t/2)^(r exponent)|, 0 <= t <= 90 degrees; golden section."""
+    cosine = 1.0 - np.linspace(0.0, min(1.0, 18.0 / exponent), 1001)
+    exact, logarithm = cosine**exponent, exponent * np.log(np.sqrt((1.0 + cosine) / 2.0))
+    low, high, golden = 3.9, 12.0, (5.0**0.5 - 1.0) / 2.0
+
+    def worst(ratio: float) -> float:
+        return float(np.abs(exact - np.exp(ratio * logarithm)).max())
+
+    while high - low > 1e-6:
+        a, b = high - golden * (high - low), low + golden * (high - low)
+        low, high = (low, b) if worst(a) < worst(b) else (a, high)
+    return (low + high) / 2.0

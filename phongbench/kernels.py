@@ -1,0 +1,174 @@
+"""Compiled loops around the scalar bodies: the coordinates of pairs, and the values of an approximation over them.
+
+Every loop is compiled once for (approximation, precision, known arguments) and called through a pointer, so nothing is compiled again
+for another alpha, beta or lambda form.
+"""
+
+from collections.abc import Callable
+from functools import cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phongbench import jit, vectors
+from phongbench.lowering import FLOAT64, Body, Precision, lower
+from phongbench.spec import MAX_COEFFICIENTS, Approximation, Setting
+
+Array = NDArray[Any]
+
+#: rows of a coordinate block: the lambda forms, the cosine, and a row of ones that serves as the gate of ungated cells
+FORM_ROW = {form: row for row, form in enumerate(vectors.LAMBDA_FORMS)}
+COSINE_ROW = len(FORM_ROW)
+OPEN_ROW = COSINE_ROW + 1
+COORDINATE_ROWS = OPEN_ROW + 1
+
+
+def values_signature(precision: Precision) -> Any:
+    """(coordinate, gate, coefficients, table, out), all one-dimensional in the precision's carrier."""
+    row = jit.array_type(precision.carrier)
+    return jit.signature(row, row, row, row, row)
+
+
+def pairs_signature(precision: Precision) -> Any:
+    """(a, b, coefficients, table, out): a and b of shape (3, n), components in rows."""
+    row, block = jit.array_type(precision.carrier), jit.array_type(precision.carrier, 2)
+    return jit.signature(block, block, row, row, row)
+
+
+def values_kernel(spec: Approximation, precision: Precision, known: tuple[tuple[str, int], ...] = ()) -> Any:
+    """A compiled loop out[i] = kernel(coordinate[i], coefficients) where gate[i] > 0, else 0.
+
+    known  pairs (name, value) of the kernel's arguments that are known when compiling, e.g. (("n", 3),)
+    """
+    return _values_kernel(spec.kernel, _wiring(spec), precision, known)
+
+
+def pairs_kernel(spec: Approximation, form: str, precision: Precision, known: tuple[tuple[str, int], ...] = ()) -> Any:
+    """A compiled loop from vectors to highlight: out[i] = kernel(lambda form of a[:, i], b[:, i]) where a.b > 0, else 0."""
+    return _pairs_kernel(spec.kernel, _wiring(spec), form, precision, known)
+
+
+def known_values(spec: Approximation, setting: Setting) -> tuple[tuple[str, int], ...]:
+    """The arguments of the kernel that are known when compiling, with their values at this setting."""
+    values = spec.coefficients(setting)
+    return tuple((name, int(values[name])) for name in spec.knowns)
+
+
+def coefficient_row(spec: Approximation, setting: Setting, precision: Precision) -> Array:
+    """The kernel's run-time coefficients in the working precision, padded with zeros to MAX_COEFFICIENTS."""
+    values = spec.coefficients(setting)
+    row = np.zeros(MAX_COEFFICIENTS, precision.carrier)
+    row[: len(spec.scalars)] = [precision.constant(values[name]) for name in spec.scalars]
+    return row
+
+
+def table_row(spec: Approximation, setting: Setting, precision: Precision) -> Array:
+    """The kernel's table in the working precision; a single 0 where it has none."""
+    table = np.zeros(1) if spec.table is None else spec.table(setting)
+    return np.ascontiguousarray(table.astype(precision.dtype).astype(precision.carrier))
+
+
+def evaluate(spec: Approximation, setting: Setting, coordinate: Array, cosine: Array | None = None) -> Array:
+    """Values of the approximation in float64 over an array of its coordinate; 0 where the cosine is given and not positive."""
+    spec.check(setting)
+    coordinate = np.ascontiguousarray(coordinate, dtype=np.float64)
+    gate = np.ones_like(coordinate) if cosine is None else np.ascontiguousarray(cosine, dtype=np.float64)
+    out = np.empty_like(coordinate)
+    kernel = values_kernel(spec, FLOAT64, known_values(spec, setting))
+    _call(kernel, coordinate, gate, coefficient_row(spec, setting, FLOAT64), table_row(spec, setting, FLOAT64), out)
+    return out
+
+
+def deficit_of_angle(form: str, cosine: Array) -> Array:
+    """Lambda of unit vectors at this cosine, in exact arithmetic: what each form sees of an angle."""
+    sine_squared = 1 - cosine * cosine
+    with np.errstate(divide="ignore"):
+        return {
+            "dot": 1 - cosine,
+            "difference": 1 - cosine,
+            "cross": sine_squared / 2,
+            "tan2": sine_squared / (2 * cosine * cosine),
+        }[form]
+
+
+def curve(spec: Approximation, form: str, setting: Setting, cosine: Array) -> Array:
+    """The highlight in float64 at these cosines between (R, V): what a plot against the angle shows.
+
+    In half space the coplanar (N, H) of the same configuration is used: its angle is half of that between R and V.
+    """
+    cosine = np.asarray(cosine, dtype=np.float64)
+    own = np.sqrt((1 + cosine) / 2) if setting.space == "half" else cosine
+    return evaluate(spec, setting, own if form == "none" else deficit_of_angle(form, own), own)
+
+
+@jit.driver
+def _call(kernel: Any, coordinate: Array, gate: Array, coefficients: Array, table: Array, out: Array) -> None:
+    kernel(coordinate, gate, coefficients, table, out)
+
+
+def _wiring(spec: Approximation) -> tuple[str, ...]:
+    """The kernel's run-time arguments after the coordinate, as names of the loop: c0, c1, ... and table."""
+    names = {name: f"c{i}" for i, name in enumerate(spec.scalars)} | {"table": "table"}
+    return tuple(names[a] for a in spec.arguments if a in names)
+
+
+def _bound(kernel: Body, wiring: tuple[str, ...], precision: Precision, known: tuple[tuple[str, int], ...]) -> Body:
+    """The lowered kernel as a function of (coordinate, c0, c1, c2, c3, table), whatever it takes of these."""
+    namespace: dict[str, Any] = {"kernel": lower(kernel, precision, **dict(known))}
+    text = f"def bound(x, c0, c1, c2, c3, table): return kernel({', '.join(('x', *wiring))})"
+    exec(compile(text, f"<{kernel.__module__}.bound>", "exec"), namespace)
+    bound: Callable[..., Any] = jit.inline(namespace["bound"])
+    return bound
+
+
+@cache
+def _values_kernel(kernel: Body, wiring: tuple[str, ...], precision: Precision, known: tuple[tuple[str, int], ...]) -> Any:
+    bound, zero = _bound(kernel, wiring, precision, known), precision.constant(0.0)
+
+    def values(coordinate: Array, gate: Array, coefficients: Array, table: Array, out: Array) -> None:
+        c0, c1, c2, c3 = coefficients[0], coefficients[1], coefficients[2], coefficients[3]
+        for i in range(len(coordinate)):
+            value = bound(coordinate[i], c0, c1, c2, c3, table)
+            out[i] = value if gate[i] > zero else zero
+
+    return jit.elementwise(values_signature(precision), values)
+
+
+@cache
+def _pairs_kernel(
+    kernel: Body, wiring: tuple[str, ...], form: str, precision: Precision, known: tuple[tuple[str, int], ...]
+) -> Any:
+    bound, zero = _bound(kernel, wiring, precision, known), precision.constant(0.0)
+    cosine = lower(vectors.dot, precision)
+    coordinate = cosine if form == "none" else lower(vectors.LAMBDA_FORMS[form], precision)
+
+    def pairs(a: Array, b: Array, coefficients: Array, table: Array, out: Array) -> None:
+        c0, c1, c2, c3 = coefficients[0], coefficients[1], coefficients[2], coefficients[3]
+        for i in range(len(out)):
+            ax, ay, az, bx, by, bz = a[0, i], a[1, i], a[2, i], b[0, i], b[1, i], b[2, i]
+            value = bound(coordinate(ax, ay, az, bx, by, bz), c0, c1, c2, c3, table)
+            out[i] = value if cosine(ax, ay, az, bx, by, bz) > zero else zero
+
+    return jit.elementwise(pairs_signature(precision), pairs)
+
+
+@cache
+def coordinates_kernel(precision: Precision) -> Any:
+    """A compiled loop filling a block of COORDINATE_ROWS rows from a and b of shape (3, n)."""
+    forms = [lower(body, precision) for body in vectors.LAMBDA_FORMS.values()]
+    dot, difference, cross, tangent = forms
+    cosine, one = lower(vectors.dot, precision), precision.constant(1.0)
+    block = jit.array_type(precision.carrier, 2)
+
+    def coordinates(a: Array, b: Array, out: Array) -> None:
+        for i in range(a.shape[1]):
+            ax, ay, az, bx, by, bz = a[0, i], a[1, i], a[2, i], b[0, i], b[1, i], b[2, i]
+            out[0, i] = dot(ax, ay, az, bx, by, bz)
+            out[1, i] = difference(ax, ay, az, bx, by, bz)
+            out[2, i] = cross(ax, ay, az, bx, by, bz)
+            out[3, i] = tangent(ax, ay, az, bx, by, bz)
+            out[4, i] = cosine(ax, ay, az, bx, by, bz)
+            out[5, i] = one
+
+    return jit.elementwise(jit.signature(block, block, block), coordinates)

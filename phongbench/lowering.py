@@ -1,0 +1,325 @@
+"""One scalar body, every working precision.
+
+A formula is written once, as a plain Python function of numbers. That function, run on Python floats or mpmath numbers, is its
+own oracle. `lower` reads its source and writes the same function for a working precision:
+
+- literals and constants get the working precision (a bare 1.0 would silently promote float32 to float64);
+- in float16 every operation is rounded, as a half-precision unit would do it;
+- arguments annotated `int` are known when compiling: loops over range(n) unroll, tests on them fold;
+- calls to other bodies are lowered likewise; primitives are replaced by their implementation for the precision.
+
+The language: assignments, conditional expressions, arithmetic + - * /, comparisons, `for` over a known range, `if` on known values,
+subscripts of tables, abs, int, float, len, and calls. Anything else is refused with the line it stands on.
+"""
+
+import ast
+import inspect
+import linecache
+import textwrap
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache
+from typing import Any, NoReturn, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phongbench import jit
+from phongbench.errors import KernelError, UnknownNameError
+
+Body = Callable[..., Any]
+F = TypeVar("F", bound=Body)
+#: annotation of a kernel argument that is a one-dimensional table in the working precision
+Table = NDArray[Any]
+
+
+@dataclass(frozen=True, slots=True)
+class Precision:
+    """A working precision.
+
+    name     str          "float16", "float32" or "float64"
+    dtype    numpy dtype  the type whose values are representable
+    carrier  numpy dtype  the type that holds them in compiled loops: float16 values travel as float32
+    """
+
+    name: str
+    dtype: np.dtype[Any]
+    carrier: np.dtype[Any]
+
+    @property
+    def rounds(self) -> bool:
+        """True if every operation must be rounded by hand."""
+        return self.dtype != self.carrier
+
+    def constant(self, value: float) -> Any:
+        """The number nearest to `value` in this precision, held by the carrier."""
+        with np.errstate(over="ignore"):
+            return self.carrier.type(self.dtype.type(value))
+
+
+FLOAT16 = Precision("float16", np.dtype(np.float16), np.dtype(np.float32))
+FLOAT32 = Precision("float32", np.dtype(np.float32), np.dtype(np.float32))
+FLOAT64 = Precision("float64", np.dtype(np.float64), np.dtype(np.float64))
+PRECISIONS = {p.name: p for p in (FLOAT16, FLOAT32, FLOAT64)}
+
+
+def precision_named(name: str) -> Precision:
+    """The precision of this name; UnknownNameError lists the known ones."""
+    if name not in PRECISIONS:
+        raise UnknownNameError("precision", name, PRECISIONS)
+    return PRECISIONS[name]
+
+
+def primitive(**implementations: Body) -> Callable[[F], F]:
+    """Mark a body as primitive: compiled code uses the implementation named after the precision.
+
+    The decorated plain body stays the definition, and the oracle. float16 uses the float32 implementation, rounded once.
+    """
+
+    def mark(body: F) -> F:
+        body.__implementations__ = implementations  # type: ignore[attr-defined]
+        return body
+
+    return mark
+
+
+@cache
+def lower(body: Body, precision: Precision, **known: int) -> Body:
+    """The body for a working precision, with its `int` arguments bound; ready to be called from compiled code.
+
+    body       Body       plain Python function in the small language above
+    precision  Precision  working precision
+    known      int        a value for each argument annotated int
+    Raises KernelError naming the file and line of what cannot be lowered.
+    """
+    return _Lowering(body, precision, known).function()
+
+
+def known_arguments(body: Body) -> tuple[str, ...]:
+    """Names of the arguments that must be known when compiling: those annotated int."""
+    return tuple(n for n, p in inspect.signature(body).parameters.items() if p.annotation in (int, "int"))
+
+
+class _Lowering:
+    """Partial evaluation of one body. `kind` of an expression is "int", "float", "bool" or "table"."""
+
+    def __init__(self, body: Body, precision: Precision, known: dict[str, int]) -> None:
+        self.body, self.precision = body, precision
+        self.known: dict[str, Any] = dict(known)
+        self.kinds: dict[str, str] = {}
+        self.namespace: dict[str, Any] = {
+            "_round": jit.round_to_half,
+            "_cast": precision.carrier.type,
+            "_index": np.int32,
+            "_select": _select,
+        }
+        try:
+            lines, self.first_line = inspect.getsourcelines(body)
+        except (OSError, TypeError) as problem:
+            raise KernelError(f"the source of {body!r} cannot be read", None, "define the kernel in a file") from problem
+        tree = ast.parse(textwrap.dedent("".join(lines))).body[0]
+        if not isinstance(tree, ast.FunctionDef):
+            raise KernelError(f"{body!r} is not a plain function", None, "define the kernel with def")
+        self.definition = tree
+        self.scope = {**vars(__import__("builtins")), **body.__globals__, **inspect.getclosurevars(body).nonlocals}
+
+    def function(self) -> Body:
+        missing = [n for n in known_arguments(self.body) if n not in self.known]
+        if missing:
+            raise KernelError(f"{self.body.__name__} needs a known value of {', '.join(missing)}")
+        arguments = [a.arg for a in self.definition.args.args if a.arg not in self.known]
+        for a in self.definition.args.args:
+            annotation = ast.unparse(a.annotation) if a.annotation else "float"
+            self.kinds[a.arg] = "table" if annotation.endswith("Table") else "float"
+        name = "_".join([self.body.__name__, self.precision.name, *(f"{k}{v}" for k, v in self.known.items())]).replace("-", "m")
+        statements = self._block(self.definition.body)
+        text = f"def {name}({', '.join(arguments)}):\n" + textwrap.indent("\n".join(map(ast.unparse, statements)), "    ")
+        filename = f"<{self.body.__module__}.{name}>"
+        linecache.cache[filename] = (len(text), None, text.splitlines(True), filename)
+        exec(compile(text, filename, "exec"), self.namespace)
+        lowered: Body = self.namespace[name]
+        lowered.__lowered_source__ = text  # type: ignore[attr-defined]
+        return jit.inline(lowered)
+
+    # statements
+
+    def _block(self, statements: list[ast.stmt]) -> list[ast.stmt]:
+        return [done for statement in statements for done in self._statement(statement)]
+
+    def _statement(self, node: ast.stmt) -> list[ast.stmt]:
+        match node:
+            case ast.Expr(value=ast.Constant(value=str())):
+                return []
+            case ast.Return(value=ast.expr() as value):
+                return [ast.Return(self._float(value))]
+            case ast.Assign(targets=[ast.Name(id=target)], value=value) | ast.AnnAssign(
+                target=ast.Name(id=target), value=ast.expr() as value
+            ):
+                return self._assign(target, value)
+            case ast.AugAssign(target=ast.Name(id=target), op=op, value=value):
+                return self._assign(target, ast.copy_location(ast.BinOp(ast.Name(target, ast.Load()), op, value), node))
+            case ast.If(test=test, body=body, orelse=orelse):
+                return self._block(body if self._known_value(test, "the test of an if") else orelse)
+            case ast.For(target=ast.Name(id=target), iter=ast.Call(func=ast.Name(id="range"), args=bounds), body=body, orelse=[]):
+                done: list[ast.stmt] = []
+                for step in range(*(self._known_value(b, "the bound of a range") for b in bounds)):
+                    self.known[target] = step
+                    done += self._block(body)
+                return done
+        self._refuse(node, f"a {type(node).__name__} statement")
+
+    def _assign(self, target: str, value: ast.expr) -> list[ast.stmt]:
+        folded, number = self._fold(value)
+        if folded and isinstance(number, int) and not isinstance(number, bool):
+            self.known[target] = number
+            return []
+        expression, kind = self._expression(value)
+        self.known.pop(target, None)
+        self.kinds[target] = kind
+        return [ast.fix_missing_locations(ast.Assign([ast.Name(target, ast.Store())], expression, lineno=1))]
+
+    # expressions
+
+    def _float(self, node: ast.expr) -> ast.expr:
+        return self._as_float(self._expression(node))
+
+    def _as_float(self, typed: tuple[ast.expr, str]) -> ast.expr:
+        """The expression as a float of the working precision; a known integer becomes a constant."""
+        expression, kind = typed
+        if kind != "int":
+            return expression
+        if isinstance(expression, ast.Constant) and isinstance(expression.value, int):
+            return self._constant(expression.value)
+        number = _call("_cast", expression)
+        return _call("_round", number) if self.precision.rounds else number
+
+    def _expression(self, node: ast.expr) -> tuple[ast.expr, str]:
+        folded, number = self._fold(node)
+        if folded:
+            whole = isinstance(number, int) and not isinstance(number, bool)
+            return (ast.Constant(number), "int") if whole else (self._constant(number), "float")
+        match node:
+            case ast.Name(id=name) if name in self.kinds:
+                return ast.Name(name, ast.Load()), self.kinds[name]
+            case ast.BinOp(op=ast.Add() | ast.Sub() | ast.Mult() | ast.Div()):
+                return self._arithmetic(node)
+            case ast.UnaryOp(op=ast.USub() | ast.Not() as op, operand=operand):
+                inner, kind = self._expression(operand)
+                return ast.UnaryOp(op, inner), kind
+            case ast.Compare(left=left, ops=ops, comparators=rest):
+                parts = [self._expression(part) for part in (left, *rest)]
+                whole = all(kind == "int" for _, kind in parts)
+                done = [part for part, _ in parts] if whole else [self._as_float(part) for part in parts]
+                return ast.Compare(done[0], ops, done[1:]), "bool"
+            case ast.BoolOp(op=op, values=values):
+                return ast.BoolOp(op, [self._expression(v)[0] for v in values]), "bool"
+            case ast.IfExp(test=test, body=yes, orelse=no):
+                return self._choice(test, yes, no)
+            case ast.Subscript(value=ast.Name(id=name), slice=index) if self.kinds.get(name) == "table":
+                return ast.Subscript(ast.Name(name, ast.Load()), self._expression(index)[0], ast.Load()), "float"
+            case ast.Call(func=function, args=arguments, keywords=[]):
+                return self._call(node, function, arguments)
+        self._refuse(node, f"`{ast.unparse(node)}`")
+
+    def _arithmetic(self, node: ast.BinOp) -> tuple[ast.expr, str]:
+        left, right = self._expression(node.left), self._expression(node.right)
+        if left[1] == right[1] == "int" and not isinstance(node.op, ast.Div):
+            return _call("_index", ast.BinOp(left[0], node.op, right[0])), "int"
+        result: ast.expr = ast.BinOp(self._as_float(left), node.op, self._as_float(right))
+        return (_call("_round", result) if self.precision.rounds else result), "float"
+
+    def _choice(self, test: ast.expr, yes: ast.expr, no: ast.expr) -> tuple[ast.expr, str]:
+        folded, truth = self._fold(test)
+        if folded:
+            return self._expression(yes if truth else no)
+        condition, first, second = self._expression(test)[0], self._expression(yes), self._expression(no)
+        if first[1] == second[1] == "int":
+            return _call("_select", condition, first[0], second[0]), "int"
+        return _call("_select", condition, self._as_float(first), self._as_float(second)), "float"
+
+    def _call(self, node: ast.Call, function: ast.expr, arguments: list[ast.expr]) -> tuple[ast.expr, str]:
+        callee = self._resolve(function)
+        if callee is abs:
+            return _call("abs", self._float(arguments[0])), "float"
+        if callee is len and isinstance(arguments[0], ast.Name):
+            return _call("_index", _call("len", ast.Name(arguments[0].id, ast.Load()))), "int"
+        if callee is int:
+            return _call("_index", self._float(arguments[0])), "int"
+        if callee is float:
+            return self._float(arguments[0]), "float"
+        if not inspect.isfunction(callee):
+            self._refuse(node, f"a call of {ast.unparse(function)}")
+        return self._call_body(node, callee, arguments)
+
+    def _call_body(self, node: ast.Call, callee: Body, arguments: list[ast.expr]) -> tuple[ast.expr, str]:
+        names = list(inspect.signature(callee).parameters)
+        if len(names) != len(arguments):
+            self._refuse(node, f"a call of {callee.__name__} with {len(arguments)} arguments instead of {len(names)}")
+        bound = {n: self._known_value(a, f"argument {n} of {callee.__name__}") for n, a in zip(names, arguments, strict=True)
+                 if n in known_arguments(callee)}
+        implementations = getattr(callee, "__implementations__", None)
+        if implementations is None:
+            target, rounds = lower(callee, self.precision, **bound), False
+        else:
+            target, rounds = self._implementation(callee, implementations, bound), self.precision.rounds
+        name = f"{target.__name__}_{len(self.namespace)}"  # two modules may have helpers of the same name
+        self.namespace[name] = target
+        passed = [self._expression(a)[0] if self._is_table(a) else self._float(a)
+                  for n, a in zip(names, arguments, strict=True) if n not in bound]
+        result = _call(name, *passed)
+        return (_call("_round", result) if rounds else result), "float"
+
+    def _implementation(self, callee: Body, implementations: dict[str, Body], bound: dict[str, int]) -> Body:
+        working = FLOAT32 if self.precision.rounds else self.precision
+        body = implementations[working.name]
+        return body if getattr(body, "__compiled__", False) else lower(body, working, **bound)
+
+    # what is known when compiling
+
+    def _fold(self, node: ast.expr) -> tuple[bool, Any]:
+        """(True, value) if every name in the expression is known now."""
+        names = {n.id for n in ast.walk(node) if isinstance(n, ast.Name)}
+        if any(n in self.kinds and n not in self.known for n in names):
+            return False, None
+        scope = {**self.scope, **self.known}
+        try:
+            value = eval(compile(ast.fix_missing_locations(ast.Expression(node)), "<known>", "eval"), scope)
+        except (ArithmeticError, AttributeError, LookupError, NameError, TypeError, ValueError) as problem:
+            self._refuse(node, f"`{ast.unparse(node)}` ({problem})")
+        return isinstance(value, int | float | bool | np.number), value
+
+    def _known_value(self, node: ast.expr, what: str) -> int:
+        folded, value = self._fold(node)
+        if not folded:
+            self._refuse(node, f"{what} is not known when compiling: `{ast.unparse(node)}`")
+        return int(value)
+
+    def _constant(self, value: float) -> ast.expr:
+        name = f"_c{len(self.namespace)}"
+        self.namespace[name] = self.precision.constant(float(value))
+        return ast.Name(name, ast.Load())
+
+    def _is_table(self, node: ast.expr) -> bool:
+        return isinstance(node, ast.Name) and self.kinds.get(node.id) == "table"
+
+    def _resolve(self, function: ast.expr) -> Any:
+        try:
+            return eval(ast.unparse(function), dict(self.scope))
+        except (NameError, AttributeError) as problem:
+            self._refuse(function, str(problem))
+
+    def _refuse(self, node: ast.AST, what: str) -> NoReturn:
+        line = self.first_line + getattr(node, "lineno", 1) - 1
+        where = f"{inspect.getsourcefile(self.body)}:{line}"
+        raise KernelError(f"{what} cannot be compiled in the kernel {self.body.__name__}", where,
+                          "kernels use + - * /, comparisons, conditional expressions and the helpers of phongbench.powers")
+
+
+@jit.inline
+def _select(condition: Any, yes: Any, no: Any) -> Any:
+    """Both sides are computed, then one is taken: a branch around a long expression would keep a loop from being vectorised."""
+    return yes if condition else no
+
+
+def _call(name: str, *arguments: ast.expr) -> ast.Call:
+    return ast.Call(ast.Name(name, ast.Load()), list(arguments), [])

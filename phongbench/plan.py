@@ -1,0 +1,258 @@
+"""What a study measures: a frozen plan, its presets, its TOML form, and the cells it consists of."""
+
+import hashlib
+import json
+import math
+import re
+import tomllib
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import asdict, dataclass, fields, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from phongbench.approximations import REGISTRY
+from phongbench.errors import InputError, UnknownNameError
+from phongbench.lowering import PRECISIONS
+from phongbench.materials import exponents, read_mtl
+from phongbench.sampling import STRATUM_NAMES
+from phongbench.spec import ALPHA, GAMMA, SPACES, Approximation, Setting
+from phongbench.vectors import LAMBDA_FORMS
+
+ALL_SLOPES = ("taylor", "minimax", "energy")
+#: real exponents (materials, file formats) and the non-powers of two that expose what powers of two hide
+QUICK_ALPHAS = (5.0, 10.0, 20.0, 32.0, 50.0, 64.0, 100.0, 128.0, 200.0, 256.0, 512.0, 1000.0)
+STANDARD_ALPHAS = (1.0, 2.0, 4.0, 8.0, 16.0, 27.9, 30.0, 51.2, 76.8, 96.08, 225.0, 400.0, 1024.0, 2048.0, 10000.0)
+
+
+@dataclass(frozen=True, slots=True)
+class Cell:
+    """One formula at one setting in one precision.
+
+    approximation  name in the registry
+    lambda_form    dot, difference, cross, tan2, or none for kernels of the cosine
+    setting        alpha, gamma, slope policy and space
+    precision      float16, float32 or float64
+    gated          False to measure what the form does where a.b <= 0
+    """
+
+    approximation: str
+    lambda_form: str
+    setting: Setting
+    precision: str
+    gated: bool = True
+
+
+@dataclass(frozen=True)
+class Plan:
+    """The axes and sizes of a study. Equal plans on equal code give equal accuracy rows, bit for bit.
+
+    alphas          exponents of exact Phong, > 0
+    gammas          powers of two
+    lambda_forms    of vectors.LAMBDA_FORMS
+    approximations  names in the registry; exact Phong is always measured too
+    slopes          beta policies; an approximation without a wanted policy uses its own first one
+    spaces          reflect (R, V), half (N, H)
+    precisions      float16, float32, float64
+    strata          of sampling.STRATUM_NAMES
+    samples         pairs per cell and stratum
+    seed            any whole number >= 0
+    timing          measure time too
+    timing_budget   seconds the timing may take
+    """
+
+    preset: str = "quick"
+    alphas: tuple[float, ...] = QUICK_ALPHAS
+    gammas: tuple[int, ...] = (2, 4, 8, 16, 32, 64)
+    lambda_forms: tuple[str, ...] = ("dot", "difference", "cross")
+    approximations: tuple[str, ...] = tuple(REGISTRY)
+    slopes: tuple[str, ...] = ("taylor", "minimax")
+    spaces: tuple[str, ...] = SPACES
+    precisions: tuple[str, ...] = ("float16", "float32")
+    strata: tuple[str, ...] = STRATUM_NAMES
+    samples: int = 1 << 17
+    seed: int = 1
+    timing: bool = True
+    timing_budget: float = 8.0
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain data that JSON holds; `from_dict` is its inverse."""
+        return {k: list(v) if isinstance(v, tuple) else v for k, v in asdict(self).items()}
+
+    @staticmethod
+    def from_dict(data: Mapping[str, Any]) -> "Plan":
+        """The plan of a manifest."""
+        return Plan(**{k: tuple(v) if isinstance(v, list) else v for k, v in data.items()})
+
+    @cached_property
+    def digest(self) -> str:
+        """Eight hex digits that differ between plans."""
+        return hashlib.sha256(json.dumps(self.as_dict(), sort_keys=True).encode()).hexdigest()[:8]
+
+    def validated(self, registry: Mapping[str, Approximation] = REGISTRY) -> "Plan":
+        """This plan with sorted, distinct axes; InputError or UnknownNameError names what is wrong."""
+        for axis in ("alphas", "gammas", "lambda_forms", "approximations", "slopes", "spaces", "precisions", "strata"):
+            if not getattr(self, axis):
+                raise InputError(f"{axis} is empty", None, "give at least one value, or leave the option out for the preset's")
+        for alpha in self.alphas:
+            if not (math.isfinite(alpha) and ALPHA.low <= alpha <= ALPHA.high):
+                raise InputError(f"alpha = {alpha:g} is not in {ALPHA.low:g} .. {ALPHA.high:g}", None, "alpha is Phong's exponent")
+        for gamma in self.gammas:
+            if not GAMMA.low <= gamma <= GAMMA.high or gamma & (gamma - 1):
+                raise InputError(f"gamma = {gamma} is not a power of two in 1 .. {GAMMA.high:g}", None, "use e.g. 4,8,16")
+        _known("lambda form", self.lambda_forms, LAMBDA_FORMS)
+        _known("approximation", self.approximations, registry)
+        _known("beta policy", self.slopes, tuple(dict.fromkeys(s for a in registry.values() for s in a.slopes if s != "none")))
+        _known("space", self.spaces, SPACES)
+        _known("precision", self.precisions, PRECISIONS)
+        _known("stratum", self.strata, STRATUM_NAMES)
+        if self.samples < 1 or self.samples > 1 << 40:
+            raise InputError(f"samples = {self.samples} is not in 1 .. 2^40", None, "100000 is a good start")
+        if self.seed < 0:
+            raise InputError(f"seed = {self.seed} is negative", None, "use a whole number >= 0")
+        if not self.timing_budget > 0:
+            raise InputError(f"timing budget = {self.timing_budget} s is not positive", None, "use --no-timing to skip timing")
+        return replace(
+            self,
+            alphas=tuple(sorted({float(a) for a in self.alphas})),
+            gammas=tuple(sorted({int(g) for g in self.gammas})),
+            lambda_forms=_ordered(self.lambda_forms, LAMBDA_FORMS),
+            approximations=_ordered({*self.approximations, "phong"}, registry),
+            slopes=tuple(dict.fromkeys(self.slopes)),
+            spaces=_ordered(self.spaces, SPACES),
+            precisions=_ordered(self.precisions, PRECISIONS),
+            strata=_ordered(self.strata, STRATUM_NAMES),
+        )
+
+    def cells(self, registry: Mapping[str, Approximation] = REGISTRY) -> Iterator[Cell]:
+        """Every formula at every setting that it takes, in every precision; gated cells first, then the ungated forms."""
+        for precision in self.precisions:
+            for name in self.approximations:
+                spec = registry[name]
+                for setting in self.settings(spec):
+                    for form in spec.lambda_forms:
+                        if form == "none" or form in self.lambda_forms:
+                            yield Cell(name, form, setting, precision)
+                            if form != "none":
+                                yield Cell(name, form, setting, precision, gated=False)
+
+    def settings(self, spec: Approximation) -> Iterator[Setting]:
+        """The settings of this plan that an approximation takes."""
+        slopes = tuple(s for s in spec.slopes if s in self.slopes) or spec.slopes[:1]
+        gammas: tuple[int | None, ...] = self.gammas if spec.uses_gamma else (None,)
+        for space in spec.spaces:
+            if space in self.spaces:
+                for alpha in self.alphas:
+                    for gamma in gammas:
+                        for slope in slopes:
+                            setting = Setting(alpha, gamma, slope, space)
+                            if spec.accepts(setting):
+                                yield setting
+
+
+PRESETS: Mapping[str, Plan] = {
+    "quick": Plan(),
+    "standard": Plan(
+        preset="standard",
+        alphas=QUICK_ALPHAS + STANDARD_ALPHAS,
+        gammas=(1, 2, 4, 8, 16, 32, 64, 128),
+        lambda_forms=tuple(LAMBDA_FORMS),
+        slopes=(*ALL_SLOPES, "lagarde"),
+        precisions=tuple(PRECISIONS),
+        samples=1 << 18,
+        timing_budget=60.0,
+    ),
+    "full": Plan(
+        preset="full",
+        alphas=QUICK_ALPHAS + STANDARD_ALPHAS,
+        gammas=(1, 2, 4, 8, 16, 32, 64, 128, 256),
+        lambda_forms=tuple(LAMBDA_FORMS),
+        slopes=(*ALL_SLOPES, "lagarde"),
+        precisions=tuple(PRECISIONS),
+        samples=1 << 22,
+        timing_budget=600.0,
+    ),
+}
+
+
+def preset(name: str) -> Plan:
+    """The plan of this name: quick, standard or full."""
+    if name not in PRESETS:
+        raise UnknownNameError("preset", name, PRESETS)
+    return PRESETS[name]
+
+
+def read_toml(path: Path) -> Plan:
+    """A plan from a TOML file: `preset` and any field of Plan.
+
+    Raises InputError naming file, line and key for what is missing, malformed, unknown or of the wrong type.
+    """
+    try:
+        text = path.read_text(encoding="utf-8")
+        data = tomllib.loads(text)
+    except OSError as problem:
+        raise InputError(f"cannot read the plan: {problem.strerror}", str(path), "give the path of a TOML file") from problem
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as problem:
+        raise InputError(f"not valid TOML: {problem}", str(path), "see `phongbench run --help` for an example plan") from problem
+    types = {f.name: type(getattr(PRESETS["quick"], f.name)) for f in fields(Plan)}
+    values: dict[str, Any] = {}
+    for key, value in data.items():
+        where = f"{path}:{_line_of(key, text)}"
+        if key not in types:
+            raise UnknownNameError("plan key", key, types, where)
+        values[key] = _typed(key, value, types[key], where)
+    base = preset(values.pop("preset", "quick"))
+    return replace(base, **values)
+
+
+def compose(
+    path: Path | None = None, preset_name: str | None = None, materials: Path | None = None, **wishes: Any
+) -> Plan:
+    """The plan of a command line: a file or a preset, changed by every wish that is not None.
+
+    path       TOML plan; excludes preset_name
+    materials  MTL file whose distinct shininess values become the exponents
+    wishes     fields of Plan
+    """
+    if path and preset_name:
+        raise InputError("a plan file and --preset were both given", None, "write `preset = ...` into the plan")
+    if materials and wishes.get("alphas"):
+        raise InputError("--materials and --alpha were both given", None, "both choose the exponents: leave one out")
+    if materials:
+        wishes["alphas"] = exponents(read_mtl(materials))
+    base = read_toml(path) if path else preset(preset_name or "quick")
+    return replace(base, **{name: value for name, value in wishes.items() if value is not None})
+
+
+def _typed(key: str, value: Any, wanted: type, where: str) -> Any:
+    if wanted is tuple:
+        members = value if isinstance(value, list) else [value]
+        number = key in ("alphas", "gammas")
+        for member in members:
+            if isinstance(member, bool) or not isinstance(member, (int, float) if number else str):
+                raise InputError(f"{key} = {member!r} is not a {'number' if number else 'name'}", where)
+            if key == "gammas" and not isinstance(member, int):
+                raise InputError(f"{key} = {member!r} is not a whole number", where)
+        return tuple(members)
+    if wanted is float and isinstance(value, int) and not isinstance(value, bool):
+        return float(value)
+    if type(value) is not wanted:
+        raise InputError(f"{key} = {value!r} is not of type {wanted.__name__}", where)
+    return value
+
+
+def _line_of(key: str, text: str) -> int:
+    pattern = re.compile(rf"^\s*[\"']?{re.escape(key)}[\"']?\s*[=.]|^\s*\[+\s*{re.escape(key)}\s*\]+")
+    return next((number for number, line in enumerate(text.splitlines(), 1) if pattern.match(line)), 1)
+
+
+def _known(kind: str, names: Iterable[str], known: Iterable[str]) -> None:
+    known = tuple(known)
+    for name in names:
+        if name not in known:
+            raise UnknownNameError(kind, name, known)
+
+
+def _ordered(names: Iterable[str], order: Iterable[str]) -> tuple[str, ...]:
+    chosen = set(names)
+    return tuple(n for n in order if n in chosen)

@@ -1,0 +1,269 @@
+"""The one on-disk form of a run: a folder with a manifest and three Parquet tables. Created, appended, loaded, verified here.
+
+Files appear whole or not at all: written under a temporary name, synced, renamed. While a sweep runs, finished contexts are kept as
+numbered parts, from which a killed run is resumed; the complete run is the tables alone.
+"""
+
+import errno
+import hashlib
+import json
+import os
+import re
+import shutil
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import filelock
+import pandas as pd
+
+from phongbench.errors import CorruptRunError, InputError, LockedError, StorageError
+from phongbench.plan import Plan
+
+SCHEMA = 1
+RUN_ID = re.compile(r"^[a-z0-9][a-z0-9-]{7,63}$")
+DEFAULT_ROOT = Path("phongbench-runs")
+MANIFEST, PARTS = "manifest.json", "parts"
+TABLES = ("accuracy", "timing", "worst")
+
+CELL_COLUMNS = (
+    "approximation", "lambda_form", "space", "beta_policy", "alpha", "gamma", "beta", "precision", "gated",
+)  # fmt: skip
+ACCURACY_COLUMNS = (
+    *CELL_COLUMNS, "stratum", "perturbation", "length_error", "truth", "samples", "max_abs", "mean_abs", "rms", "bias", "p50_abs",
+    "p99_abs", "p999_abs", "max_above", "max_below", "codes_8bit", "model_max", "length_max", "rounding_max", "coverage", "nonfinite",
+    "above_one", "negative", "excluded",
+)  # fmt: skip
+#: what identifies a row of accuracy.parquet
+ACCURACY_KEY = (*(c for c in CELL_COLUMNS if c != "beta"), "stratum", "perturbation", "length_error", "truth")
+TIMING_COLUMNS = (
+    "approximation", "lambda_form", "space", "beta_policy", "gamma", "precision", "working_set", "elements", "threads", "ns_min",
+    "ns_median", "ratio", "ratio_low", "ratio_high", "verdict", "dot_ratio", "bandwidth_fraction", "rounds", "contaminated",
+)  # fmt: skip
+WORST_COLUMNS = (
+    *CELL_COLUMNS, "stratum", "perturbation", "length_error", "truth", "rank", "error", "exact", "value",
+    "ax", "ay", "az", "bx", "by", "bz",
+)  # fmt: skip
+_COLUMNS = {"accuracy": ACCURACY_COLUMNS, "timing": TIMING_COLUMNS, "worst": WORST_COLUMNS}
+
+
+@dataclass(frozen=True)
+class Run:
+    """A stored run; its tables are read when first asked for."""
+
+    path: Path
+    manifest: Mapping[str, Any]
+
+    @property
+    def id(self) -> str:
+        """The run's identifier."""
+        return str(self.manifest["run"])
+
+    @property
+    def plan(self) -> Plan:
+        """The plan it measured."""
+        return Plan.from_dict(self.manifest["plan"])
+
+    @property
+    def complete(self) -> bool:
+        """False if it was interrupted and can be resumed."""
+        return bool(self.manifest["state"] == "complete")
+
+    @cached_property
+    def accuracy(self) -> pd.DataFrame:
+        """One row per cell, stratum and truth."""
+        return self._table("accuracy")
+
+    @cached_property
+    def timing(self) -> pd.DataFrame:
+        """One row per timed kernel and working set; empty if timing was left out."""
+        return self._table("timing")
+
+    @cached_property
+    def worst(self) -> pd.DataFrame:
+        """The worst inputs as hex floats."""
+        return self._table("worst")
+
+    def _table(self, name: str) -> pd.DataFrame:
+        path = self.path / f"{name}.parquet"
+        if path.name not in self.manifest["files"]:
+            return pd.DataFrame(columns=list(_COLUMNS[name]))
+        try:
+            frame = pd.read_parquet(path)
+        except (OSError, ValueError) as problem:
+            raise CorruptRunError(f"cannot be read: {problem}", str(path), _REMEDY) from problem
+        missing = [c for c in _COLUMNS[name] if c not in frame.columns]
+        if missing:
+            raise CorruptRunError(f"lacks the columns {', '.join(missing)}", str(path), _REMEDY)
+        return frame
+
+
+_REMEDY = "restore the folder from a copy, or run the study again with the same plan and seed"
+
+
+def new_run_id(plan: Plan) -> str:
+    """YYYYMMDD-HHMMSS-<8 hex of the plan>, in UTC."""
+    return f"{datetime.now(UTC):%Y%m%d-%H%M%S}-{plan.digest}"
+
+
+def load(path: Path) -> Run:
+    """The run in this folder. CorruptRunError if its manifest is missing, unreadable or of another schema."""
+    manifest = path / MANIFEST
+    try:
+        data = json.loads(manifest.read_bytes())
+    except OSError as problem:
+        raise CorruptRunError("is not a run: it has no readable manifest", str(path), "`phongbench list` shows the runs") from problem
+    except ValueError as problem:
+        raise CorruptRunError(f"is not valid JSON: {problem}", str(manifest), _REMEDY) from problem
+    wanted = {"schema", "run", "state", "plan", "seed", "code", "provenance", "files"}
+    if not isinstance(data, dict) or not wanted <= data.keys():
+        raise CorruptRunError("is not a phongbench manifest", str(manifest), _REMEDY)
+    if data["schema"] != SCHEMA:
+        raise CorruptRunError(f"has schema {data['schema']}; this phongbench reads {SCHEMA}", str(manifest), "use the version that wrote it")
+    try:
+        Plan.from_dict(data["plan"])
+    except TypeError as problem:
+        raise CorruptRunError(f"holds a plan this version does not know: {problem}", str(manifest), _REMEDY) from problem
+    return Run(path, data)
+
+
+def find(name: str, root: Path = DEFAULT_ROOT) -> Run:
+    """A run by path, by id under `root`, or the newest one for `latest`. InputError tells where it looked."""
+    if name == "latest":
+        runs = stored(root)
+        if not runs:
+            raise InputError("there is no run yet", str(root), "make one: phongbench run")
+        return runs[-1]
+    if RUN_ID.match(name) and (root / name / MANIFEST).is_file():
+        return load(root / name)
+    path = Path(name)
+    if path.is_dir():
+        return load(path)
+    known = ", ".join(run.id for run in stored(root)[-5:]) or "none"
+    raise InputError(f"no run {name!r}", str(root), f"give a folder, `latest`, or an id; the newest here: {known}")
+
+
+def stored(root: Path = DEFAULT_ROOT) -> list[Run]:
+    """The readable runs under a folder, oldest first; what is not a run is passed over."""
+    runs = []
+    for path in sorted(root.iterdir()) if root.is_dir() else ():
+        if (path / MANIFEST).is_file() and RUN_ID.match(path.name):
+            try:
+                runs.append(load(path))
+            except CorruptRunError:
+                continue
+    return runs
+
+
+def verify(run: Run) -> list[str]:
+    """What is wrong with a stored run, as sentences; empty if every byte is as it was written."""
+    problems = []
+    for name, facts in sorted(run.manifest["files"].items()):
+        path = run.path / name
+        if not path.is_file():
+            problems.append(f"{name}: is missing")
+        elif path.stat().st_size != facts["bytes"]:
+            problems.append(f"{name}: has {path.stat().st_size} bytes instead of {facts['bytes']}")
+        elif _sha256(path) != facts["sha256"]:
+            problems.append(f"{name}: its bytes have changed (SHA-256 differs)")
+        elif name.endswith(".parquet") and len(pd.read_parquet(path, columns=["approximation"])) != facts["rows"]:
+            problems.append(f"{name}: does not have {facts['rows']} rows")
+    if not run.complete:
+        problems.append("the run is partial: it was interrupted and can be resumed")
+    return problems
+
+
+@contextmanager
+def locked(path: Path) -> Iterator[None]:
+    """Hold a run's folder; LockedError if another process does. The folder is made if it is missing."""
+    with storage(path):
+        path.mkdir(parents=True, exist_ok=True)
+    lock = filelock.FileLock(path / ".lock", timeout=0)
+    try:
+        with storage(path):
+            lock.acquire()
+    except filelock.Timeout as problem:
+        raise LockedError("another phongbench run is writing here", str(path), "wait for it, or give another --out") from problem
+    try:
+        yield
+    finally:
+        lock.release()
+        (path / ".lock").unlink(missing_ok=True)
+
+
+@contextmanager
+def storage(path: Path) -> Iterator[None]:
+    """Turn what the disk refuses into a StorageError that names the place."""
+    try:
+        yield
+    except OSError as problem:
+        mend = "free some space" if problem.errno == errno.ENOSPC else "give a folder that can be written with --out"
+        raise StorageError(f"cannot write: {problem.strerror or problem}", str(path), mend) from problem
+
+
+def write_whole(path: Path, write: Callable[[Path], None]) -> None:
+    """Call `write` with a temporary path beside `path`, sync, rename: readers see the old file or the new one, never a part."""
+    temporary = path.with_name(f".{path.name}.partial")
+    with storage(path):
+        try:
+            write(temporary)
+            with temporary.open("rb") as file:
+                os.fsync(file.fileno())
+            temporary.replace(path)
+        finally:
+            temporary.unlink(missing_ok=True)
+
+
+def write_manifest(path: Path, manifest: Mapping[str, Any]) -> None:
+    """Write manifest.json, sorted and readable."""
+    text = json.dumps(manifest, indent=2, sort_keys=True, allow_nan=False) + "\n"
+    write_whole(path / MANIFEST, lambda p: _write_text(p, text))
+
+
+def write_table(path: Path, name: str, frame: pd.DataFrame) -> dict[str, Any]:
+    """Write a table; the manifest's entry for it: SHA-256, rows, bytes."""
+    file = path / f"{name}.parquet"
+    write_whole(file, lambda p: frame.to_parquet(p, engine="pyarrow", compression="zstd", index=False))
+    return {"sha256": _sha256(file), "rows": len(frame), "bytes": file.stat().st_size}
+
+
+def append_part(path: Path, number: int, frame: pd.DataFrame) -> None:
+    """Keep finished work of a sweep that still runs."""
+    with storage(path):
+        (path / PARTS).mkdir(exist_ok=True)
+    write_whole(path / PARTS / f"{number:06d}.parquet", lambda p: frame.to_parquet(p, engine="pyarrow", index=False))
+
+
+def read_parts(path: Path) -> list[pd.DataFrame]:
+    """The parts kept so far, in order. CorruptRunError names one that cannot be read."""
+    frames = []
+    for file in sorted((path / PARTS).glob("[0-9]*.parquet")):
+        try:
+            frames.append(pd.read_parquet(file))
+        except (OSError, ValueError) as problem:
+            raise CorruptRunError(f"cannot be read: {problem}", str(file), "start over with --fresh") from problem
+    return frames
+
+
+def clear(path: Path, names: Iterable[str] = (PARTS, "report", MANIFEST, *(f"{t}.parquet" for t in TABLES))) -> None:
+    """Remove what a run wrote into its folder, and nothing else."""
+    with storage(path):
+        for name in names:
+            target = path / name
+            if target.is_dir():
+                shutil.rmtree(target)
+            else:
+                target.unlink(missing_ok=True)
+
+
+def _write_text(path: Path, text: str) -> None:
+    path.write_text(text, encoding="utf-8")
+
+
+def _sha256(path: Path) -> str:
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()

@@ -1,0 +1,97 @@
+"""From tallies to tables: the numeric part a finished context leaves behind, and the rows of accuracy and worst made of all parts."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from phongbench.accuracy import EXCLUDED, METRICS, WORST_FIELDS
+from phongbench.engine import Measured, Sweep
+from phongbench.results import ACCURACY_COLUMNS, WORST_COLUMNS
+from phongbench.truth import TRUTHS
+
+#: worst inputs kept per cell, over all strata and truths
+WORST_PER_CELL = 3
+
+
+def part(measured: Measured) -> pd.DataFrame:
+    """One context's numbers: its index, cell positions and truths, every metric, and the worst input of each row."""
+    context, tally = measured.context, measured.tally
+    cells = np.repeat(np.array(measured.cells, np.int32), context.truths)
+    columns: dict[str, Any] = {
+        "context": np.full(len(cells), context.index, np.int32),
+        "cell": cells,
+        "truth": np.tile(np.arange(context.truths, dtype=np.int8), len(measured.cells)),
+        "samples": np.full(len(cells), tally.samples, np.int64),
+    }
+    columns |= {name: metric.of(tally) for name, metric in METRICS.items()}
+    columns["excluded"] = tally.counts[:, EXCLUDED]
+    columns |= {f"worst{i}": tally.worst[:, i] for i in range(WORST_FIELDS)}
+    return pd.DataFrame(columns)
+
+
+def accuracy(sweep: Sweep, parts: Sequence[pd.DataFrame]) -> pd.DataFrame:
+    """The rows of accuracy.parquet, in the order of the contexts."""
+    numbers = _joined(parts)
+    frame = pd.concat([_keys(sweep, numbers), numbers.drop(columns=["context", "cell", "truth"])], axis=1)
+    frame["coverage"] = "sampled"
+    # a float64 cell's rounding needs more than float64 to be seen: not measured, and not pretended to be 0
+    frame.loc[frame["precision"] == "float64", "rounding_max"] = np.nan
+    return frame[list(ACCURACY_COLUMNS)]
+
+
+def worst(sweep: Sweep, parts: Sequence[pd.DataFrame]) -> pd.DataFrame:
+    """The rows of worst.parquet: each cell's largest errors over all strata and truths, inputs as C99 hex floats."""
+    numbers = _joined(parts)
+    numbers = numbers[numbers["worst0"] > 0].sort_values(["cell", "worst0", "context", "truth"], ascending=[True, False, True, True])
+    numbers = numbers.groupby("cell", sort=False).head(WORST_PER_CELL).reset_index(drop=True)
+    frame = _keys(sweep, numbers)
+    frame["rank"] = numbers.groupby("cell", sort=False).cumcount() + 1
+    for i, name in enumerate(("error", "exact", "value")):
+        frame[name] = numbers[f"worst{i}"]
+    for i, name in enumerate(("ax", "ay", "az", "bx", "by", "bz"), start=3):
+        frame[name] = pd.Series([float(x).hex() for x in numbers[f"worst{i}"]], dtype="str")
+    return frame[list(WORST_COLUMNS)]
+
+
+def _joined(parts: Sequence[pd.DataFrame]) -> pd.DataFrame:
+    numbers = pd.concat(parts, ignore_index=True)
+    return numbers.sort_values(["context", "cell", "truth"], kind="stable", ignore_index=True)
+
+
+def _keys(sweep: Sweep, numbers: pd.DataFrame) -> pd.DataFrame:
+    """The key columns of each row, looked up by cell and context."""
+    cell, context = numbers["cell"].to_numpy(), numbers["context"].to_numpy()
+    settings = [c.setting for c in sweep.cells]
+    cells: dict[str, Any] = {
+        "approximation": [c.approximation for c in sweep.cells],
+        "lambda_form": [c.lambda_form for c in sweep.cells],
+        "space": [s.space for s in settings],
+        "beta_policy": [s.slope for s in settings],
+        "precision": [c.precision for c in sweep.cells],
+    }
+    strata = [c.stratum for c in sweep.contexts]
+    contexts: dict[str, Any] = {"stratum": [s.name for s in strata], "perturbation": [s.perturbation for s in strata]}
+    frame = pd.DataFrame({name: _looked_up(values, cell) for name, values in cells.items()})
+    frame["alpha"] = np.array([s.alpha for s in settings])[cell]
+    frame["gamma"] = pd.array([s.gamma for s in settings], dtype="Int64")[cell]
+    frame["beta"] = np.array([_beta(sweep, position) for position in range(len(sweep.cells))])[cell]
+    frame["gated"] = np.array([c.gated for c in sweep.cells])[cell]
+    for name, values in contexts.items():
+        frame[name] = _looked_up(values, context)
+    frame["length_error"] = np.array([s.length_error for s in strata])[context]
+    frame["truth"] = _looked_up(TRUTHS, numbers["truth"].to_numpy())
+    return frame
+
+
+def _looked_up(values: Sequence[str], index: NDArray[Any]) -> Any:
+    return pd.array(np.array(values, dtype=object), dtype="str").take(index)
+
+
+def _beta(sweep: Sweep, position: int) -> float:
+    if position in sweep.failures:
+        return float("nan")
+    cell = sweep.cells[position]
+    return float(sweep.registry[cell.approximation].coefficients(cell.setting).get("beta", np.nan))

@@ -1,0 +1,55 @@
+"""The bibliography: one Source for everything that a formula, table or constant was taken from."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class Source:
+    """Where a formula comes from.
+
+    key     str         stable identifier, e.g. "LYON_1993"
+    text    str         authors, title, where published
+    year    int         year of publication
+    checked str         what was checked against the source's formula here, and how far to trust the citation
+    """
+
+    key: str
+    text: str
+    year: int
+    checked: str = "formula checked against its own law in the tests; citation quoted from memory"
+
+    @property
+    def citation(self) -> str:
+        """The text with its year, ready to print."""
+        return f"{self.text} ({self.year})"
+
+
+PHONG_1975 = Source("PHONG_1975", "B. T. Phong, Illumination for Computer Generated Pictures, CACM 18(6)", 1975)
+BLINN_1977 = Source(
+    "BLINN_1977", "J. F. Blinn, Models of Light Reflection for Computer Synthesized Pictures, SIGGRAPH", 1977
+)
+LYON_1993 = Source(
+    "LYON_1993",
+    "R. F. Lyon, Phong Shading Reformulation for Hardware Renderer Simplification, Apple Technical Report 43",
+    1993,
+)
+SCHLICK_1994 = Source("SCHLICK_1994", "C. Schlick, A Fast Alternative to Phong's Specular Model, Graphics Gems IV", 1994)
+FISHER_WOO_1994 = Source("FISHER_WOO_1994", "F. Fisher and A. Woo, R.E versus N.H Specular Highlights, Graphics Gems IV", 1994)
+LAGARDE_2012 = Source(
+    "LAGARDE_2012", "S. Lagarde, Relationship between Phong and Blinn lighting models, personal web log", 2012
+)
+KUIJK_BLAKE_1989 = Source(
+    "KUIJK_BLAKE_1989",
+    "A. A. M. Kuijk and E. H. Blake, Faster Phong Shading via Angular Interpolation, Computer Graphics Forum 8",
+    1989,
+    "constants a and b exchanged against the print, as later readers report; only the corrected pair tends to Phong",
+)
+SCHRAUDOLPH_1999 = Source(
+    "SCHRAUDOLPH_1999", "N. N. Schraudolph, A Fast, Compact Approximation of the Exponential Function, Neural Computation 11", 1999
+)
+KARIS_2013 = Source("KARIS_2013", "B. Karis, PhongApprox in Unreal Engine's shading code (spherical Gaussian)", 2013)
+MESA_TABLE = Source("MESA_TABLE", "Mesa 3D, the specular exponent table of its fixed-function lighting", 1995)
+OPENGL_MATERIALS = Source(
+    "OPENGL_MATERIALS", "M. Kilgard, the material table of the OpenGL teapots demo (teapots.c), Silicon Graphics", 1994
+)
+PHONGBENCH = Source("PHONGBENCH", "phongbench: derived here, proved by the tests", 2026, "derived and tested in this project")

@@ -1,0 +1,244 @@
+"""A whole study: prepare, sweep, time, store, report; resumable at every step.
+
+This is what `phongbench run` calls. It writes results and speaks through a Progress; drawing the report is a function it is given, so
+that measuring does not depend on drawing.
+"""
+
+import os
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from phongbench import engine, results, rows, timing
+from phongbench.approximations import REGISTRY
+from phongbench.errors import InputError, MeasurementError
+from phongbench.lowering import PRECISIONS
+from phongbench.plan import Plan
+from phongbench.progress import Progress
+from phongbench.provenance import collect, fingerprint_code
+from phongbench.results import Run
+from phongbench.spec import Approximation
+
+#: seconds of sweep after which finished contexts are written down
+CHECKPOINT_SECONDS = 5.0
+
+
+@dataclass
+class Outcome:
+    """What a study did.
+
+    seconds   of wall time by stage: accuracy, timing, report, total
+    failures  messages of cells that could not be measured, with how many cells each concerns
+    """
+
+    run: Run
+    cells: int
+    evaluations: int
+    seconds: dict[str, float] = field(default_factory=dict)
+    failures: dict[str, int] = field(default_factory=dict)
+    report: Path | None = None
+
+    @property
+    def failed_cells(self) -> int:
+        """Cells of the plan without rows."""
+        return sum(self.failures.values())
+
+    def as_dict(self) -> dict[str, Any]:
+        """The document that `phongbench run --json` prints."""
+        return {
+            "run": self.run.id,
+            "path": str(self.run.path),
+            "cells": self.cells,
+            "evaluations": self.evaluations,
+            "seconds": {name: round(value, 3) for name, value in self.seconds.items()},
+            "failed_cells": self.failed_cells,
+            "report": None if self.report is None else str(self.report),
+        }
+
+
+@dataclass(frozen=True)
+class Forecast:
+    """What a plan would take, told before it is run."""
+
+    cells: int
+    rows: int
+    evaluations: int
+    bytes: int
+    seconds: dict[str, float]
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain data for JSON."""
+        return {
+            "cells": self.cells,
+            "rows": self.rows,
+            "evaluations": self.evaluations,
+            "bytes": self.bytes,
+            "seconds": {k: round(v, 1) for k, v in self.seconds.items()},
+        }
+
+
+def default_jobs() -> int:
+    """The cores this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def run_study(
+    plan: Plan,
+    out: Path | None = None,
+    *,
+    registry: Mapping[str, Approximation] = REGISTRY,
+    jobs: int | None = None,
+    resume: bool = False,
+    fresh: bool = False,
+    build_report: Callable[[Run, Path], Path] | None = None,
+    progress: Progress | None = None,
+    command: Sequence[str] = (),
+) -> Outcome:
+    """Measure a plan into a folder.
+
+    plan          validated plan
+    out           folder of the run; a new one under phongbench-runs by default
+    jobs          threads of the sweep, all cores by default; the rows do not depend on it
+    resume        go on where an interrupted run of the same plan and code stopped
+    fresh         discard what the folder holds
+    build_report  (run, folder) -> path of the page; None to leave the report out
+    command       the words of the command line, for the provenance
+    Raises LockedError, StorageError, InputError (the folder holds another run), CorruptRunError.
+    """
+    progress = progress or Progress()
+    started = time.perf_counter()
+    run_id = results.new_run_id(plan)
+    path = out or results.DEFAULT_ROOT / run_id
+    with results.locked(path):
+        parts = _begin(path, plan, fresh=fresh, resume=resume)
+        manifest = {
+            "schema": results.SCHEMA,
+            "run": _stored_id(path) or (path.name if results.RUN_ID.match(path.name) else run_id),
+            "state": "partial",
+            "plan": plan.as_dict(),
+            "seed": plan.seed,
+            "code": fingerprint_code(),
+            "provenance": collect(plan.seed, command).as_dict(),
+            "files": {},
+        }
+        results.write_manifest(path, manifest)
+        sweep = engine.prepare(plan, registry)
+        _sweep(sweep, path, parts, jobs or default_jobs(), progress)
+        progress.stage("writing the accuracy rows")
+        files = manifest["files"] = {}
+        files["accuracy.parquet"] = results.write_table(path, "accuracy", rows.accuracy(sweep, parts))
+        files["worst.parquet"] = results.write_table(path, "worst", rows.worst(sweep, parts))
+        outcome = Outcome(Run(path, manifest), len(sweep.cells), sweep.evaluations)
+        for message in sweep.failures.values():
+            outcome.failures[message] = outcome.failures.get(message, 0) + 1
+        outcome.seconds["accuracy"] = time.perf_counter() - started
+        clock = time.perf_counter()
+        if plan.timing:
+            files["timing.parquet"] = results.write_table(path, "timing", _time(sweep, progress))
+        outcome.seconds["timing"] = time.perf_counter() - clock
+        manifest["state"] = "complete"
+        manifest["failures"] = outcome.failures
+        manifest["seconds"] = {k: round(v, 3) for k, v in outcome.seconds.items()}
+        results.write_manifest(path, manifest)
+        results.clear(path, [results.PARTS])
+        clock = time.perf_counter()
+        if build_report:
+            progress.stage("drawing the report")
+            outcome.report = build_report(outcome.run, path / "report")
+        outcome.seconds["report"] = time.perf_counter() - clock
+    outcome.seconds["total"] = time.perf_counter() - started
+    return outcome
+
+
+def forecast(plan: Plan, registry: Mapping[str, Approximation] = REGISTRY, jobs: int | None = None) -> Forecast:
+    """Cells, bytes and seconds of a plan, the latter from a short trial of the real sweep on this machine."""
+    sweep = engine.prepare(plan, registry)
+    rows_expected = sum(len(c.cells) * c.truths for c in sweep.contexts)
+    started = time.perf_counter()
+    engine.compile_kernels(sweep)
+    compiling = time.perf_counter() - started
+    rate = engine.trial_rates(sweep)
+    sweeping = sum(c.evaluations / rate[c.stratum.name] for c in sweep.contexts) / (jobs or default_jobs())
+    seconds = {"accuracy": compiling + sweeping + 4e-6 * rows_expected, "timing": plan.timing_budget if plan.timing else 0.0}
+    return Forecast(len(sweep.cells), rows_expected, sweep.evaluations, 90 * rows_expected + 200_000, seconds)
+
+
+def _begin(path: Path, plan: Plan, *, fresh: bool, resume: bool) -> list[pd.DataFrame]:
+    """Make the folder ready; the parts a resumed run can keep."""
+    if fresh:
+        results.clear(path)
+    if not (path / results.MANIFEST).exists():
+        if resume:
+            raise InputError("there is nothing to resume", str(path), "leave out --resume, or give the folder of the interrupted run")
+        return []
+    before = results.load(path)
+    if before.complete and resume:
+        raise InputError("the run here is complete", str(path), "`phongbench report` draws its report anew, --fresh measures it anew")
+    if not resume:
+        raise InputError("the folder already holds a run", str(path), "--resume goes on with it, --fresh discards it")
+    if before.plan != plan:
+        raise InputError("the run here has another plan", str(path), "give the options it was started with, or --fresh")
+    if before.manifest["code"] != fingerprint_code():
+        raise InputError("the run here was started by other code", str(path), "its rows could differ in the last bits: use --fresh")
+    return results.read_parts(path)
+
+
+def _stored_id(path: Path) -> str | None:
+    return results.load(path).id if (path / results.MANIFEST).exists() else None
+
+
+def _sweep(sweep: engine.Sweep, path: Path, parts: list[pd.DataFrame], jobs: int, progress: Progress) -> None:
+    """Run what is left of the sweep, appending to `parts` in memory and on disk."""
+    progress.stage("compiling", 1.0)
+    engine.compile_kernels(sweep, lambda done, total: progress.advance(1 / total if done else 0))
+    done = {int(index) for frame in parts for index in frame["context"].unique()}
+    progress.stage("accuracy", float(sweep.evaluations))
+    progress.advance(float(sum(c.evaluations for c in sweep.contexts if c.index in done)))
+    fresh: list[pd.DataFrame] = []
+    written = time.monotonic()
+    try:
+        for measured in engine.run(sweep, jobs=jobs, done=done, progress=progress.advance):
+            fresh.append(rows.part(measured))
+            if time.monotonic() - written > CHECKPOINT_SECONDS:
+                _keep(path, parts, fresh)
+                written = time.monotonic()
+    except BaseException:
+        _keep(path, parts, fresh)
+        raise
+    parts += fresh
+
+
+def _keep(path: Path, parts: list[pd.DataFrame], fresh: list[pd.DataFrame]) -> None:
+    if fresh:
+        frame = pd.concat(fresh, ignore_index=True)
+        results.append_part(path, len(list((path / results.PARTS).glob("[0-9]*"))), frame)
+        parts.append(frame)
+        fresh.clear()
+
+
+def _time(sweep: engine.Sweep, progress: Progress) -> pd.DataFrame:
+    """Time every kernel of the plan that differs in time, once."""
+    subjects = timing.subjects(
+        (sweep.registry[c.approximation], c.lambda_form, c.setting, PRECISIONS[c.precision])
+        for position, c in enumerate(sweep.cells)
+        if c.gated and position not in sweep.failures
+    )
+    progress.stage("timing", 1.0)
+    last = 0.0
+
+    def step(done: int, total: int, text: str) -> None:
+        nonlocal last
+        progress.advance(done / max(total, 1) - last)
+        last = done / max(total, 1)
+
+    problems: list[MeasurementError] = []
+    frame = timing.measure(
+        subjects, budget_seconds=sweep.plan.timing_budget, seed=sweep.plan.seed, progress=step, problems=problems
+    )
+    for problem in problems:
+        progress.note(f"not timed: {problem}")
+    return frame

@@ -1,0 +1,121 @@
+"""From a finished run to its report: a folder that opens by double click, or one self-contained file."""
+
+from __future__ import annotations
+
+import base64
+import contextlib
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING
+from urllib.parse import quote
+
+import pandas as pd
+
+from phongbench.errors import StorageError
+from phongbench_reports.drawing import Plate, ink, svg_pair
+from phongbench_reports.figures import FIGURES
+from phongbench_reports.page import Links, Section, render, style_sheet
+from phongbench_reports.study import Absent, Study
+from phongbench_reports.tables import census, formulas, verdict, worst
+from phongbench_reports.text import BUDGETS
+
+if TYPE_CHECKING:
+    from phongbench.results import Run
+
+
+def sections_of(study: Study) -> tuple[list[Section], dict[str, tuple[bytes, bytes]]]:
+    """All sections in page order, and the SVGs (light, dark) of the figures among them."""
+    (code, code_name), (fine, fine_name) = BUDGETS
+    first = study.precision
+    answer = [Section("verdict", f"The answer, within {code_name}", verdict(study, first, code, code_name))]
+    answer.append(
+        Section("verdict_fine", f"The answer, within {fine_name}", verdict(study, first, fine, fine_name), True)
+    )
+    for other in study.precisions[1:]:
+        table = verdict(study, other, code, code_name)
+        answer.append(Section(f"verdict_{other}", f"The answer in {other}, within {code_name}", table, True))
+    drawn: dict[str, Section] = {}
+    pictures: dict[str, tuple[bytes, bytes]] = {}
+    with ink():
+        for entry in FIGURES:
+            content = entry.draw(study)
+            drawn[entry.name] = Section(entry.name, entry.title, content)
+            if isinstance(content, Plate):
+                pictures[entry.name] = svg_pair(content.figure, entry.name)
+    speed = drawn.pop("speed")
+    strange = Section("census", "Values above 1, negative, not finite", census(study))
+    inputs = Section("worst", "Worst inputs", worst(study))
+    names = Section("formulas", "The formulas", formulas(study), True)
+    return [*answer, *drawn.values(), strange, speed, inputs, names], pictures
+
+
+def csv_of(frame: pd.DataFrame) -> bytes:
+    """The frame as UTF-8 CSV with unix line ends and nine significant digits: enough for any float32."""
+    return frame.to_csv(index=False, lineterminator="\n", float_format="%.9g").encode("utf-8")
+
+
+def _data_address(media: str, content: bytes) -> str:
+    return f"data:{media};base64,{base64.b64encode(content).decode('ascii')}"
+
+
+def write(path: Path, content: bytes) -> None:
+    """Puts a file in place whole or not at all."""
+    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        temporary.write_bytes(content)
+        temporary.replace(path)
+    except OSError as error:
+        with contextlib.suppress(OSError):
+            temporary.unlink(missing_ok=True)
+        raise StorageError(
+            f"cannot write the report: {error.strerror}", str(path), "free space or choose another --out"
+        ) from error
+
+
+def build(run: Run, out: Path, *, single_file: bool = False) -> Path:
+    """Writes the report of a run.
+
+    run          phongbench.results.Run
+    out          Path     folder of the report; made if missing, its former report replaced
+    single_file  bool     one index.html with everything in it, no figures/, data/ or style.css
+    returns      Path     of index.html
+    """
+    study = Study(run)
+    sections, pictures = sections_of(study)
+    sheets = {
+        section.name: csv_of(section.content.data) for section in sections if not isinstance(section.content, Absent)
+    }
+    index = out / "index.html"
+    if single_file:
+        figures = {name: tuple_of(pair) for name, pair in pictures.items()}
+        data = {name: _data_address("text/csv", content) for name, content in sheets.items()}
+        links = Links(style_sheet(), figures, data)
+    else:
+        figures = {name: (f"figures/{quote(name)}.svg", f"figures/{quote(name)}-dark.svg") for name in pictures}
+        links = Links("", figures, {name: f"data/{quote(name)}.csv" for name in sheets})
+        _write_parts(out, pictures, sheets, [section.name for section in sections])
+    write(index, render(study, sections, links).encode("utf-8"))
+    return index
+
+
+def tuple_of(pair: tuple[bytes, bytes]) -> tuple[str, str]:
+    """Both variants of a figure as data: addresses."""
+    return _data_address("image/svg+xml", pair[0]), _data_address("image/svg+xml", pair[1])
+
+
+def _write_parts(
+    out: Path, pictures: Mapping[str, tuple[bytes, bytes]], sheets: Mapping[str, bytes], names: list[str]
+) -> None:
+    """Style sheet, figures and CSVs; those of sections that are absent now are taken away."""
+    write(out / "style.css", style_sheet().encode("utf-8"))
+    for name in names:
+        files = {out / "data" / f"{name}.csv": sheets.get(name)}
+        light, dark = pictures.get(name, (None, None))
+        files |= {out / "figures" / f"{name}.svg": light, out / "figures" / f"{name}-dark.svg": dark}
+        for path, content in files.items():
+            if content is not None:
+                write(path, content)
+            else:
+                path.unlink(missing_ok=True)

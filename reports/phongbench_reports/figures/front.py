@@ -1,0 +1,149 @@
+"""Error against time: every formula as a point with its interval, the front as steps."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+
+from phongbench.front import front
+from phongbench_reports.commands import reproduce
+from phongbench_reports.drawing import (
+    BLUE,
+    INK,
+    MUTED,
+    ORANGE,
+    SURFACE,
+    Plate,
+    budget_lines,
+    footnote,
+    log_axis,
+    named_ticks,
+    octaves,
+    sheet,
+    spread,
+)
+from phongbench_reports.study import Absent, Study, nearest
+from phongbench_reports.text import BUDGETS, basis, label, listed, number, records
+
+#: Exponents drawn, the nearest ones of the run: a wide lobe, the classic middle, a tight one.
+ALPHAS = (10.0, 50.0, 200.0)
+#: Errors below are drawn at the left edge: on a log axis an exact formula would vanish.
+FLOOR = 1e-7
+#: Points of the front that get a name, and how far apart names are in axes heights.
+NAMED, GAP = 6, 0.105
+LOOKS = {"on": (BLUE, BLUE, "o", 5.5), "unresolved": (ORANGE, SURFACE, "D", 4.0), "off": (MUTED, SURFACE, "o", 3.2)}
+
+
+def cells(study: Study) -> pd.DataFrame:
+    """Front cells of every drawn exponent, with alpha, and a name for each."""
+    frames = []
+    for alpha in sorted({nearest(study.alphas, wanted) for wanted in ALPHAS}):
+        found = front(study.unit, study.timing, alpha=alpha, precision=study.precision, working_set=study.working_set)
+        frames.append(found.assign(alpha=alpha))
+    frame = pd.concat(frames, ignore_index=True)
+    return frame.assign(label=[label(row) for row in records(frame)])
+
+
+def _panel(axes: Axes, rows: pd.DataFrame) -> None:
+    for state in ("off", "unresolved", "on"):
+        part = rows[rows["state"] == state]
+        edge, face, marker, size = LOOKS[state]
+        x = part["error"].clip(lower=FLOOR).to_numpy()
+        spans = [part["ratio"] - part["ratio_low"], part["ratio_high"] - part["ratio"]]
+        axes.errorbar(
+            x, part["ratio"], yerr=np.abs(np.array(spans, dtype=float)), fmt=marker, markersize=size, color=edge,
+            markerfacecolor=face, markeredgewidth=1.1, elinewidth=0.9, capsize=0, label=state,
+            zorder=3 if state == "on" else 2,
+        )  # fmt: skip
+    best = rows[rows["state"] == "on"].sort_values(["error", "ratio"], kind="stable")
+    # A step, not a slope: no mixture of two formulas lies between two points.
+    axes.step(best["error"].clip(lower=FLOOR), best["ratio"], where="post", color=BLUE, linewidth=1.2, zorder=2.5)
+
+
+def _name(axes: Axes, rows: pd.DataFrame) -> None:
+    """Names to the lower left of points of the front, where nothing can be: it would be on the front itself."""
+    best = rows[rows["state"] == "on"].sort_values(["error", "ratio"], kind="stable").reset_index(drop=True)
+    if best.empty:
+        return
+    picks = np.unique(np.linspace(0, len(best) - 1, min(NAMED, len(best))).round().astype(int))
+    best = best.iloc[picks]
+    to_axes = axes.transData + axes.transAxes.inverted()
+    points = to_axes.transform(np.column_stack([best["error"].clip(lower=FLOOR), best["ratio"]]))
+    tight = [bool(x < 0.3) for x, _ in points]  # no room to its left
+    heights = np.array([float(y) - 0.1 for _, y in points])
+    for side in (True, False):
+        mine = [index for index, one in enumerate(tight) if one is side]
+        heights[mine] = spread(heights[mine].tolist(), GAP) if mine else []
+    for (x, _), height, left, row in zip(points, heights, tight, records(best), strict=True):
+        axes.annotate(
+            row["label"], xy=(max(row["error"], FLOOR), row["ratio"]), xytext=(x + (0.012 if left else -0.012), height),
+            textcoords="axes fraction", fontsize=7.5, ha="left" if left else "right", va="center",
+            bbox={"facecolor": SURFACE, "edgecolor": "none", "pad": 0.8}, zorder=4,
+            arrowprops={"arrowstyle": "-", "color": BLUE, "linewidth": 0.6, "shrinkA": 0, "shrinkB": 3},
+        )  # fmt: skip
+
+
+def draw(study: Study) -> Plate | Absent:
+    """One panel per exponent; error on a log axis, time as a ratio to exact Phong."""
+    if study.timing.empty:
+        return Absent("This run has no timing, so there is no front.", "Run again without --no-timing.")
+    data = cells(study) if (study.timing["precision"] == study.precision).any() else pd.DataFrame()
+    if data.empty:
+        return Absent("No timed kernel matches a measured error.", "Run accuracy and timing at the same precision.")
+    alphas = sorted(data["alpha"].unique())
+    height = 0.75 + 2.35 * len(alphas)
+    margins = {"top": 1 - 0.3 / height, "bottom": 0.72 / height, "hspace": 0.2}
+    figure, panels = sheet(height, len(alphas), 1, left=0.075, right=0.985, sharex=True, sharey=True, **margins)
+    low, high = float(data["ratio_low"].min()), float(data["ratio_high"].max())
+    log_axis(panels[0].xaxis)
+    bottom, top = low / 1.5, max(high, 1.0) * 1.35
+    named_ticks(
+        panels[0].yaxis, octaves(bottom, top), minor=[0.75 * tick for tick in octaves(bottom / 0.75, top / 0.75)]
+    )
+    panels[0].set(xlim=(FLOOR / 2, 1.0), ylim=(bottom, top))
+    for axes, alpha in zip(panels, alphas, strict=True):
+        budget_lines(axes, vertical=True)
+        axes.axhline(1.0, color=INK, linewidth=0.8)
+        axes.text(
+            0.998, 1.0, "exact Phong", transform=axes.get_yaxis_transform(), fontsize=7.5, ha="right", va="bottom"
+        )
+        _panel(axes, data[data["alpha"] == alpha])
+        _name(axes, data[data["alpha"] == alpha])
+        axes.set_title(f"α\u00a0=\u00a0{alpha:g}")
+        axes.set_ylabel("time / exact Phong")
+    panels[-1].set_xlabel("largest absolute error")
+    panels[0].legend(
+        loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, fontsize=8, handletextpad=0.2, borderaxespad=0.1
+    )
+    rows = study.at(study.unit, precision=study.precision, alpha=tuple(alphas))
+    told = f"{basis(rows)}; times: {study.working_set} working set, median ratio with its interval"
+    footnote(figure, f"{study.precision}, unit vectors, stratum highlight; error ≤ 10⁻⁷ drawn at the left edge; {told}")
+    return Plate(
+        figure, data, _sentence(study, data), _alt(data), told, reproduce(study, rows).removesuffix(" --no-timing")
+    )
+
+
+def _sentence(study: Study, data: pd.DataFrame) -> str:
+    if study.working_set in study.twin_differs:
+        return "The A/A twin was told apart from itself in this run, so no speed claim is made from these points."
+    parts = []
+    for alpha, rows in data.groupby("alpha"):
+        fits = rows[(rows["error"] <= BUDGETS[0][0]) & (rows["state"] != "off")]
+        if len(fits):
+            best = fits.sort_values(["ratio", "error"], kind="stable").iloc[0]
+            parts.append(f"{best['label']} at α\u00a0=\u00a0{alpha:g} ({number(best['ratio'])} of exact Phong's time)")
+        else:
+            parts.append(f"nothing at α\u00a0=\u00a0{alpha:g}")
+    counts = data["state"].value_counts()
+    told = listed(f"{int(counts.get(state, 0))} {state}" for state in ("on", "unresolved", "off"))
+    return f"Fastest within 1/255: {listed(parts)}. Of {len(data)} points, {told}."
+
+
+def _alt(data: pd.DataFrame) -> str:
+    parts = []
+    for alpha, rows in data.groupby("alpha"):
+        best = rows[rows["state"] == "on"].sort_values("ratio", kind="stable")
+        named = ", ".join(f"{row['label']} ({number(row['error'])}, {number(row['ratio'])})" for row in records(best))
+        parts.append(f"α\u00a0=\u00a0{alpha:g}: {named or 'no resolved point'}")
+    return f"Error against time ratio, log-log; points on the front with error and ratio: {'; '.join(parts)}."

@@ -1,0 +1,88 @@
+"""Rounding error of each lambda form over the exponent, one panel per precision."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+
+from phongbench.front import CELL
+from phongbench_reports.commands import reproduce
+from phongbench_reports.drawing import FORMS, Plate, budget_lines, end_labels, footnote, log_axis, sheet
+from phongbench_reports.study import STABILITY_ALPHA, Absent, Study, nearest
+from phongbench_reports.text import basis, label, listed, number, records
+
+ORDER = ("float16", "float32", "float64")
+
+
+def rows_of(study: Study) -> pd.DataFrame:
+    """Lyon with Taylor slope and the gamma nearest to 32, unit vectors, every precision of the run."""
+    rows = study.at(study.unit, approximation="lyon", beta_policy="taylor", space="reflect", lambda_form=tuple(FORMS))
+    rows = rows[rows["gamma"].notna()]
+    if rows.empty:
+        return rows
+    gamma = min((int(g) for g in rows["gamma"].unique()), key=lambda g: (abs(np.log2(g / 32)), g))
+    columns = [*CELL, "alpha", "rounding_max", "max_abs", "model_max", "samples", "coverage"]
+    rows = rows.loc[rows["gamma"] == gamma, columns]
+    return rows.sort_values(["precision", "lambda_form", "alpha"], kind="stable").reset_index(drop=True)
+
+
+def _panel(axes: Axes, rows: pd.DataFrame) -> list[tuple[float, float, str, str]]:
+    ends = []
+    for form, (colour, marker, dash) in FORMS.items():
+        mine = rows[rows["lambda_form"] == form]
+        if len(mine):
+            size = mine["rounding_max"].clip(lower=1e-17)
+            axes.plot(mine["alpha"], size, color=colour, marker=marker, linestyle=dash)
+            ends.append((float(mine["alpha"].iloc[-1]), float(size.iloc[-1]), form, colour))
+    return ends
+
+
+def draw(study: Study) -> Plate | Absent:
+    """Rounding part of the error against alpha, log-log, both code budgets."""
+    data = rows_of(study)
+    if data.empty:
+        return Absent("The run holds no lyon rows on unit vectors.", "Run with --only lyon.")
+    found = [name for name in ORDER if (data["precision"] == name).any()]
+    figure, panels = sheet(3.7, 1, len(found), left=0.075, right=0.895, wspace=0.34, bottom=0.185)
+    for axes, name in zip(panels, found, strict=True):
+        log_axis(axes.xaxis)
+        log_axis(axes.yaxis)
+        budget_lines(axes, side="right")
+        ends = _panel(axes, data[data["precision"] == name])
+        low, high = axes.get_ylim()
+        axes.set_ylim(low / 1.5, max(high, 1e-2))
+        end_labels(axes, ends, gap=0.075)
+        axes.set_title(name)
+        axes.set_xlabel("α, exact exponent")
+    panels[0].set_ylabel("rounding part of the largest error")
+    told = basis(data)
+    footnote(
+        figure,
+        f"lyon, γ\u00a0=\u00a0{int(data['gamma'].iloc[0])}, Taylor slope, unit vectors, stratum highlight; {told}",
+    )
+    return Plate(figure, data, _sentence(data, found), _alt(data, found), told, reproduce(study, data))
+
+
+def _sentence(data: pd.DataFrame, found: list[str]) -> str:
+    alpha = nearest(sorted(data["alpha"].unique()), STABILITY_ALPHA)
+    parts = []
+    for name in found:
+        rows = data[(data["precision"] == name) & (data["alpha"] == alpha)].sort_values("rounding_max", kind="stable")
+        sizes = listed(f"{number(255 * row['rounding_max'])} ({row['lambda_form']})" for row in records(rows))
+        parts.append(f"{name} {sizes}")
+    where = label({**records(data)[0], "lambda_form": "none"})
+    return f"Rounding of {where} at α\u00a0=\u00a0{alpha:g}, in 8-bit codes: {'; '.join(parts)}."
+
+
+def _alt(data: pd.DataFrame, found: list[str]) -> str:
+    parts = []
+    for name in found:
+        rows = data[data["precision"] == name]
+        for form, mine in rows.groupby("lambda_form", sort=True):
+            first, last = mine.iloc[0], mine.iloc[-1]
+            parts.append(
+                f"{name} {form} from {number(first['rounding_max'])} at α\u00a0=\u00a0{first['alpha']:g} "
+                f"to {number(last['rounding_max'])} at α\u00a0=\u00a0{last['alpha']:g}"
+            )
+    return f"Log-log charts of the rounding error against alpha: {'; '.join(parts)}."

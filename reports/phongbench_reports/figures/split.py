@@ -1,0 +1,116 @@
+"""The error of each formula split into its parts: the model, the lengths of the vectors, rounding."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+
+from phongbench.front import CELL
+from phongbench_reports.commands import reproduce
+from phongbench_reports.drawing import BLUE, GREEN, GRID, VERMILION, Plate, budget_lines, footnote, log_axis, sheet
+from phongbench_reports.study import Absent, Study, nearest
+from phongbench_reports.text import basis, label, listed, number, percent, records
+
+PARTS = {
+    "model_max": ("model", BLUE, "o"),
+    "length_max": ("lengths", VERMILION, "s"),
+    "rounding_max": ("rounding", GREEN, "^"),
+}  # fmt: skip
+LIMITS = (1e-8, 10.0)
+
+
+def rows_of(study: Study) -> pd.DataFrame:
+    """One row per formula and precision at the headline exponent, one vector about 1 % too long; Taylor slopes."""
+    rows = study.at(study.lengths, alpha=study.alpha, perturbation="a")
+    rows = rows[
+        (rows["length_error"] > 0) & rows["gated"].astype(bool) & ~rows["beta_policy"].isin(["minimax", "energy"])
+    ]
+    if rows.empty:
+        return rows
+    rows = rows[rows["length_error"] == nearest(sorted(rows["length_error"].unique()), 0.01)]
+    gammas = [int(gamma) for gamma in rows["gamma"].dropna().unique()]
+    if gammas:
+        gamma = min(gammas, key=lambda g: (abs(np.log2(g / 8)), g))
+        rows = rows[rows["gamma"].isna() | (rows["gamma"] == gamma).fillna(False)]
+    columns = [*CELL, "alpha", "perturbation", "length_error", *PARTS, "max_abs", "samples", "coverage"]
+    rows = rows[columns].assign(label=[label(row) for row in records(rows)])
+    return rows.sort_values(["precision", *CELL[:-1]], kind="stable").reset_index(drop=True)
+
+
+def _panel(axes: Axes, rows: pd.DataFrame, names: list[str]) -> None:
+    place = {name: len(names) - 1 - index for index, name in enumerate(names)}
+    y = rows["label"].map(place).to_numpy(np.float64)
+    parts = rows[list(PARTS)].to_numpy(np.float64)
+    biggest = np.clip(parts.max(axis=1), *LIMITS)
+    axes.hlines(y, LIMITS[0], biggest, color=GRID, linewidth=1.0, zorder=1)
+    for index, (name, colour, marker) in enumerate(PARTS.values()):
+        # Parts of 0 (exact formulas, length-free forms) would leave a log axis: they sit at its left end.
+        axes.plot(
+            np.clip(parts[:, index], *LIMITS),
+            y,
+            color=colour,
+            marker=marker,
+            linestyle="none",
+            label=name,
+            clip_on=False,
+        )
+    axes.set_yticks([place[name] for name in names], names)
+    axes.tick_params(axis="y", length=0)
+    axes.grid(False, axis="y")
+    axes.set_ylim(-0.7, len(names) - 0.3)
+
+
+def draw(study: Study) -> Plate | Absent:
+    """Three marks per formula, one panel per precision."""
+    data = rows_of(study)
+    if data.empty:
+        return Absent("The run holds no rows on vectors of the wrong length.", "Run with the stratum lengths.")
+    found = [name for name in ("float32", "float16", "float64") if (data["precision"] == name).any()]
+    names = list(dict.fromkeys(data["label"]))
+    height = 1.45 + 0.2 * len(names)
+    margins = {"bottom": 0.78 / height, "top": 1 - 0.42 / height}
+    figure, panels = sheet(height, 1, len(found), left=0.2, right=0.985, wspace=0.06, sharey=True, **margins)
+    for axes, name in zip(panels, found, strict=True):
+        log_axis(axes.xaxis, labels=6)
+        axes.set_xlim(*LIMITS)
+        budget_lines(axes, vertical=True)
+        _panel(axes, data[data["precision"] == name], names)
+        axes.set_title(name)
+        axes.set_xlabel("largest absolute error of the part")
+    panels[-1].legend(
+        loc="lower right",
+        bbox_to_anchor=(1.0, 1.0),
+        ncols=3,
+        fontsize=8,
+        columnspacing=1.0,
+        handletextpad=0.2,
+        borderaxespad=0.1,
+    )
+    told = basis(data)
+    one = percent(float(data["length_error"].iloc[0]))
+    footnote(
+        figure,
+        f"α = {study.alpha:g}, one vector {one} in length, stratum lengths; ≤ 10⁻⁸ drawn at the left edge; {told}",
+    )
+    return Plate(figure, data, _sentence(data, found), _alt(data), told, reproduce(study, data))
+
+
+def _sentence(data: pd.DataFrame, found: list[str]) -> str:
+    told = []
+    for name in found:
+        rows = data[data["precision"] == name]
+        largest = rows[list(PARTS)].idxmax(axis=1).value_counts()
+        counts = listed(f"{PARTS[part][0]} for {int(largest[part])}" for part in PARTS if part in largest.index)
+        told.append(f"in {name} the largest part is {counts} of {len(rows)} formulas")
+    return f"With one vector {percent(float(data['length_error'].iloc[0]))} in length, {'; '.join(told)}."
+
+
+def _alt(data: pd.DataFrame) -> str:
+    rows = data[data["precision"] == data["precision"].max()] if data.empty else data[data["precision"] == "float32"]
+    rows = rows if len(rows) else data
+    parts = "; ".join(
+        f"{row['label']}: " + ", ".join(f"{name} {number(row[part])}" for part, (name, _, _) in PARTS.items())
+        for row in records(rows.head(12))
+    )
+    return f"Dot chart of the parts of each formula's error on a log axis. {rows['precision'].iloc[0]}: {parts}."

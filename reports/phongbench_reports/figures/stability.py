@@ -1,0 +1,168 @@
+"""Error against the length error of the vectors, one series per lambda form, with the law of lengths drawn over it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
+from matplotlib.axes import Axes
+
+from phongbench import laws
+from phongbench.front import CELL
+from phongbench_reports.commands import reproduce
+from phongbench_reports.drawing import FORMS, MUTED, SURFACE, Plate, budget_lines, end_labels, footnote, log_axis, sheet
+from phongbench_reports.study import STABILITY_ALPHA, Absent, Study, nearest
+from phongbench_reports.text import basis, listed, number, records
+
+#: How the lengths err, as the perturbation column names it, and in words.
+WAYS = {"a": "one vector", "both": "both alike", "opposite": "both, opposite"}
+#: Slopes are told over length errors up to here; beyond, the lobe has left the linear range.
+SLOPE_TO = 0.0021
+
+
+def rows_of(study: Study) -> pd.DataFrame:
+    """Lyon with Taylor slope at one exponent and one gamma on vectors of the wrong length."""
+    rows = study.at(
+        study.lengths, approximation="lyon", beta_policy="taylor", space="reflect", precision=study.precision,
+        perturbation=tuple(WAYS), lambda_form=tuple(FORMS),
+    )  # fmt: skip
+    rows = rows[(rows["length_error"] != 0.0) & rows["gamma"].notna() & rows["gated"].astype(bool)]
+    if rows.empty:
+        return rows
+    rows = rows[rows["alpha"] == nearest(sorted(rows["alpha"].unique()), STABILITY_ALPHA)]
+    gamma = min((int(g) for g in rows["gamma"].unique()), key=lambda g: (abs(np.log2(g / 64)), g))
+    rows = rows[rows["gamma"] == gamma]
+    columns = [*CELL, "alpha", "perturbation", "length_error", "length_max", "max_abs", "samples", "coverage"]
+    return (
+        rows[columns].sort_values(["perturbation", "lambda_form", "length_error"], kind="stable").reset_index(drop=True)
+    )
+
+
+def law(form: str, way: str, alpha: float, gamma: float, e: npt.NDArray[np.float64]) -> npt.NDArray[np.float64] | None:
+    """Law 8's change by lengths for one form, or None where the notes have none."""
+    d = {"a": 0.0 * e, "both": e, "opposite": -e}[way]
+    if form == "dot":
+        return np.asarray(np.abs(laws.dot_peak(alpha, gamma, e, d) - 1.0))
+    first_order = {"difference": laws.difference_length_change, "cross": laws.cross_length_change}.get(form)
+    # Being of first order, these laws would pass the most that a value in [0, 1] can change.
+    return None if first_order is None else np.asarray(np.minimum(first_order(alpha, e, d), 1.0))
+
+
+def slope(part: pd.DataFrame) -> float:
+    """Exponent p of change ~ length error^p, least squares over too-long vectors up to SLOPE_TO; NaN without two."""
+    used = part[(part["length_error"] > 0) & (part["length_error"] <= SLOPE_TO) & (part["length_max"] > 0)]
+    if len(used) < 2:
+        return float("nan")
+    return float(np.polyfit(np.log(used["length_error"]), np.log(used["length_max"]), 1)[0])
+
+
+def _series(axes: Axes, part: pd.DataFrame, column: str, look: tuple[str, str, Any], *, joined: bool) -> None:
+    """Too long filled, too short hollow, over the size of the length error."""
+    colour, marker, dash = look
+    for too_long in (True, False):
+        mine = part[(part["length_error"] > 0) == too_long].sort_values("length_error", key=abs, kind="stable")
+        axes.plot(
+            mine["length_error"].abs(), mine[column].clip(lower=1e-8), color=colour, marker=marker,
+            linestyle=dash if joined and too_long else "none", markerfacecolor=colour if too_long else SURFACE,
+            linewidth=1.1, zorder=3 if too_long else 2.8,
+        )  # fmt: skip
+
+
+def _column(upper: Axes, lower: Axes, rows: pd.DataFrame, way: str) -> dict[str, list[tuple[float, float, str, str]]]:
+    alpha, gamma = float(rows["alpha"].iloc[0]), float(rows["gamma"].iloc[0])
+    sizes = rows["length_error"].abs()
+    fine = np.geomspace(float(sizes.min()), float(sizes.max()), 121)
+    ends: dict[str, list[tuple[float, float, str, str]]] = {"length_max": [], "max_abs": []}
+    for form, look in FORMS.items():
+        part = rows[(rows["lambda_form"] == form) & (rows["perturbation"] == way)]
+        if part.empty:
+            continue
+        drawn = law(form, way, alpha, gamma, fine)
+        if drawn is not None:
+            upper.plot(fine, np.maximum(drawn, 1e-8), color=look[0], linestyle=look[2], linewidth=1.1)
+        _series(upper, part, "length_max", look, joined=drawn is None)
+        _series(lower, part, "max_abs", look, joined=True)
+        last = part[part["length_error"] > 0].sort_values("length_error", kind="stable").tail(1)
+        for column in ends if len(last) else ():
+            ends[column].append((float(last["length_error"].iloc[0]), float(last[column].iloc[0]), form, look[0]))
+    return ends
+
+
+def draw(study: Study) -> Plate | Absent:
+    """Upper row: what the lengths alone change, with the law; lower row: the whole error against the true angle."""
+    data = rows_of(study)
+    if data.empty:
+        return Absent("The run holds no lyon rows on vectors of the wrong length.", "Run with --only lyon.")
+    ways = [way for way in WAYS if (data["perturbation"] == way).any()]
+    figure, panels = sheet(
+        6.4,
+        2,
+        len(ways),
+        left=0.075,
+        right=0.895,
+        wspace=0.08,
+        hspace=0.1,
+        top=0.93,
+        bottom=0.115,
+        sharex=True,
+        sharey="row",
+    )
+    for column, way in enumerate(ways):
+        upper, lower = panels[column], panels[len(ways) + column]
+        log_axis(upper.xaxis)
+        for axes in (upper, lower):
+            log_axis(axes.yaxis)
+            budget_lines(axes, named=column == 0)
+        ends = _column(upper, lower, data, way)
+        _tell_slopes(upper, data[data["perturbation"] == way])
+        upper.set_title(WAYS[way], pad=15)
+        lower.set_xlabel("relative length error")
+        upper.set_ylim(1e-6, 30.0)
+        lower.set_ylim(1e-5, 30.0)
+    end_labels(upper, ends["length_max"])
+    end_labels(lower, ends["max_abs"])
+    panels[0].set_ylabel("change by the lengths alone")
+    panels[len(ways)].set_ylabel("largest absolute error")
+    told = basis(data)
+    where = (
+        f"lyon, γ\u00a0=\u00a0{int(data['gamma'].iloc[0])}, α\u00a0=\u00a0{data['alpha'].iloc[0]:g}, {study.precision}"
+    )
+    footnote(figure, f"{where}; filled: too long, hollow: too short; lines above: law of lengths; {told}")
+    return Plate(figure, data, _sentence(data), _alt(data, ways), told, reproduce(study, data))
+
+
+def _tell_slopes(axes: Axes, rows: pd.DataFrame) -> None:
+    told = [(form, slope(rows[rows["lambda_form"] == form])) for form in FORMS]
+    text = ", ".join(f"{form} {found:.2f}" for form, found in told if np.isfinite(found))
+    axes.text(0.0, 1.02, f"slopes: {text}", transform=axes.transAxes, fontsize=7.5, color=MUTED, va="bottom")
+
+
+def _sentence(data: pd.DataFrame) -> str:
+    """Each form's error with one vector one percent too long, and the slopes of small length errors."""
+    way = "a" if (data["perturbation"] == "a").any() else str(data["perturbation"].iloc[0])
+    rows = data[data["perturbation"] == way]
+    at = nearest(sorted(rows.loc[rows["length_error"] > 0, "length_error"].unique()), 0.01)
+    one = rows[rows["length_error"] == at].sort_values("max_abs", kind="stable")
+    errors = listed(f"{row['lambda_form']} {number(row['max_abs'])}" for row in records(one))
+    forms = [form for form in FORMS if form in set(one["lambda_form"])]
+    slopes = listed(f"{slope(rows[rows['lambda_form'] == form]):.2f} ({form})" for form in forms)
+    best = one.iloc[0]["lambda_form"]
+    return (
+        f"With {WAYS[way]} {number(100 * at)} % too long at α\u00a0=\u00a0{data['alpha'].iloc[0]:g}, "
+        f"{best} errs least: {errors}. "
+        f"Below {number(100 * SLOPE_TO, 1)} % the change grows with the length error's power {slopes}."
+    )
+
+
+def _alt(data: pd.DataFrame, ways: list[str]) -> str:
+    parts = []
+    for way in ways:
+        rows = data[(data["perturbation"] == way) & (data["length_error"] > 0)]
+        top = rows.sort_values("length_error", kind="stable").groupby("lambda_form", sort=True).tail(1)
+        found = ", ".join(
+            f"{row['lambda_form']} {number(row['max_abs'])}" for row in records(top.sort_values("lambda_form"))
+        )
+        parts.append(f"{WAYS[way]}: {found} at {number(100 * float(rows['length_error'].max()))} %")
+    return f"Log-log charts of error against relative length error per lambda form. Largest errors: {'; '.join(parts)}."

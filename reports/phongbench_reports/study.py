@@ -1,0 +1,124 @@
+"""The rows of a run, cut the way figures and tables want them. Each cut is made once and kept."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import pandas as pd
+
+from phongbench.front import CELL
+
+if TYPE_CHECKING:
+    from phongbench.results import Run
+
+#: The exponents single-exponent figures prefer: the middle of the classic range, and where lengths begin to hurt.
+HEADLINE_ALPHA, STABILITY_ALPHA = 50.0, 128.0
+#: Rows of the timing table that are ceilings or checks, not highlights.
+CEILINGS = ("copy", "triad", "dot")
+TWIN = "aa-twin"
+
+
+def nearest(values: Sequence[float], wanted: float) -> float:
+    """The value nearest to `wanted` on a log scale; the smaller of two equally near ones. Values must be positive."""
+    return min(sorted(values), key=lambda value: abs(math.log(value / wanted)))
+
+
+@dataclass(frozen=True)
+class Study:
+    """A run and its standard cuts.
+
+    run   phongbench.results.Run   path, manifest, and the frames accuracy, timing and worst, columns as in the contract
+    """
+
+    run: Run
+
+    @property
+    def name(self) -> str:
+        """The run's name as its manifest tells it; written by users, so escape it."""
+        return str(self.run.manifest.get("run", self.run.path.name))
+
+    @cached_property
+    def accuracy(self) -> pd.DataFrame:
+        """All accuracy rows in a fixed order, so that the order of a file never shows."""
+        keys = [*CELL, "alpha", "stratum", "perturbation", "length_error", "truth", "gated"]
+        rows = self.run.accuracy
+        for column in rows.columns:
+            if isinstance(rows[column].dtype, pd.CategoricalDtype):
+                rows = rows.assign(**{column: rows[column].astype("str")})
+        return rows.sort_values(keys, kind="stable").reset_index(drop=True)
+
+    @cached_property
+    def timing(self) -> pd.DataFrame:
+        """All timing rows in a fixed order; empty for a run without timing."""
+        rows = self.run.timing
+        if rows.empty:
+            return rows
+        keys = ["working_set", "approximation", "lambda_form", "space", "gamma", "precision", "threads"]
+        return rows.sort_values(keys, kind="stable").reset_index(drop=True)
+
+    @cached_property
+    def alphas(self) -> list[float]:
+        """The swept exponents, ascending."""
+        return sorted(float(alpha) for alpha in self.accuracy["alpha"].unique())
+
+    @cached_property
+    def precisions(self) -> list[str]:
+        """The swept precisions, float32 first."""
+        found = set(self.accuracy["precision"].unique())
+        return [name for name in ("float32", "float16", "float64") if name in found]
+
+    @property
+    def precision(self) -> str:
+        """The precision that figures are drawn at: float32 where it was swept."""
+        return self.precisions[0]
+
+    @cached_property
+    def alpha(self) -> float:
+        """The exponent of figures that show only one."""
+        return nearest(self.alphas, HEADLINE_ALPHA)
+
+    @cached_property
+    def working_set(self) -> str:
+        """The smallest working set that was timed, or "" without timing."""
+        found = set(self.timing["working_set"]) if len(self.timing) else set()
+        return next((name for name in ("l1", "l2", "memory") if name in found), "")
+
+    @cached_property
+    def unit(self) -> pd.DataFrame:
+        """Gated rows on unit vectors against the true angle, stratum highlight: one row per cell and alpha."""
+        rows = self.accuracy
+        plain = (rows["perturbation"] == "none") & (rows["length_error"] == 0.0) & rows["gated"].astype(bool)
+        return rows[plain & (rows["stratum"] == "highlight") & (rows["truth"] == "angle")].reset_index(drop=True)
+
+    @cached_property
+    def lengths(self) -> pd.DataFrame:
+        """Rows on vectors that are deliberately not unit length, against the true angle, with the unit rows at 0."""
+        rows = self.accuracy
+        return rows[(rows["stratum"] == "lengths") & (rows["truth"] == "angle")].reset_index(drop=True)
+
+    def at(self, rows: pd.DataFrame, **wanted: Any) -> pd.DataFrame:
+        """The rows whose columns equal the wanted values; a tuple or list of values means any of them."""
+        mask = pd.Series(True, index=rows.index)
+        for column, value in wanted.items():
+            mask &= rows[column].isin(list(value)) if isinstance(value, list | tuple) else rows[column] == value
+        return rows[mask.fillna(False).astype(bool)]
+
+    @cached_property
+    def twin_differs(self) -> list[str]:
+        """Working sets in which the A/A twin was told apart from itself: their speed claims are withheld."""
+        if self.timing.empty:
+            return []
+        twins = self.timing[(self.timing["approximation"] == TWIN) & (self.timing["verdict"] != "unresolved")]
+        return sorted(twins["working_set"].unique())
+
+
+@dataclass(frozen=True)
+class Absent:
+    """Why a section has nothing to show, and how to get it; both plain text, one sentence each."""
+
+    reason: str
+    mend: str

@@ -1,0 +1,190 @@
+"""A made-up run for the report's tests: error rows from the formulas themselves, invented but plausible times.
+
+The report must not care whether the engine measured these rows, so nothing here imports the engine.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
+import pytest
+
+Vector = npt.NDArray[np.float64]
+LENGTHS = (1e-4, 3.7e-4, 1.75e-3, 1e-2, 5e-2, 0.1)
+UNIT_ROUNDOFF = {"float16": 2.0**-11, "float32": 2.0**-24, "float64": 2.0**-53}
+STRATA = {"highlight": 1.0, "uniform": 1.0, "peak": 0.02, "cutoff": 0.1, "grazing": 0.01}
+
+
+@dataclass(frozen=True)
+class MadeUpRun:
+    """Same attributes as phongbench.results.Run."""
+
+    path: Path
+    manifest: dict[str, Any]
+    accuracy: pd.DataFrame
+    timing: pd.DataFrame
+    worst: pd.DataFrame
+
+
+def deficit(form: str, x: Vector, e: float, d: float) -> Vector:
+    a, b = 1.0 + e, 1.0 + d
+    return {
+        "dot": 1.0 - a * b * x,
+        "difference": 0.5 * (a * a + b * b - 2.0 * a * b * x),
+        "cross": 0.5 * (a * b) ** 2 * (1.0 - x * x),
+    }[form]
+
+
+def value(cell: dict[str, Any], x: Vector, e: float = 0.0, d: float = 0.0) -> Vector:
+    alpha, name = cell["alpha"], cell["approximation"]
+    cosine = np.maximum((1.0 + e) * (1.0 + d) * x, 0.0)
+    if name in ("phong", "integer-power"):
+        return np.asarray(cosine**alpha)
+    if name == "schlick":
+        return np.asarray(cosine / (alpha - alpha * cosine + cosine))
+    if name == "gaussian":
+        offset = 0.663 if cell["beta_policy"] == "minimax" else 0.0
+        return np.exp(-(alpha + offset) * deficit(cell["lambda_form"], x, e, d))
+    return np.asarray(np.maximum(0.0, 1.0 - cell["beta"] * deficit(cell["lambda_form"], x, e, d)) ** cell["gamma"])
+
+
+def cells(alphas: tuple[float, ...], gammas: tuple[int, ...]) -> Iterator[dict[str, Any]]:
+    common = {"space": "reflect", "gamma": None, "beta": None, "lambda_form": "none", "beta_policy": "none"}
+    for alpha in alphas:
+        yield {**common, "approximation": "phong", "alpha": alpha}
+        yield {**common, "approximation": "integer-power", "alpha": alpha}
+        yield {**common, "approximation": "schlick", "alpha": alpha}
+        for form, policy in product(("dot", "difference", "cross"), ("taylor", "minimax")):
+            shape = {**common, "alpha": alpha, "lambda_form": form, "beta_policy": policy}
+            yield {**shape, "approximation": "gaussian"}
+            for gamma in gammas:
+                c = (lambda n: 0.6626 + 0.268 / n) if policy == "minimax" else (lambda n: 0.0)
+                beta = (alpha + c(alpha)) / (gamma + c(gamma))
+                yield {**shape, "approximation": "lyon", "gamma": gamma, "beta": beta}
+
+
+def metrics(exact: Vector, model: Vector, given: Vector, noise: float) -> dict[str, Any]:
+    error = given - exact
+    size = np.abs(error)
+    worst = float(size.max()) + noise
+    return {
+        "max_abs": worst, "mean_abs": size.mean(), "rms": np.sqrt((error**2).mean()), "bias": error.mean(),
+        "p50_abs": np.median(size), "p99_abs": 0.99 * worst, "p999_abs": 0.999 * worst,
+        "max_above": max(float(error.max()), noise), "max_below": max(float(-error.min()), noise),
+        "codes_8bit": 255 * worst,
+        "model_max": np.abs(model - exact).max(), "length_max": np.abs(given - model).max(), "rounding_max": noise,
+        "coverage": "sampled", "nonfinite": 0, "excluded": 0,
+        "above_one": int((given > 1.0).sum()), "negative": 0,
+    }  # fmt: skip
+
+
+def rows_of(cell: dict[str, Any], precision: str) -> Iterator[dict[str, Any]]:
+    alpha = cell["alpha"]
+    x = 1.0 - np.linspace(0.0, min(1.0, 12.0 / alpha), 301)
+    exact, model = x**alpha, value(cell, x)
+    roundoff = UNIT_ROUNDOFF[precision]
+    noise = roundoff * (alpha if cell["lambda_form"] in ("dot", "none") else (cell["gamma"] or 4) * 0.3)
+    key = {
+        **cell,
+        "precision": precision,
+        "gated": True,
+        "perturbation": "none",
+        "length_error": 0.0,
+        "samples": 131072,
+    }
+    for stratum, share in STRATA.items():
+        measured = metrics(exact, exact + share * (model - exact), exact + share * (model - exact), noise)
+        yield {**key, "stratum": stratum, "truth": "angle", **measured}
+    yield {**key, "stratum": "grazing", "gated": False, "truth": "angle", **metrics(exact, model, model, noise)}
+    hostile = {"nonfinite": 12 if cell["lambda_form"] == "none" else 3, "excluded": 40, "samples": 4096}
+    yield {**key, "stratum": "hostile", "truth": "angle", **metrics(exact, model, model, noise), **hostile}
+    for sign, size, how in product((1, -1), LENGTHS, ("a", "both", "opposite")):
+        e = sign * size
+        d = {"a": 0.0, "both": e, "opposite": -e}[how]
+        given = value(cell, x, e, d)
+        for truth in ("angle", "given"):
+            against = exact if truth == "angle" else ((1.0 + e) * (1.0 + d) * x) ** alpha
+            change = {"stratum": "lengths", "perturbation": how, "length_error": e, "truth": truth}
+            yield {**key, **change, **metrics(against, against + model - exact, given, noise)}
+
+
+def timing_rows(accuracy: pd.DataFrame) -> pd.DataFrame:
+    keys = ["approximation", "lambda_form", "space", "gamma", "precision"]
+    kernels = accuracy[keys].drop_duplicates().sort_values(keys).to_dict("records")
+    plain = {"lambda_form": "none", "space": "reflect", "gamma": None, "precision": "float32"}
+    kernels += [{"approximation": name, **plain} for name in ("aa-twin", "copy", "triad", "dot")]
+    base = {"phong": 1.05, "aa-twin": 1.05, "schlick": 0.45, "gaussian": 0.72, "integer-power": 0.41, "lyon": 0.30}
+    base |= {"copy": 0.12, "triad": 0.20, "dot": 0.28}
+    form = {"dot": 0.0, "difference": 0.02, "cross": 0.07, "none": 0.0}
+    rows = []
+    for index, kernel in enumerate(kernels):
+        gamma = 1 if pd.isna(kernel["gamma"]) else kernel["gamma"]
+        ns = base.get(kernel["approximation"], 0.5) + form[kernel["lambda_form"]] + 0.012 * np.log2(gamma)
+        ns *= 2.6 if kernel["precision"] == "float16" else 1.0
+        for working_set, floor in (("l1", 0.0), ("l2", 0.34), ("memory", 1.9)):
+            time = max(ns, floor) * (1.0 + 0.004 * np.sin(index))
+            ratio = time / max(1.05, floor)
+            twin = kernel["approximation"] in ("phong", "aa-twin")
+            ratio, half = (1.0, 0.004) if twin else (ratio, 0.02 * ratio)
+            rows.append({
+                **kernel, "beta_policy": "none", "working_set": working_set, "elements": 1024, "threads": 1,
+                "ns_min": time, "ns_median": 1.03 * time, "ratio": ratio, "ratio_low": ratio - half,
+                "ratio_high": ratio + half, "dot_ratio": time / max(0.28, floor), "rounds": 24, "contaminated": 0,
+                "verdict": "unresolved" if twin else "faster" if ratio + half < 0.98 else "slower",
+                "bandwidth_fraction": min(1.0, max(floor, 0.1) / time),
+            })  # fmt: skip
+    return pd.DataFrame(rows)
+
+
+def worst_rows(accuracy: pd.DataFrame) -> pd.DataFrame:
+    keys = ["approximation", "lambda_form", "space", "beta_policy", "alpha", "gamma", "precision", "gated", "stratum"]
+    picked = accuracy[accuracy["stratum"].isin(["highlight", "lengths"]) & (accuracy["truth"] == "angle")]
+    worst = picked.sort_values("max_abs", ascending=False).drop_duplicates(keys)
+    worst = worst[[*keys, "perturbation", "length_error", "truth", "max_abs"]].rename(columns={"max_abs": "error"})
+    worst["rank"], worst["exact"] = 1, 0.25
+    worst["value"] = worst["exact"] + worst["error"]
+    for column, number in zip(("ax", "ay", "az", "bx", "by", "bz"), (0.0, 0.0, 1.0, 0.1, 0.0, 0.995), strict=True):
+        worst[column] = float(np.float32(number)).hex()
+    return worst.reset_index(drop=True)
+
+
+def make_run(
+    path: Path,
+    *,
+    name: str = "20250101-120000-0123abcd",
+    alphas: tuple[float, ...] = (10.0, 20.0, 50.0, 128.0, 200.0),
+    gammas: tuple[int, ...] = (2, 4, 8, 16, 32, 64),
+    precisions: tuple[str, ...] = ("float32", "float16"),
+) -> MadeUpRun:
+    rows = [row for cell in cells(alphas, gammas) for precision in precisions for row in rows_of(cell, precision)]
+    accuracy = pd.DataFrame(rows).astype({"gamma": "Int64", "beta": "float64"})
+    timing = timing_rows(accuracy).astype({"gamma": "Int64"})
+    provenance = {
+        "python": "3.11.7",
+        "numpy": "2.4.6",
+        "cpu": {"model": "Example CPU", "cores": 2},
+        "command": "phongbench run",
+    }
+    manifest = {
+        "schema": 1, "run": name, "state": "complete", "seed": 20250101, "code": "abc123", "provenance": provenance,
+        "plan": {"alphas": list(alphas), "samples": 131072, "preset": "quick"}, "files": {},
+    }  # fmt: skip
+    return MadeUpRun(path, manifest, accuracy, timing, worst_rows(accuracy))
+
+
+@pytest.fixture(scope="session")
+def made_up() -> Callable[..., MadeUpRun]:
+    """Factory of made-up runs; keyword arguments as in make_run."""
+    return make_run
+
+
+@pytest.fixture(scope="session")
+def run(tmp_path_factory: pytest.TempPathFactory) -> MadeUpRun:
+    return make_run(tmp_path_factory.mktemp("run"))

@@ -1,0 +1,217 @@
+"""The report as files: whole, the same bytes for the same rows, inert to user strings, free of outside references."""
+
+from __future__ import annotations
+
+import os
+import re
+import stat
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from html.parser import HTMLParser
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+import pytest
+
+import phongbench_reports
+from phongbench.errors import StorageError
+from phongbench_reports.figures import FIGURES
+
+HERE = Path(__file__).parent
+#: Elements without an end tag.
+VOID = {"meta", "link", "img", "source", "br"}
+
+
+class Page(HTMLParser):
+    """Elements of a page, with a check that every tag is closed."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.elements: list[tuple[str, dict[str, str | None]]] = []
+        self.open: list[str] = []
+        self.text = ""
+        self.feed(text)
+        assert not self.open
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.elements.append((tag, dict(attrs)))
+        if tag not in VOID:
+            self.open.append(tag)
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open.pop() == tag
+
+    def handle_data(self, data: str) -> None:
+        self.text += data
+
+    def all(self, tag: str) -> Iterator[dict[str, str | None]]:
+        return (attributes for name, attributes in self.elements if name == tag)
+
+
+@pytest.fixture(scope="module")
+def report(run: Any, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return phongbench_reports.build(run, tmp_path_factory.mktemp("report")).parent
+
+
+@pytest.fixture(scope="module")
+def page(report: Path) -> Page:
+    return Page((report / "index.html").read_text(encoding="utf-8"))
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    return {str(path.relative_to(folder)): path.read_bytes() for path in sorted(folder.rglob("*")) if path.is_file()}
+
+
+def test_the_folder_holds_page_style_figures_and_data(report: Path) -> None:
+    names = set(contents(report))
+    assert {"index.html", "style.css"} <= names
+    for figure in FIGURES:
+        assert {f"figures/{figure.name}.svg", f"figures/{figure.name}-dark.svg", f"data/{figure.name}.csv"} <= names
+    assert not [name for name in names if name.endswith(".tmp")]
+
+
+def test_every_link_of_the_page_leads_to_a_file_or_an_anchor(report: Path, page: Page) -> None:
+    anchors = {attributes["id"] for _, attributes in page.elements if "id" in attributes}
+    for _, attributes in page.elements:
+        for key in ("href", "src", "srcset"):
+            target = attributes.get(key)
+            if target is None:
+                continue
+            assert "://" not in target
+            assert target[1:] in anchors if target.startswith("#") else (report / target).is_file()
+
+
+def test_the_page_runs_no_script_and_needs_no_inline_style(page: Page) -> None:
+    tags = {tag for tag, _ in page.elements}
+    assert not tags & {"script", "iframe", "object", "embed", "style", "svg", "form"}
+    for _, attributes in page.elements:
+        assert "style" not in attributes
+        assert not [key for key in attributes if key.startswith("on")]
+
+
+def test_sections_come_in_the_order_of_the_report(page: Page) -> None:
+    order = [str(attributes["id"]) for tag, attributes in page.elements if tag == "section"]
+    figures = [figure.name for figure in FIGURES if figure.name != "speed"]
+    assert order == ["verdict", *figures, "census", "speed", "worst", "unmeasured", "provenance"]
+
+
+def test_every_figure_has_alt_text_a_sentence_counts_and_its_csv(page: Page) -> None:
+    images = list(page.all("img"))
+    assert len(images) == len(FIGURES)
+    assert all(len(str(image["alt"])) > 80 for image in images)
+    downloads = {link["download"] for link in page.all("a") if "download" in link}
+    assert {f"{figure.name}.csv" for figure in FIGURES} <= downloads
+    assert page.text.count("samples a cell, coverage: sampled") >= len(FIGURES) - 2
+
+
+def test_same_rows_give_the_same_bytes_in_another_process(report: Path, tmp_path: Path) -> None:
+    program = f"""
+import importlib.util, sys
+from pathlib import Path
+spec = importlib.util.spec_from_file_location("made_up", {str(HERE / "conftest.py")!r})
+made_up = importlib.util.module_from_spec(spec)
+sys.modules["made_up"] = made_up
+spec.loader.exec_module(made_up)
+run = made_up.make_run(Path("elsewhere"))
+frames = (frame.sample(frac=1, random_state=7) for frame in (run.accuracy, run.timing, run.worst))
+shuffled = made_up.MadeUpRun(run.path, run.manifest, *frames)
+import phongbench_reports
+phongbench_reports.build(shuffled, Path({str(tmp_path)!r}))
+"""
+    environment = {**os.environ, "PYTHONHASHSEED": "12345", "TZ": "Asia/Tokyo", "LC_ALL": "C"}
+    subprocess.run([sys.executable, "-c", program], check=True, env=environment)
+    first, second = contents(report), contents(tmp_path)
+    assert list(first) == list(second)
+    assert [name for name in first if first[name] != second[name]] == []
+
+
+def test_a_figure_carries_no_date_and_keeps_text_as_text(report: Path) -> None:
+    for name, content in contents(report).items():
+        if name.endswith(".svg"):
+            text = content.decode("utf-8")
+            assert "<text" in text
+            assert not re.search(r"dc:date|20\d\d-\d\d-\d\dT", text)
+
+
+def test_light_and_dark_differ_in_colours_only(report: Path) -> None:
+    for figure in FIGURES:
+        light = (report / "figures" / f"{figure.name}.svg").read_text(encoding="utf-8")
+        dark = (report / "figures" / f"{figure.name}-dark.svg").read_text(encoding="utf-8")
+        assert light != dark
+        assert re.sub("#[0-9a-f]{6}", "#", light) == re.sub("#[0-9a-f]{6}", "#", dark)
+
+
+def test_a_run_named_script_is_inert(made_up: Callable[..., Any], tmp_path: Path) -> None:
+    evil = made_up(tmp_path, name='<script>alert("x")</script>', alphas=(50.0,), gammas=(8,), precisions=("float32",))
+    name = "<img src=x onerror=alert(1)>"
+    for frame in (evil.accuracy, evil.timing, evil.worst):
+        frame["approximation"] = frame["approximation"].replace("schlick", name)
+    evil.manifest["provenance"]["host"] = "</code><script>1</script>"
+    index = phongbench_reports.build(evil, tmp_path / "report")
+    parsed = Page(index.read_text(encoding="utf-8"))
+    assert "script" not in {tag for tag, _ in parsed.elements}
+    assert name in parsed.text
+    assert '<script>alert("x")</script>' in parsed.text
+    for path in (tmp_path / "report" / "figures").iterdir():
+        assert "<img" not in path.read_text(encoding="utf-8")
+
+
+def test_the_single_file_holds_everything(run: Any, report: Path, tmp_path: Path) -> None:
+    index = phongbench_reports.build(run, tmp_path, single_file=True)
+    assert contents(tmp_path).keys() == {"index.html"}
+    parsed = Page(index.read_text(encoding="utf-8"))
+    assert [tag for tag, _ in parsed.elements].count("style") == 1
+    assert not list(parsed.all("link"))
+    for _, attributes in parsed.elements:
+        for key in ("href", "src", "srcset"):
+            assert (attributes.get(key) or "#").startswith(("#", "data:"))
+    assert Page((report / "index.html").read_text(encoding="utf-8")).text.split() == re.sub(
+        re.escape((report / "style.css").read_text(encoding="utf-8")), "", parsed.text
+    ).split()  # fmt: skip
+
+
+def test_an_unwritable_folder_is_told_in_words(run: Any, tmp_path: Path) -> None:
+    (tmp_path / "taken").write_text("a file where the folder should be", encoding="utf-8")
+    with pytest.raises(StorageError, match="cannot write the report"):
+        phongbench_reports.build(run, tmp_path / "taken")
+
+
+def test_files_are_readable_by_others_like_any_file(report: Path) -> None:
+    plain = report / "plain"
+    plain.touch()
+    expected = stat.S_IMODE(plain.stat().st_mode)
+    plain.unlink()
+    assert {stat.S_IMODE((report / name).stat().st_mode) for name in contents(report)} == {expected}
+
+
+def test_sections_without_rows_say_so_and_how_to_get_them(made_up: Callable[..., Any], tmp_path: Path) -> None:
+    full = made_up(tmp_path, alphas=(10.0, 50.0), gammas=(4, 8), precisions=("float32",))
+    phongbench_reports.build(full, tmp_path / "report")
+    accuracy = full.accuracy[full.accuracy["stratum"] == "highlight"]
+    bare = type(full)(full.path, full.manifest, accuracy, full.timing.iloc[:0], full.worst.iloc[:0])
+    index = phongbench_reports.build(bare, tmp_path / "report")
+    text = Page(index.read_text(encoding="utf-8")).text
+    assert text.count("Run again without --no-timing") == 4
+    assert "not what is cheapest" in text
+    assert "This run kept no worst inputs" in text
+    assert "The run holds no lyon rows on vectors of the wrong length" in text
+    assert "Inputs of the strata" in text
+    left = set(contents(tmp_path / "report"))
+    assert not {"figures/front.svg", "figures/speed-dark.svg", "data/worst.csv"} & left
+
+
+def test_a_run_of_one_foreign_formula_still_makes_a_page(made_up: Callable[..., Any], tmp_path: Path) -> None:
+    full = made_up(tmp_path, alphas=(50.0,), gammas=(8,), precisions=("float16",))
+    frames = [f.replace({"approximation": {"schlick": "mine"}}) for f in (full.accuracy, full.timing, full.worst)]
+    only = [frame[frame["approximation"].isin(["mine"])] for frame in frames]
+    index = phongbench_reports.build(type(full)(full.path, full.manifest, *only), tmp_path / "report")
+    assert "mine" in Page(index.read_text(encoding="utf-8")).text
+
+
+def test_categories_and_plain_strings_give_the_same_report(run: Any, report: Path, tmp_path: Path) -> None:
+    strings = [name for name in run.accuracy.columns if isinstance(run.accuracy[name].dtype, pd.StringDtype)]
+    categories = run.accuracy.astype(dict.fromkeys(strings, "category"))
+    phongbench_reports.build(type(run)(run.path, run.manifest, categories, run.timing, run.worst), tmp_path)
+    assert contents(tmp_path) == contents(report)

@@ -1,0 +1,152 @@
+"""The figures: listed, drawn without pyplot, each saying the same as the rows behind it."""
+
+from __future__ import annotations
+
+import io
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import phongbench_reports
+from phongbench import laws
+from phongbench_reports import drawing, figures
+from phongbench_reports.build import csv_of
+from phongbench_reports.drawing import Plate, ink
+from phongbench_reports.figures import FIGURES
+from phongbench_reports.study import Study
+
+PACKAGE = Path(phongbench_reports.__file__).parent
+
+
+@pytest.fixture(scope="module")
+def study(run: Any) -> Study:
+    return Study(run)
+
+
+@pytest.fixture(scope="module")
+def plates(study: Study) -> dict[str, Plate]:
+    with ink():
+        drawn = {figure.name: figure.draw(study) for figure in FIGURES}
+    return {name: plate for name, plate in drawn.items() if isinstance(plate, Plate)}
+
+
+def test_the_list_and_the_folder_hold_the_same_figures() -> None:
+    files = {path.stem for path in Path(figures.__file__).parent.glob("*.py")} - {"__init__"}
+    assert files == {figure.name for figure in FIGURES}
+    assert all(figure.draw.__module__ == f"phongbench_reports.figures.{figure.name}" for figure in FIGURES)
+
+
+def test_every_figure_is_drawn_for_a_full_run(plates: dict[str, Plate]) -> None:
+    assert list(plates) == [figure.name for figure in FIGURES]
+    for plate in plates.values():
+        assert plate.takeaway.endswith(".")
+        assert len(plate.data)
+        assert not {"nan", "None", "<NA>"} & set(f"{plate.takeaway} {plate.alt} {plate.basis}".split())
+
+
+def test_pyplot_is_never_imported() -> None:
+    for path in PACKAGE.rglob("*.py"):
+        assert "import pyplot" not in path.read_text(encoding="utf-8")
+        assert "matplotlib.pyplot" not in path.read_text(encoding="utf-8")
+    program = "import sys, phongbench_reports; sys.exit('matplotlib.pyplot' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", program], check=False).returncode == 0
+
+
+def test_the_csv_of_a_figure_is_its_data(plates: dict[str, Plate]) -> None:
+    for name, plate in plates.items():
+        again = pd.read_csv(io.BytesIO(csv_of(plate.data)), keep_default_na=False, na_values=[""])
+        assert list(again.columns) == list(plate.data.columns), name
+        assert len(again) == len(plate.data), name
+        for column in plate.data.select_dtypes("float"):
+            np.testing.assert_allclose(again[column], plate.data[column], rtol=1e-8, err_msg=f"{name} {column}")
+
+
+def test_a_users_matplotlibrc_does_not_show(study: Study, plates: dict[str, Plate]) -> None:
+    import matplotlib as mpl
+
+    with ink():
+        before = drawing.svg_pair(plates["error_gamma"].figure, "error_gamma")
+    entry = next(figure for figure in FIGURES if figure.name == "error_gamma")
+    with mpl.rc_context({"axes.facecolor": "red", "font.size": 20, "svg.hashsalt": "mine", "lines.linewidth": 9}):
+        with ink():
+            plate = entry.draw(study)
+            assert isinstance(plate, Plate)
+            assert drawing.svg_pair(plate.figure, "error_gamma") == before
+        assert mpl.rcParams["font.size"] == 20
+
+
+def test_error_against_gamma_lies_on_the_law(plates: dict[str, Plate]) -> None:
+    data = plates["error_gamma"].data
+    for row in data[data["gamma"] >= 4].itertuples():
+        assert row.law == pytest.approx(abs(float(laws.lyon_taylor(row.lambda_form, row.alpha, float(row.gamma)))))
+        assert row.max_abs == pytest.approx(row.law, rel=0.03, abs=2e-4)
+    told = plates["error_gamma"].takeaway.replace("\u00a0", " ")
+    assert "α = 10: none" in told
+    assert "α = 20: γ = 16" in told
+
+
+def test_error_against_angle_peaks_where_the_law_says(plates: dict[str, Plate]) -> None:
+    data = plates["error_angle"].data
+    lyon = data[data["label"] == "lyon · dot · γ8"]
+    worst = lyon.loc[lyon["error"].abs().idxmax()]
+    assert -worst["error"] == pytest.approx(float(laws.lyon_taylor_dot(50.0, 8.0)), rel=0.01)
+    assert 50.0 * (1 - np.cos(np.radians(worst["angle_degrees"]))) == pytest.approx(2.0, abs=0.15)  # u = 2
+    assert (data["error"] == data["value"] - data["exact"]).all()
+
+
+def test_the_heat_map_counts_cells_within_one_code(run: Any, plates: dict[str, Plate]) -> None:
+    data = plates["heatmap"].data
+    taylor = data[data["beta_policy"] == "taylor"]
+    assert len(taylor) == run.accuracy["alpha"].nunique() * run.accuracy["gamma"].nunique()
+    assert f"taylor: {(taylor['max_abs'] <= 1 / 255).sum()} of {len(taylor)} cells" in plates["heatmap"].takeaway
+
+
+def test_stability_tells_the_slopes_of_the_law(plates: dict[str, Plate]) -> None:
+    data = plates["stability"].data
+    from phongbench_reports.figures.stability import slope
+
+    def of(form: str, way: str) -> float:
+        return slope(data[(data["lambda_form"] == form) & (data["perturbation"] == way)])
+
+    assert of("cross", "a") == pytest.approx(1.0, abs=0.02)
+    assert of("dot", "a") == pytest.approx(1.0, abs=0.1)
+    assert of("difference", "opposite") == pytest.approx(2.0, abs=0.05)
+    assert data["alpha"].unique().tolist() == [128.0]
+
+
+def test_the_front_keeps_exact_formulas_on_a_log_axis(plates: dict[str, Plate]) -> None:
+    data = plates["front"].data
+    assert "integer-power" in set(data["approximation"])
+    axes = plates["front"].figure.axes[0]
+    assert axes.get_xlim()[0] > 0
+    assert {"on", "off", "unresolved"} >= set(data["state"])
+
+
+def test_speed_shows_the_ceilings_and_no_twin(plates: dict[str, Plate]) -> None:
+    names = set(plates["speed"].data["approximation"])
+    assert {"copy", "triad", "dot", "phong"} <= names
+    assert "aa-twin" not in names
+
+
+def test_names_beside_lines_never_overlap() -> None:
+    placed = drawing.spread([0.5, 0.5, 0.51, 0.99, 1.0], 0.06)
+    assert np.diff(sorted(placed)).min() >= 0.06 - 1e-6
+    assert max(placed) <= 1.0 + 1e-9
+    assert placed[0] <= placed[1] <= placed[2] <= placed[3] <= placed[4]
+    assert drawing.spread([], 0.1) == []
+
+
+def test_a_resolved_twin_withholds_speed_claims(made_up: Callable[..., Any], tmp_path: Path) -> None:
+    run = made_up(tmp_path, alphas=(10.0, 50.0), gammas=(8, 16), precisions=("float32",))
+    run.timing.loc[run.timing["approximation"] == "aa-twin", "verdict"] = "slower"
+    index = phongbench_reports.build(run, tmp_path / "report")
+    text = index.read_text(encoding="utf-8")
+    assert "withheld" in text
+    assert "certainly faster" not in text
+    assert "no speed claim" in text
