@@ -111,7 +111,7 @@ METRICS: Mapping[str, Metric] = {
         Metric("p999_abs", "1", lambda t: t.quantile(0.999), "99.9 % of |error| are smaller"),
         Metric("max_above", "1", lambda t: t.sums[:, ABOVE], "largest approximation - exact"),
         Metric("max_below", "1", lambda t: t.sums[:, BELOW], "largest exact - approximation"),
-        Metric("codes_8bit", "codes", lambda t: 255 * t.max_abs, "largest |error| in steps of an 8-bit channel"),
+        Metric("codes_8bit", "codes", lambda t: 255 * np.minimum(t.max_abs, 1e300), "largest |error| in steps of an 8-bit channel"),
         Metric("model_max", "1", lambda t: t.sums[:, MODEL], "largest error of the formula in exact arithmetic on unit vectors"),
         Metric("length_max", "1", lambda t: t.sums[:, LENGTH], "largest change from the vectors' lengths"),
         Metric("rounding_max", "1", lambda t: t.sums[:, ROUNDING], "largest change from the working precision"),

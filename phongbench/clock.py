@@ -1,4 +1,4 @@
-"""The arithmetic of believable timing: orders, calibration, intervals, verdicts, and what counts as evidence of a disturbance.
+"""The arithmetic of believable timing: orders, calibration, intervals, verdicts, evidence of disturbances.
 
 Nothing here knows a kernel; everything takes its readings as arguments, so a made-up clock tests all of it.
 """
@@ -38,9 +38,9 @@ Integers = NDArray[np.int64]
 def latin_square(size: int, rng: np.random.Generator) -> Integers:
     """A shuffled Latin square: every kernel once in each round (row) and once at each position (column).
 
-    Williams' construction: for an even size every kernel also follows every other exactly once, so what one leaves behind in caches and
-    clock frequency is spread evenly; a merely cyclic square would have the same predecessor everywhere. For an odd size no kernel
-    follows another more than twice.
+    Williams' construction: for an even size every kernel also follows every other exactly once, so what one leaves
+    behind in caches and clock frequency is spread evenly; a merely cyclic square would have the same predecessor
+    everywhere. For an odd size no kernel follows another more than twice.
     """
     zigzag = np.array([(i + 1) // 2 if i % 2 else (size - i // 2) % size for i in range(size)], dtype=np.int64)
     square = (zigzag[None, :] + np.arange(size)[:, None]) % size
@@ -57,7 +57,7 @@ def orders(size: int, rounds: int, rng: np.random.Generator) -> Iterator[Integer
 
 
 def agreed(reading: Callable[[], float], tries: int = 8) -> float:
-    """The smaller of the first two successive readings that agree; on a machine that never agrees with itself, the smallest of all."""
+    """The smaller of the first two successive readings that agree; if none ever do, the smallest of all."""
     last = reading()
     best = last
     for _ in range(tries - 1):
@@ -95,7 +95,7 @@ class Interval:
 
 
 def sign_test_rank(count: int, level: float = LEVEL) -> int:
-    """The largest k for which the k-th smallest and the k-th largest of `count` values enclose their median with this confidence; 0 if none."""
+    """The largest k whose k-th smallest and k-th largest of `count` values enclose the median so surely; 0 if none."""
     outside, k, total = 0, 0, 2**count
     while k < count:
         outside += math.comb(count, k)
@@ -106,14 +106,14 @@ def sign_test_rank(count: int, level: float = LEVEL) -> int:
 
 
 def sign_interval(values: Floats, level: float = LEVEL) -> Interval:
-    """The median with its sign-test interval, which assumes nothing about how timings are distributed; unbounded below 8 values."""
+    """The median with its sign-test interval, which assumes no distribution; unbounded below 8 values."""
     ordered, k = np.sort(values), sign_test_rank(len(values), level)
     low, high = (float(ordered[k - 1]), float(ordered[-k])) if k else (-math.inf, math.inf)
     return Interval(float(np.median(ordered)), low, high)
 
 
 def ratio(times: Floats, baseline: Floats, level: float = LEVEL) -> Interval:
-    """Time over the baseline's, paired round by round: rounds are slow together, so their quotients are quiet where times are not."""
+    """Time over the baseline's, paired by round: rounds are slow together, so quotients are quieter than times."""
     logs = sign_interval(np.log(times) - np.log(baseline), level)
     return Interval(math.exp(logs.middle), math.exp(logs.low), math.exp(logs.high) if logs.high < 700 else math.inf)
 
@@ -189,7 +189,8 @@ class Epoch:
 class Readings:
     """All epochs of a block.
 
-    used      float (rounds, kernels)  nanoseconds that count: the first undisturbed reading of a round, else the repeated one
+    used      float (rounds, kernels)  nanoseconds that count: the first undisturbed reading of a round, else the
+                                       repeated one
     clean     bool (rounds, kernels)   whether that reading is undisturbed
     marked    int (kernels,)           disturbed epochs, the repeated ones included
     every     list of (round, kernel, Epoch)  every reading, in the order taken: none is ever dropped
@@ -223,7 +224,7 @@ def run_rounds(
     go_on: Callable[[int], bool] = lambda done: True,
     after_round: Callable[[int], None] = lambda done: None,
 ) -> Readings:
-    """Time all kernels once per round, interleaved; a disturbed epoch is repeated once, at once, and both readings are kept.
+    """Time all kernels once per round, interleaved; a disturbed epoch is repeated once, and both readings are kept.
 
     epoch        kernel index -> Epoch
     repeat       whether there is time to repeat disturbed epochs

@@ -1,7 +1,7 @@
 """What a timing run times: approximations, the three exact powers, and the ceilings, all behind one compiled signature.
 
-Each contender takes (a, b, coefficients, table, out) with a and b of shape (3, n), so one compiled driver times them all over the same
-buffers, and differences are differences of the loops.
+Each contender takes (a, b, coefficients, table, out) with a and b of shape (3, n), so one compiled driver times them
+all over the same buffers, and differences are differences of the loops.
 """
 
 import time
@@ -34,7 +34,8 @@ ROWS = 7
 class Subject:
     """A kernel to be timed.
 
-    Time depends neither on alpha nor on the beta policy, so the setting's slope is ignored and its alpha only chooses coefficients.
+    Time depends neither on alpha nor on the beta policy, so the setting's slope is ignored and its alpha only chooses
+    coefficients.
     label  str   name in the table, where it is not the approximation's own
     """
 
@@ -61,9 +62,10 @@ class Subject:
 
 
 def subjects(cells: Iterable[tuple[Approximation, str, Setting, Precision]]) -> tuple[Subject, ...]:
-    """The distinct kernels behind cells, in the order first met, at shininess ALPHA wherever the approximation accepts it.
+    """The distinct kernels behind cells, in the order first met, at shininess ALPHA where it is accepted.
 
-    float16 cells are left out: their steps are emulated by conversions, so their time says nothing about half-precision hardware.
+    float16 cells are left out: their steps are emulated by conversions, so their time says nothing about
+    half-precision hardware.
     """
     found: dict[Any, Subject] = {}
     for approximation, form, setting, precision in cells:
@@ -82,10 +84,10 @@ class Contender:
     key           name, lambda form, space, gamma, precision
     kernel        compiled loop (a, b, coefficients, table, out)
     coefficients, table   its arguments
-    plain         float64 (3, m), (3, m) -> (m,)   the same values in plain Python, as the yardstick of the compiled ones
+    plain         float64 (3, m), (3, m) -> (m,)   the same values in plain Python, the compiled ones' yardstick
     tolerance     largest believable difference from `plain`
     rows          rows of n elements read and written
-    compile_ms    milliseconds the compilation took in this process, near 0 where it came from the disk or was done before
+    compile_ms    milliseconds of compilation in this process, near 0 where it was done before
     """
 
     key: tuple[str, str, str, int | None, str]
@@ -115,12 +117,16 @@ def compiled(subject: Subject) -> Contender:
         took = 1e3 * (time.perf_counter() - started)
         row, table = kernels.coefficient_row(spec, setting, precision), kernels.table_row(spec, setting, precision)
     except (KernelError, jit.CompileError, ArithmeticError, LookupError, ValueError) as problem:
-        raise MeasurementError(f"cannot be compiled: {problem}".splitlines()[0], subject.name, "mend its kernel") from problem
-    return Contender(subject.key, kernel, row, table, _plain(subject), _tolerance(setting.exponent, precision), compile_ms=took)
+        raise MeasurementError(
+            f"cannot be compiled: {problem}".splitlines()[0], subject.name, "mend its kernel"
+        ) from problem
+    return Contender(
+        subject.key, kernel, row, table, _plain(subject), _tolerance(setting.exponent, precision), compile_ms=took
+    )
 
 
 def companions(precision: Precision, registry: Any = REGISTRY) -> Iterator[Contender]:
-    """What every block is timed with: exact Phong (the baseline), its twin, libm's power, integer powers, and the ceilings."""
+    """What every block holds: exact Phong (the baseline), its twin, libm's power, integer powers, the ceilings."""
     phong = compiled(Subject(registry[BASELINE], "none", Setting(ALPHA), precision))
     yield phong
     yield replace(phong, key=(TWIN, *phong.key[1:]), compile_ms=0.0)
@@ -137,7 +143,7 @@ def companions(precision: Precision, registry: Any = REGISTRY) -> Iterator[Conte
 
 
 def _tolerance(exponent: float, precision: Precision) -> float:
-    """Rounding a cosine or lambda costs an ulp or two, which the exponent magnifies; a wrong formula errs by far more."""
+    """Rounding a cosine or lambda costs some ulp, which the exponent magnifies; a wrong formula errs by far more."""
     return 200 * exponent * float(np.finfo(precision.dtype).eps)
 
 
@@ -154,7 +160,9 @@ def _plain(subject: Subject) -> Callable[[Array, Array], Array]:
     return values
 
 
-def _bare(name: str, precision: Precision, tolerance: float, plain: Callable[[Array, Array], Array], rows: int = ROWS) -> Contender:
+def _bare(
+    name: str, precision: Precision, tolerance: float, plain: Callable[[Array, Array], Array], rows: int = ROWS
+) -> Contender:
     started = time.perf_counter()
     kernel = _bare_kernel(name, precision)
     took = 1e3 * (time.perf_counter() - started)

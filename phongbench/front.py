@@ -24,6 +24,9 @@ METRICS = [
     "max_abs", "mean_abs", "rms", "p50_abs", "p99_abs", "p999_abs", "max_above", "max_below", "codes_8bit",
     "model_max", "length_max", "rounding_max",
 ]  # fmt: skip
+#: The one formula whose time depends on alpha: the exponent it is timed with under its own name; other timed exponents
+#: have rows named "integer-power-64" and so on.
+WHOLE_POWER, WHOLE_EXPONENT = "integer-power", 50
 COLUMNS = [*CELL, "error", "ns", "ratio", "ratio_low", "ratio_high", "state"]
 
 
@@ -70,6 +73,36 @@ def errors_at(
     asked = (accuracy["stratum"] == stratum) & (accuracy["precision"] == precision) & (accuracy["truth"] == truth)
     rows: pd.DataFrame = accuracy.loc[near & unit & asked, [*CELL, metric]].rename(columns={metric: "error"})
     return rows.sort_values(CELL, kind="stable").drop_duplicates(CELL).reset_index(drop=True)
+
+
+def multiplications(exponent: int) -> int:
+    """Multiplications that square-and-multiply takes for x ** exponent, exponent >= 1."""
+    return exponent.bit_length() - 1 + exponent.bit_count() - 1
+
+
+def _timed_exponent(name: str) -> int | None:
+    """The exponent of a timed integer power, None for all other names."""
+    head, _, tail = name.rpartition("-")
+    if name == WHOLE_POWER:
+        return WHOLE_EXPONENT
+    return int(tail) if head == WHOLE_POWER and tail.isdigit() else None
+
+
+def _integer_power_at(times: pd.DataFrame, alpha: float) -> pd.DataFrame:
+    """The times with one row for integer powers: the cheapest timed one that multiplies at least as often as x ** alpha.
+
+    So its time is an upper bound. Where alpha takes more multiplications than any timed exponent, or is not whole, no row
+    stands for it.
+    """
+    exponents = {str(name): _timed_exponent(str(name)) for name in times["approximation"].unique()}
+    work = {name: multiplications(e) for name, e in exponents.items() if e is not None}
+    needed = multiplications(int(alpha)) if alpha >= 1 and alpha == int(alpha) else None
+    enough = [name for name in work if needed is not None and work[name] >= needed]
+    chosen = min(enough, key=lambda name: (work[name], name), default=None)
+    kept = times[~times["approximation"].isin([name for name in work if name != chosen])]
+    return kept.assign(
+        approximation=kept["approximation"].replace({chosen: WHOLE_POWER}) if chosen else kept["approximation"]
+    )
 
 
 def times_of(timing: pd.DataFrame, *, working_set: str = "l1") -> pd.DataFrame:
@@ -125,7 +158,8 @@ def front(
     returns            columns COLUMNS, fastest first; a cell without a timing row, an error or an interval is left out
     """
     wrong = errors_at(accuracy, alpha=alpha, metric=metric, stratum=stratum, precision=precision, truth=truth)
-    cells = wrong.merge(times_of(timing, working_set=working_set), on=KERNEL, how="inner")
+    times = _integer_power_at(times_of(timing, working_set=working_set), alpha)
+    cells = wrong.merge(times, on=KERNEL, how="inner")
     cells = cells.dropna(subset=["error", "ratio", "ratio_low", "ratio_high"]).reset_index(drop=True)
     kernel = cells.groupby(KERNEL, dropna=False, observed=True, sort=True).ngroup()
     cells["state"] = pd.Series(

@@ -109,6 +109,7 @@ class _Lowering:
         self.kinds: dict[str, str] = {}
         self.namespace: dict[str, Any] = {
             "_round": jit.round_to_half,
+            "_product": jit.half_product,
             "_cast": precision.carrier.type,
             "_index": np.int32,
             "_select": _select,
@@ -225,6 +226,8 @@ class _Lowering:
         left, right = self._expression(node.left), self._expression(node.right)
         if left[1] == right[1] == "int" and not isinstance(node.op, ast.Div):
             return _call("_index", ast.BinOp(left[0], node.op, right[0])), "int"
+        if self.precision.rounds and isinstance(node.op, ast.Mult):
+            return _call("_product", self._as_float(left), self._as_float(right)), "float"
         result: ast.expr = ast.BinOp(self._as_float(left), node.op, self._as_float(right))
         return (_call("_round", result) if self.precision.rounds else result), "float"
 

@@ -1,7 +1,7 @@
 """Where a result came from: machine, versions, flags, seed, code. Never who or where: no host, user or path.
 
-Typed keys, so that two runs are compared field by field. Times of different machines are comparable only as ratios within each run;
-`fingerprint_machine` says whether two machines are the same kind.
+Typed keys, so that two runs are compared field by field. Times of different machines are comparable only as ratios
+within each run; `fingerprint_machine` says whether two machines are the same kind.
 """
 
 import hashlib
@@ -124,15 +124,32 @@ def collect(seed: int, command: Sequence[str]) -> Provenance:
     command  list of str  the words of the command line
     """
     return Provenance(
-        machine(), versions(), flags(), checkout(), without_paths(command), seed, fingerprint_code(), fingerprint_machine()
+        machine(),
+        versions(),
+        flags(),
+        checkout(),
+        without_paths(command),
+        seed,
+        fingerprint_code(),
+        fingerprint_machine(),
     )
 
 
 @cache
 def fingerprint_machine() -> str:
-    """16 hex digits that are equal for machines whose times may be compared; what changes from day to day is left out."""
+    """16 hex digits, equal for machines whose times may be compared; what changes from day to day is left out."""
     m = machine()
-    kind = (m.cpu, m.architecture, m.cores, m.threads, m.caches, m.system, m.hypervisor, flags().cpu_name, flags().vector_bits)
+    kind = (
+        m.cpu,
+        m.architecture,
+        m.cores,
+        m.threads,
+        m.caches,
+        m.system,
+        m.hypervisor,
+        flags().cpu_name,
+        flags().vector_bits,
+    )
     return _digest([repr(kind).encode()])
 
 
@@ -172,7 +189,7 @@ def machine() -> Machine:
 
 @cache
 def versions() -> Versions:
-    """Releases of what is installed; metadata is read, nothing is imported. A checkout that is not installed tells its own version."""
+    """Releases of what is installed; metadata is read, nothing is imported but phongbench."""
     found: dict[str, str | None] = {}
     for name in _PACKAGES:
         try:
@@ -201,7 +218,9 @@ def checkout() -> Checkout | None:
 
     def git(*words: str) -> str | None:
         try:
-            done = subprocess.run(["git", "-C", str(top), *words], capture_output=True, text=True, timeout=10, check=True)
+            done = subprocess.run(
+                ["git", "-C", str(top), *words], capture_output=True, text=True, timeout=10, check=True
+            )
         except (OSError, subprocess.SubprocessError):
             return None
         return done.stdout

@@ -183,11 +183,12 @@ def locked(path: Path) -> Iterator[None]:
     with storage(path):
         path.mkdir(parents=True, exist_ok=True)
     lock = filelock.FileLock(path / ".lock", timeout=0)
-    try:
-        with storage(path):
+    with storage(path):
+        try:
             lock.acquire()
-    except filelock.Timeout as problem:
-        raise LockedError("another phongbench run is writing here", str(path), "wait for it, or give another --out") from problem
+        except filelock.Timeout as problem:  # an OSError itself, so it is told apart here
+            mend = "wait for it, or give another --out"
+            raise LockedError("another phongbench run is writing here", str(path), mend) from problem
     try:
         yield
     finally:

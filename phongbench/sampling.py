@@ -227,8 +227,8 @@ def _hostile_pairs(precision: Precision, seed: int, start: int, count: int) -> t
     special = [0.0, -0.0, tiny, -tiny, float(info.tiny), 1e-3, 1.0, -1.0, math.sqrt(huge), huge, -huge, math.inf, -math.inf, math.nan]
     with np.errstate(over="ignore"):
         vectors = np.array(
-            [(s, 0.0, 0.0) for s in special] + [(s, s, s) for s in special] + [(0.6, s, 0.8) for s in special], precision.carrier
-        )
+            [(s, 0.0, 0.0) for s in special] + [(s, s, s) for s in special] + [(0.6, s, 0.8) for s in special], precision.dtype
+        ).astype(precision.carrier)
     random, _ = pairs(STRATA[0], precision, seed=seed, start=0, count=8)
     vectors = np.concatenate([vectors, random.T, -random.T])
     index = np.arange(start, start + count)

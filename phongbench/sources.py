@@ -42,7 +42,8 @@ KUIJK_BLAKE_1989 = Source(
     "KUIJK_BLAKE_1989",
     "A. A. M. Kuijk and E. H. Blake, Faster Phong Shading via Angular Interpolation, Computer Graphics Forum 8",
     1989,
-    "constants a and b exchanged against the print, as later readers report; only the corrected pair tends to Phong",
+    "formula and constants from Kuijk's own posting (comp.graphics.research, 19 September 1991), where he says that the "
+    "print has a and b exchanged; only the corrected pair tends to Phong, which the tests check",
 )
 SCHRAUDOLPH_1999 = Source(
     "SCHRAUDOLPH_1999", "N. N. Schraudolph, A Fast, Compact Approximation of the Exponential Function, Neural Computation 11", 1999

@@ -67,7 +67,9 @@ def table(title: str, columns: Sequence[str], rows: Iterable[Sequence[Any]], *, 
     for row in rows:
         drawn.add_row(*(cell if isinstance(cell, str) else text_of(cell) for cell in row))
     console = Console(markup=False)
-    console.print(drawn, width=None if console.is_terminal else 160)
+    if not console.is_terminal:
+        console = Console(markup=False, width=160)
+    console.print(drawn)
 
 
 def text_of(value: Any) -> str:

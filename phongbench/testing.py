@@ -12,6 +12,7 @@ import math
 import platform
 import re
 from collections.abc import Callable, Iterator
+from functools import cache
 from itertools import product
 from typing import Any
 
@@ -22,7 +23,7 @@ from numpy.typing import NDArray
 from phongbench import jit, kernels
 from phongbench.approximations import example
 from phongbench.errors import InputError
-from phongbench.lowering import FLOAT16, FLOAT32, FLOAT64, PRECISIONS, Precision
+from phongbench.lowering import FLOAT16, FLOAT32, FLOAT64, PRECISIONS, Body, Precision, lower
 from phongbench.spec import Approximation, Setting
 
 Array = NDArray[Any]
@@ -38,7 +39,7 @@ _PACKED = {
 
 def settings(spec: Approximation) -> Iterator[Setting]:
     """Settings the approximation accepts, from a spread of alpha and gamma, every slope and every space."""
-    gammas = (2, 8, 64) if spec.uses_gamma else (None,)
+    gammas = (2, 64) if spec.uses_gamma else (None,)
     for alpha, gamma, slope, space in product((1.0, 10.0, 64.0, 1000.0), gammas, spec.slopes, spec.spaces):
         setting = Setting(alpha, gamma, slope, space)
         try:
@@ -67,6 +68,41 @@ def compiled(spec: Approximation, setting: Setting, precision: Precision, coordi
 @jit.driver
 def _run(loop: Any, coordinate: Array, gate: Array, coefficients: Array, table: Array, out: Array) -> None:
     loop(coordinate, gate, coefficients, table, out)
+
+
+def over(body: Body, precision: Precision, *columns: Any, **known: int) -> Array:
+    """Values of any lowered body, compiled, over columns of numbers: one column for each argument that is not known."""
+    loops: dict[int, Callable[[Body], Callable[..., None]]] = {1: _over_1, 2: _over_2, 6: _over_6}
+    with np.errstate(all="ignore"):
+        rounded = [np.atleast_1d(np.asarray(c, precision.dtype).astype(precision.carrier)) for c in columns]
+        given = [np.ascontiguousarray(c) for c in np.broadcast_arrays(*rounded)]
+        out = np.empty_like(given[0])
+        jit.driver(loops[len(columns)](lower(body, precision, **known)))(out, *given)
+    return out
+
+
+def _over_1(f: Body) -> Callable[..., None]:
+    def run(out: Array, a: Array) -> None:
+        for i in range(len(out)):
+            out[i] = f(a[i])
+
+    return run
+
+
+def _over_2(f: Body) -> Callable[..., None]:
+    def run(out: Array, a: Array, b: Array) -> None:
+        for i in range(len(out)):
+            out[i] = f(a[i], b[i])
+
+    return run
+
+
+def _over_6(f: Body) -> Callable[..., None]:
+    def run(out: Array, a: Array, b: Array, c: Array, d: Array, e: Array, g: Array) -> None:
+        for i in range(len(out)):
+            out[i] = f(a[i], b[i], c[i], d[i], e[i], g[i])
+
+    return run
 
 
 def plain(spec: Approximation, setting: Setting, number: Callable[[Any], Any]) -> Callable[[float], Any]:
@@ -202,6 +238,7 @@ def check_vectorises(spec: Approximation) -> None:
         _require(re.search(_PACKED[family], _code(spec)[1]), spec, "its float32 loop computes one value at a time")
 
 
+@cache
 def _code(spec: Approximation) -> tuple[str, str]:
     loop = kernels.values_kernel(spec, FLOAT32, kernels.known_values(spec, example(spec)))
     return jit.code(loop)

@@ -130,5 +130,5 @@ def _blame(problem: Exception, path: Path) -> NoReturn:
         raise InputError(problem.msg, f"{path}:{problem.lineno}", "the file must be valid Python") from problem
     lines = [frame.lineno for frame in traceback.extract_tb(problem.__traceback__) if Path(frame.filename) == path]
     what = problem.what if isinstance(problem, PhongbenchError) else f"{type(problem).__name__}: {problem}"
-    mend = problem.mend if isinstance(problem, PhongbenchError) else "this line of the file raised it"
+    mend = (isinstance(problem, PhongbenchError) and problem.mend) or "this line of the file raised it"
     raise InputError(what, f"{path}:{lines[-1]}" if lines else str(path), mend) from problem

@@ -114,7 +114,7 @@ def octaves(low: float, high: float) -> list[float]:
     return [2.0**exponent for exponent in range(first, last + 1)]
 
 
-def steps_of_ten(low: float, high: float, digits: Sequence[int]) -> list[float]:
+def steps_of_ten(low: float, high: float, digits: Sequence[float]) -> list[float]:
     """The values digit * 10^k from `low` to `high`: 1, 2, 5, 10, ... for digits (1, 2, 5)."""
     first, last = int(np.floor(np.log10(low))), int(np.ceil(np.log10(high)))
     values = [digit * 10.0**exponent for exponent in range(first, last + 1) for digit in digits]

@@ -59,7 +59,8 @@ def _rival(choice: Choice) -> str:
         return "–" if miss is None else f"nearest miss: {label(miss)}, {number(255 * float(miss['error']))} codes"
     if choice.runner_up is None:
         return "no other fits"
-    return f"{label(choice.runner_up)} ({'slower' if choice.resolved else 'not told apart'})"
+    told = "slower" if choice.resolved else "not\u00a0told\u00a0apart"
+    return f"{label(choice.runner_up)} ({told})"
 
 
 def verdict(study: Study, precision: str, budget: float, name: str) -> Table | Absent:
@@ -68,14 +69,16 @@ def verdict(study: Study, precision: str, budget: float, name: str) -> Table | A
     budget   float   largest absolute error allowed
     name     str     the budget in words, "1/255"
     """
-    if study.timing.empty:
+    if not len(study.at(study.unit, precision=precision, space="reflect")):
+        return Absent(f"Nothing was measured at {precision}.", f"Run with --precision {precision}.")
+    if study.timing.empty or not (study.timing["precision"] == precision).any():
         return _accuracy_only(study, precision, budget, name)
-    if not (study.timing["precision"] == precision).any():
-        return Absent(f"Nothing was timed at {precision}.", f"Run with --precision {precision}.")
-    withheld = study.working_set in study.twin_differs
+    withheld = bool(study.twin_differs)
+    # A formula of (N, H) agrees with Phong on coplanar vectors only, and those are what its errors were measured on.
+    candidates = study.at(study.unit, space="reflect", precision=precision)
     rows, kept = [], []
-    for alpha in study.alphas:
-        cells = front(study.unit, study.timing, alpha=alpha, precision=precision, working_set=study.working_set)
+    for alpha in sorted(candidates["alpha"].unique()):
+        cells = front(candidates, study.timing, alpha=alpha, precision=precision, working_set=study.working_set)
         choice = choose(cells, budget)
         best = choice.best
         gain, interval = _gain(best, withheld=withheld)
@@ -85,7 +88,7 @@ def verdict(study: Study, precision: str, budget: float, name: str) -> Table | A
         rows.append((f"{alpha:g}", formula, codes, number(ns), gain, interval, _rival(choice)))
         kept.append(_verdict_row(alpha, choice))
     headings = ("α", "formula", "error, 8-bit codes", "ns / element", "faster than exact", "interval", "runner-up")
-    told = basis(study.at(study.unit, precision=precision))
+    told = f"{basis(candidates)}; formulas of (N, H), right for coplanar vectors only, are left out"
     data = pd.DataFrame(kept)
     sentence = _verdict_sentence(data, name, withheld=withheld)
     numeric = frozenset({0, 2, 3, 4, 5})
@@ -115,23 +118,28 @@ def _verdict_sentence(data: pd.DataFrame, name: str, *, withheld: bool) -> str:
 
 
 def _accuracy_only(study: Study, precision: str, budget: float, name: str) -> Table:
-    """The verdict of a run without timing: what fits, and what errs least; nobody can say what is cheapest."""
+    """The verdict without times: what fits, the fewest squarings that fit, what errs least; not what is cheapest."""
     rows, kept = [], []
-    unit = study.at(study.unit, precision=precision)
+    unit = study.at(study.unit, precision=precision, space="reflect")
     for alpha in study.alphas:
         cells = unit[(unit["alpha"] == alpha) & (unit["approximation"] != "phong")]
         cells = cells.sort_values(["max_abs", *CELL], kind="stable")
-        fits = int((cells["max_abs"] <= budget).sum())
+        good = cells[cells["max_abs"] <= budget]
+        few = good[good["gamma"].notna()].sort_values("gamma", kind="stable").head(1)
+        fits, fewest = len(good), label(few.iloc[0]) if len(few) else "–"
         best = cells.iloc[0] if len(cells) else None
         least = ("–", "–", "–") if best is None else (label(best), number(best["max_abs"]), number(best["codes_8bit"]))
-        rows.append((f"{alpha:g}", f"{fits} of {len(cells)}", *least))
-        kept.append({"alpha": alpha, "within": fits, "cells": len(cells), "least": least[0], "error": least[1]})
-    headings = ("α", f"within {name}", "least error", "largest error", "8-bit codes")
+        rows.append((f"{alpha:g}", fewest, f"{fits} of {len(cells)}", least[0], least[2]))
+        error = None if best is None else float(best["max_abs"])
+        kept.append(
+            {"alpha": alpha, "fewest": fewest, "within": fits, "cells": len(cells), "least": least[0], "error": error}
+        )
+    headings = ("α", f"fewest squarings within {name}", f"cells within {name}", "errs least", "its error, 8-bit codes")
     data = pd.DataFrame(kept)
-    sentence = (
-        "This run has no timing: it says what is accurate enough, not what is cheapest. Run again without --no-timing."
-    )
-    return Table(headings, tuple(rows), data, sentence, f"{precision}; {basis(unit)}", frozenset({0, 1, 3, 4}))
+    lacking = "This run has no timing" if study.timing.empty else f"Nothing was timed at {precision}"
+    mend = " Run again without --no-timing." if study.timing.empty else ""
+    sentence = f"{lacking}: the table says what is accurate enough, not what is cheapest.{mend}"
+    return Table(headings, tuple(rows), data, sentence, f"{precision}; {basis(unit)}", frozenset({0, 2, 4}))
 
 
 def census(study: Study) -> Table | Absent:
@@ -176,29 +184,29 @@ def _vector(row: dict[str, Any], letter: str) -> str:
 def worst(study: Study) -> Table | Absent:
     """The worst input of each formula and form as C99 hex floats, with the command that finds it again.
 
-    The page shows unit vectors, where a formula's own faults lie: vectors of the wrong length err beyond all measure.
+    The page prefers gated unit vectors, where a formula's own faults lie: wrong lengths err beyond all measure.
     """
     rows = study.run.worst
     if rows.empty:
         return Absent("This run kept no worst inputs.", "Run again; they are kept with every accuracy row.")
     ranked = rows.sort_values(["error", *CELL, "alpha", "stratum", "rank"], key=_by_size, kind="stable")
-    unit = ranked[(ranked["precision"] == study.precision) & ~ranked["stratum"].isin(["lengths", "hostile", "mesh"])]
-    each = unit.drop_duplicates(["approximation", "lambda_form", "space"]).head(SHOWN)
+    mine = ranked[ranked["precision"] == study.precision]
+    fault = mine["stratum"].isin(["lengths", "hostile", "mesh"]) * 2 + ~mine["gated"].astype(bool)
+    each = mine.assign(fault=fault.astype(int)).sort_values("fault", kind="stable")
+    each = each.drop_duplicates(["approximation", "lambda_form", "space"]).drop(columns="fault").head(SHOWN)
     body, details = [], []
     for index, row in zip(each.index, records(each), strict=True):
         gate = "" if row.get("gated", True) else ", ungated"
         numbers = (number(row["error"]), number(row["value"]), number(row["exact"]))
         body.append((label(row), f"{row['alpha']:g}", str(row["precision"]), f"{row['stratum']}{gate}", *numbers))
-        pair = f"a = ({_vector(row, 'a')})  b = ({_vector(row, 'b')})"
-        details.append((pair, reproduce(study, each.loc[[index]])))
+        pair = (f"a = ({_vector(row, 'a')})", f"b = ({_vector(row, 'b')})")
+        details.append((*pair, reproduce(study, each.loc[[index]])))
     top = ranked.iloc[0]
     where = f"{label(top)} at α\u00a0=\u00a0{top['alpha']:g}, {top['precision']}, stratum {top['stratum']}"
     sentence = f"The largest error of the run is {number(top['error'])}: {where}."
     headings = ("formula", "α", "precision", "stratum", "error", "value", "exact")
     data = ranked.reset_index(drop=True)
-    told = (
-        f"{study.precision}, unit vectors, worst of each formula and form; all {number(len(rows))} kept rows in the CSV"
-    )
+    told = f"{study.precision}, worst of each formula and form, unit vectors first; all {number(len(rows))} in the CSV"
     return Table(headings, tuple(body), data, sentence, told, frozenset({1, 4, 5, 6}), frozenset(), tuple(details))
 
 

@@ -44,7 +44,7 @@ def number(value: Any, digits: int = 3) -> str:
 def percent(value: float) -> str:
     """A signed fraction as percent: "+1 %", "−0.0175 %", "0 %"."""
     sign = "−" if value < 0 else "+" if value > 0 else ""
-    return f"{sign}{abs(100 * value):.3g} %"
+    return f"{sign}{abs(100 * value):.3g}\u00a0%"
 
 
 def power_of_ten(value: float, _position: int = 0) -> str:
@@ -69,7 +69,7 @@ def label(cell: Mapping[str, Any] | pd.Series) -> str:
     if cell.get("beta_policy", "none") not in ("taylor", "none"):
         parts.append(str(cell["beta_policy"]))
     if cell.get("space", "reflect") != "reflect":
-        parts.append(f"{cell['space']} space")
+        parts.append(str(cell["space"]))
     return " · ".join(parts)
 
 

@@ -1,53 +1,49 @@
-"""What the tests of the library share."""
+"""Shared studies: real sweeps of the real engine, small enough to be made once for a session."""
 
 from collections.abc import Callable
-from typing import Any
+from dataclasses import replace
 
-import numpy as np
+import pandas as pd
 import pytest
-from numpy.typing import NDArray
 
-from phongbench import jit
-from phongbench.lowering import Body, Precision, lower
-
-Array = NDArray[Any]
+from phongbench import engine, rows
+from phongbench.plan import Plan, preset
 
 
-def _loop_1(f: Body) -> Callable[..., None]:
-    def run(out: Array, a: Array) -> None:
-        for i in range(len(out)):
-            out[i] = f(a[i])
-
-    return run
-
-
-def _loop_2(f: Body) -> Callable[..., None]:
-    def run(out: Array, a: Array, b: Array) -> None:
-        for i in range(len(out)):
-            out[i] = f(a[i], b[i])
-
-    return run
-
-
-def _loop_6(f: Body) -> Callable[..., None]:
-    def run(out: Array, a: Array, b: Array, c: Array, d: Array, e: Array, g: Array) -> None:
-        for i in range(len(out)):
-            out[i] = f(a[i], b[i], c[i], d[i], e[i], g[i])
-
-    return run
+def _swept(plan: Plan, jobs: int = 2) -> pd.DataFrame:
+    """The accuracy rows of a plan."""
+    sweep = engine.prepare(plan)
+    engine.compile_kernels(sweep)
+    return rows.accuracy(sweep, [rows.part(m) for m in engine.run(sweep, jobs=jobs)])
 
 
 @pytest.fixture(scope="session")
-def over() -> Callable[..., Array]:
-    """over(body, precision, *columns, **known): the lowered body, compiled, over columns of numbers."""
-    loops = {1: _loop_1, 2: _loop_2, 6: _loop_6}
+def small_plan() -> Plan:
+    """All strata, two precisions, few formulas, few pairs."""
+    return replace(
+        preset("quick"), alphas=(10.0, 50.0), gammas=(4, 8), approximations=("phong", "lyon", "gaussian"), slopes=("taylor",),
+        precisions=("float16", "float32"), samples=6000, timing=False,
+    ).validated()  # fmt: skip
 
-    def over(body: Body, precision: Precision, *columns: Any, **known: int) -> Array:
-        with np.errstate(all="ignore"):
-            rounded = [np.atleast_1d(np.asarray(c, precision.dtype).astype(precision.carrier)) for c in columns]
-            given = [np.ascontiguousarray(c) for c in np.broadcast_arrays(*rounded)]
-            out = np.empty_like(given[0])
-            jit.driver(loops[len(columns)](lower(body, precision, **known)))(out, *given)
-        return out
 
-    return over
+@pytest.fixture(scope="session")
+def small_rows(small_plan: Plan) -> pd.DataFrame:
+    """The rows of `small_plan`."""
+    return _swept(small_plan)
+
+
+@pytest.fixture(scope="session")
+def law_rows() -> pd.DataFrame:
+    """Lyon on unit and on wrongly scaled vectors in float64, over the quick preset's exponents: what the laws speak about."""
+    plan = replace(
+        preset("quick"), approximations=("phong", "lyon", "gaussian"), slopes=("taylor", "minimax"), precisions=("float64",),
+        spaces=("reflect",), lambda_forms=("dot", "difference", "cross", "tan2"), strata=("highlight", "lengths"), samples=1 << 14,
+        timing=False,
+    ).validated()  # fmt: skip
+    return _swept(plan)
+
+
+@pytest.fixture(scope="session")
+def swept() -> Callable[..., pd.DataFrame]:
+    """The accuracy rows of a plan, by (plan, jobs=2)."""
+    return _swept

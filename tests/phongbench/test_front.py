@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 
 from phongbench.errors import InputError
-from phongbench.front import COLUMNS, cheapest, front, states
+from phongbench.front import COLUMNS, cheapest, front, multiplications, states
 
 ACCURACY = {
     "lambda_form": "dot", "space": "reflect", "beta_policy": "taylor", "alpha": 50.0, "precision": "float32",
@@ -139,3 +139,18 @@ def test_a_run_without_timing_has_an_empty_front(accuracy: pd.DataFrame, timing:
 def test_other_metrics_rank_by_their_own_column(accuracy: pd.DataFrame, timing: pd.DataFrame) -> None:
     cells = front(accuracy, timing, alpha=50, metric="rms")
     assert cells["error"].max() == pytest.approx(0.2 / 3)
+
+
+def test_an_integer_power_is_timed_by_one_that_multiplies_at_least_as_often(timing: pd.DataFrame) -> None:
+    alphas = (10.0, 50.0, 64.0, 128.0, 200.0, 10.5)
+    powers = {"approximation": "integer-power", "gamma": None, "max_abs": 0.0, "lambda_form": "none"}
+    accuracy = accuracy_rows(*({**powers, "alpha": alpha} for alpha in alphas))
+    own = {"gamma": None, "lambda_form": "none", "half": 0.01}
+    timed = timing_rows(
+        {**own, "approximation": "integer-power", "ratio": 0.4}, {**own, "approximation": "integer-power-64", "ratio": 0.3}
+    )  # fmt: skip
+    both = pd.concat([timing, timed], ignore_index=True)
+    found = {alpha: front(accuracy, both, alpha=alpha)["ratio"].tolist() for alpha in alphas}
+    # 10 takes 4 multiplications, 64 takes 6, 50 and 128 take 7, 200 takes 9; a fractional one has none
+    assert found == {10.0: [0.3], 50.0: [0.4], 64.0: [0.3], 128.0: [0.4], 200.0: [], 10.5: []}
+    assert [multiplications(exponent) for exponent in (1, 2, 3, 10, 64, 50, 1000)] == [0, 1, 2, 4, 6, 7, 14]

@@ -1,20 +1,17 @@
 """The lambda forms: what they equal on unit vectors, and what they see of lengths and signs."""
 
 import math
-from collections.abc import Callable
-from typing import Any
 
 import mpmath
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
 from phongbench import vectors
 from phongbench.lowering import FLOAT16, FLOAT32, FLOAT64
+from phongbench.testing import over
 
-Over = Callable[..., NDArray[Any]]
 Six = tuple[float, float, float, float, float, float]
 
 angles = st.floats(-math.pi, math.pi)
@@ -81,7 +78,7 @@ def test_law_8_lengths_change_each_form_as_derived(pair: Six, e: float, d: float
     assert vectors.half_squared_cross(*long) == pytest.approx(s**2 * vectors.half_squared_cross(*pair), abs=1e-14)
 
 
-def test_difference_and_cross_keep_relative_accuracy_next_to_the_peak_and_dot_does_not(over: Over) -> None:
+def test_difference_and_cross_keep_relative_accuracy_next_to_the_peak_and_dot_does_not() -> None:
     angle = np.geomspace(1e-3, 1e-1, 200)
     columns = [np.float32(c) for c in (0.0, 0.0, 1.0)] + [np.sin(angle), np.zeros_like(angle), np.cos(angle)]
     given_columns = [np.asarray(c, np.float32).astype(float) for c in columns]
@@ -92,7 +89,7 @@ def test_difference_and_cross_keep_relative_accuracy_next_to_the_peak_and_dot_do
 
 
 @pytest.mark.parametrize("form", vectors.LAMBDA_FORMS)
-def test_a_compiled_form_is_the_plain_one_in_its_precision(over: Over, form: str) -> None:
+def test_a_compiled_form_is_the_plain_one_in_its_precision(form: str) -> None:
     rng = np.random.default_rng(2)
     body, columns = vectors.LAMBDA_FORMS[form], rng.normal(size=(6, 300))
     with mpmath.workdps(50):

@@ -106,9 +106,13 @@ def test_worst_inputs_are_hex_and_come_with_their_command(run: Any) -> None:
     assert isinstance(table, Table)
     assert len(table.data) == len(run.worst)
     assert len(table.details) == len(table.rows)
-    for pair, command in table.details:
-        first = pair.split(")")[0].removeprefix("a = (")
-        assert [float.fromhex(part) for part in first.split(", ")] == [0.0, 0.0, 1.0]
+    for a, b, command in table.details:
+        assert b.startswith("b = (")
+        assert [float.fromhex(part) for part in a.removeprefix("a = (").removesuffix(")").split(", ")] == [
+            0.0,
+            0.0,
+            1.0,
+        ]
         assert shlex.split(command)[:2] == ["phongbench", "run"]
     errors = table.data["error"].abs().tolist()
     assert errors == sorted(errors, reverse=True)
@@ -160,14 +164,14 @@ def test_numbers_are_written_one_way(value: Any, written: str) -> None:
 
 def test_words() -> None:
     cell = {"approximation": "lyon", "lambda_form": "cross", "gamma": 8, "beta_policy": "minimax", "space": "half"}
-    assert text.label(cell) == "lyon · cross · γ8 · minimax · half space"
+    assert text.label(cell) == "lyon · cross · γ8 · minimax · half"
     assert (
         text.label({**cell, "gamma": pd.NA, "lambda_form": "none", "beta_policy": "taylor", "space": "reflect"})
         == "lyon"
     )
     assert text.listed([]) == "none"
     assert text.listed(["a", "b", "c"]) == "a, b and c"
-    assert text.percent(-0.000175) == "−0.0175 %"
+    assert text.percent(-0.000175) == "−0.0175\u00a0%"
     assert [text.power_of_ten(value) for value in (1e-5, 0.01, 1.0, 1e4, 2.0)] == ["10⁻⁵", "0.01", "1", "10⁴", ""]
     assert nearest([10.0, 40.0, 64.0], 50.0) == 40.0
     assert nearest([5.0, 20.0], 10.0) == 5.0

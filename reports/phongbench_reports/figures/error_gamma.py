@@ -60,7 +60,7 @@ def _sentence(rows: pd.DataFrame, alphas: list[float]) -> str:
     relative = (away["off_by"] / away["law"]).abs().to_numpy(np.float64)
     at = away.iloc[int(relative.argmax())]
     where = f"{label(at)}, α\u00a0=\u00a0{at['alpha']:g}"
-    return f"{start} The law is off by at most {100 * relative.max():.2g} % over {len(away)} points ({where})."
+    return f"{start} The law is off by at most {100 * relative.max():.2g}\u00a0% over {len(away)} points ({where})."
 
 
 def draw(study: Study) -> Plate | Absent:

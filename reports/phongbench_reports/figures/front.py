@@ -32,14 +32,19 @@ ALPHAS = (10.0, 50.0, 200.0)
 FLOOR = 1e-7
 #: Points of the front that get a name, and how far apart names are in axes heights.
 NAMED, GAP = 6, 0.105
+#: Width of a letter of a name in axes widths, about.
+LETTER = 0.0078
 LOOKS = {"on": (BLUE, BLUE, "o", 5.5), "unresolved": (ORANGE, SURFACE, "D", 4.0), "off": (MUTED, SURFACE, "o", 3.2)}
 
 
 def cells(study: Study) -> pd.DataFrame:
-    """Front cells of every drawn exponent, with alpha, and a name for each."""
-    frames = []
+    """Front cells of every drawn exponent, with alpha, and a name for each.
+
+    Formulas of (N, H) are left out: they agree with Phong on coplanar vectors only, where their errors were measured.
+    """
+    rows, frames = study.at(study.unit, space="reflect"), []
     for alpha in sorted({nearest(study.alphas, wanted) for wanted in ALPHAS}):
-        found = front(study.unit, study.timing, alpha=alpha, precision=study.precision, working_set=study.working_set)
+        found = front(rows, study.timing, alpha=alpha, precision=study.precision, working_set=study.working_set)
         frames.append(found.assign(alpha=alpha))
     frame = pd.concat(frames, ignore_index=True)
     return frame.assign(label=[label(row) for row in records(frame)])
@@ -48,34 +53,37 @@ def cells(study: Study) -> pd.DataFrame:
 def _panel(axes: Axes, rows: pd.DataFrame) -> None:
     for state in ("off", "unresolved", "on"):
         part = rows[rows["state"] == state]
-        edge, face, marker, size = LOOKS[state]
+        colour, face, marker, size = LOOKS[state]
         x = part["error"].clip(lower=FLOOR).to_numpy()
         spans = [part["ratio"] - part["ratio_low"], part["ratio_high"] - part["ratio"]]
         axes.errorbar(
-            x, part["ratio"], yerr=np.abs(np.array(spans, dtype=float)), fmt=marker, markersize=size, color=edge,
+            x, part["ratio"], yerr=np.abs(np.array(spans, dtype=float)), fmt=marker, markersize=size, color=colour,
             markerfacecolor=face, markeredgewidth=1.1, elinewidth=0.9, capsize=0, label=state,
             zorder=3 if state == "on" else 2,
         )  # fmt: skip
-    best = rows[rows["state"] == "on"].sort_values(["error", "ratio"], kind="stable")
+    best = edge(rows)
     # A step, not a slope: no mixture of two formulas lies between two points.
-    axes.step(best["error"].clip(lower=FLOOR), best["ratio"], where="post", color=BLUE, linewidth=1.2, zorder=2.5)
+    axes.step(best["error"].clip(lower=FLOOR), best["ratio"], where="post", color=BLUE, linewidth=1.2, zorder=1.8)
+
+
+def edge(rows: pd.DataFrame) -> pd.DataFrame:
+    """The front as far as the medians tell: cells not off it that are faster than every one that errs less."""
+    best = rows[rows["state"] != "off"].sort_values(["error", "ratio"], kind="stable")
+    return best[best["ratio"] < best["ratio"].cummin().shift(fill_value=np.inf)].reset_index(drop=True)
 
 
 def _name(axes: Axes, rows: pd.DataFrame) -> None:
     """Names to the lower left of points of the front, where nothing can be: it would be on the front itself."""
-    best = rows[rows["state"] == "on"].sort_values(["error", "ratio"], kind="stable").reset_index(drop=True)
+    best = edge(rows)
     if best.empty:
         return
     picks = np.unique(np.linspace(0, len(best) - 1, min(NAMED, len(best))).round().astype(int))
     best = best.iloc[picks]
     to_axes = axes.transData + axes.transAxes.inverted()
     points = to_axes.transform(np.column_stack([best["error"].clip(lower=FLOOR), best["ratio"]]))
-    tight = [bool(x < 0.3) for x, _ in points]  # no room to its left
-    heights = np.array([float(y) - 0.1 for _, y in points])
-    for side in (True, False):
-        mine = [index for index, one in enumerate(tight) if one is side]
-        heights[mine] = spread(heights[mine].tolist(), GAP) if mine else []
-    for (x, _), height, left, row in zip(points, heights, tight, records(best), strict=True):
+    heights = spread([float(y) - 0.1 for _, y in points], GAP)
+    for (x, _), height, row in zip(points, heights, records(best), strict=True):
+        left = x < 0.03 + LETTER * len(row["label"])  # no room to its left
         axes.annotate(
             row["label"], xy=(max(row["error"], FLOOR), row["ratio"]), xytext=(x + (0.012 if left else -0.012), height),
             textcoords="axes fraction", fontsize=7.5, ha="left" if left else "right", va="center",
@@ -116,16 +124,19 @@ def draw(study: Study) -> Plate | Absent:
     panels[0].legend(
         loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, fontsize=8, handletextpad=0.2, borderaxespad=0.1
     )
-    rows = study.at(study.unit, precision=study.precision, alpha=tuple(alphas))
-    told = f"{basis(rows)}; times: {study.working_set} working set, median ratio with its interval"
-    footnote(figure, f"{study.precision}, unit vectors, stratum highlight; error ≤ 10⁻⁷ drawn at the left edge; {told}")
+    rows = study.at(study.unit, space="reflect", precision=study.precision, alpha=tuple(alphas))
+    told = f"{basis(rows)}; time: median ratio, interval, {study.working_set}"
+    footnote(
+        figure,
+        f"{study.precision}, unit vectors, formulas of (R, V); error ≤ 10⁻⁷ at the left edge; {told}",
+    )
     return Plate(
         figure, data, _sentence(study, data), _alt(data), told, reproduce(study, rows).removesuffix(" --no-timing")
     )
 
 
 def _sentence(study: Study, data: pd.DataFrame) -> str:
-    if study.working_set in study.twin_differs:
+    if study.twin_differs:
         return "The A/A twin was told apart from itself in this run, so no speed claim is made from these points."
     parts = []
     for alpha, rows in data.groupby("alpha"):
@@ -143,7 +154,7 @@ def _sentence(study: Study, data: pd.DataFrame) -> str:
 def _alt(data: pd.DataFrame) -> str:
     parts = []
     for alpha, rows in data.groupby("alpha"):
-        best = rows[rows["state"] == "on"].sort_values("ratio", kind="stable")
+        best = edge(rows)
         named = ", ".join(f"{row['label']} ({number(row['error'])}, {number(row['ratio'])})" for row in records(best))
-        parts.append(f"α\u00a0=\u00a0{alpha:g}: {named or 'no resolved point'}")
-    return f"Error against time ratio, log-log; points on the front with error and ratio: {'; '.join(parts)}."
+        parts.append(f"α\u00a0=\u00a0{alpha:g}: {named or 'no point'}")
+    return f"Error against time ratio, log-log; points along the front with error and ratio: {'; '.join(parts)}."

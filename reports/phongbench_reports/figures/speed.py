@@ -75,11 +75,13 @@ def draw(study: Study) -> Plate | Absent:
     names = first.sort_values(["ns_min", "label"], kind="stable")["label"].tolist()
     height = 1.5 + 0.19 * (len(names) + 2)
     margins = {"bottom": 0.74 / height, "top": 1 - 0.34 / height}
-    figure, panels = sheet(height, 1, len(sets), left=0.2, right=0.985, wspace=0.07, sharey=True, **margins)
+    figure, panels = sheet(height, 1, len(sets), left=0.225, right=0.985, wspace=0.07, sharey=True, **margins)
     for axes, name in zip(panels, sets, strict=True):
         mine = data[data["working_set"] == name]
         low, high = 0.85 * float(mine["ns_min"].min()), 1.3 * float(mine["ns_median"].max())
-        named_ticks(axes.xaxis, steps_of_ten(low, high, (1, 2, 5)), minor=steps_of_ten(low, high, range(1, 10)))
+        ticks = steps_of_ten(low, high, (1, 2, 5))
+        ticks = ticks if len(ticks) > 1 else steps_of_ten(low, high, (1, 1.5, 2, 2.5, 3, 4, 5, 6, 8))
+        named_ticks(axes.xaxis, ticks, minor=steps_of_ten(low, high, range(1, 10)))
         axes.set_xlim(low, high)
         _panel(axes, mine, names)
         axes.set_title(SETS[name])
@@ -105,7 +107,7 @@ def _sentence(study: Study, data: pd.DataFrame, sets: list[str]) -> str:
     waits = int((large["bandwidth_fraction"] >= BOUND).sum())
     tail = f"; {SETS[sets[-1]]}, {waits} of {len(large)} kernels wait for memory, where the formula no longer matters"
     withheld = (
-        f"; the A/A twin was told apart in {listed(study.twin_differs)}, so ratios there are withheld"
+        f"; the A/A twin was told apart in {listed(study.twin_differs)}, so speed claims are withheld"
         if study.twin_differs
         else ""
     )

@@ -70,7 +70,7 @@ def draw(study: Study) -> Plate | Absent:
     names = list(dict.fromkeys(data["label"]))
     height = 1.45 + 0.2 * len(names)
     margins = {"bottom": 0.78 / height, "top": 1 - 0.42 / height}
-    figure, panels = sheet(height, 1, len(found), left=0.2, right=0.985, wspace=0.06, sharey=True, **margins)
+    figure, panels = sheet(height, 1, len(found), left=0.225, right=0.985, wspace=0.06, sharey=True, **margins)
     for axes, name in zip(panels, found, strict=True):
         log_axis(axes.xaxis, labels=6)
         axes.set_xlim(*LIMITS)

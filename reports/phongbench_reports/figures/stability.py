@@ -18,8 +18,8 @@ from phongbench_reports.text import basis, listed, number, records
 
 #: How the lengths err, as the perturbation column names it, and in words.
 WAYS = {"a": "one vector", "both": "both alike", "opposite": "both, opposite"}
-#: Slopes are told over length errors up to here; beyond, the lobe has left the linear range.
-SLOPE_TO = 0.0021
+#: Slopes are told over this many smallest length errors whose change is clear of rounding and not above LARGE.
+SLOPE_POINTS, CLEAR, LARGE = 3, 10.0, 0.1
 
 
 def rows_of(study: Study) -> pd.DataFrame:
@@ -34,7 +34,17 @@ def rows_of(study: Study) -> pd.DataFrame:
     rows = rows[rows["alpha"] == nearest(sorted(rows["alpha"].unique()), STABILITY_ALPHA)]
     gamma = min((int(g) for g in rows["gamma"].unique()), key=lambda g: (abs(np.log2(g / 64)), g))
     rows = rows[rows["gamma"] == gamma]
-    columns = [*CELL, "alpha", "perturbation", "length_error", "length_max", "max_abs", "samples", "coverage"]
+    columns = [
+        *CELL,
+        "alpha",
+        "perturbation",
+        "length_error",
+        "length_max",
+        "rounding_max",
+        "max_abs",
+        "samples",
+        "coverage",
+    ]
     return (
         rows[columns].sort_values(["perturbation", "lambda_form", "length_error"], kind="stable").reset_index(drop=True)
     )
@@ -51,8 +61,9 @@ def law(form: str, way: str, alpha: float, gamma: float, e: npt.NDArray[np.float
 
 
 def slope(part: pd.DataFrame) -> float:
-    """Exponent p of change ~ length error^p, least squares over too-long vectors up to SLOPE_TO; NaN without two."""
-    used = part[(part["length_error"] > 0) & (part["length_error"] <= SLOPE_TO) & (part["length_max"] > 0)]
+    """Exponent p of change ~ length error^p, least squares over small errors of too-long vectors; NaN below two."""
+    clear = (part["length_max"] > CLEAR * part["rounding_max"].fillna(0.0)) & (part["length_max"] <= LARGE)
+    used = part[(part["length_error"] > 0) & clear].nsmallest(SLOPE_POINTS, "length_error")
     if len(used) < 2:
         return float("nan")
     return float(np.polyfit(np.log(used["length_error"]), np.log(used["length_max"]), 1)[0])
@@ -150,9 +161,9 @@ def _sentence(data: pd.DataFrame) -> str:
     slopes = listed(f"{slope(rows[rows['lambda_form'] == form]):.2f} ({form})" for form in forms)
     best = one.iloc[0]["lambda_form"]
     return (
-        f"With {WAYS[way]} {number(100 * at)} % too long at α\u00a0=\u00a0{data['alpha'].iloc[0]:g}, "
+        f"With {WAYS[way]} {number(100 * at)}\u00a0% too long at α\u00a0=\u00a0{data['alpha'].iloc[0]:g}, "
         f"{best} errs least: {errors}. "
-        f"Below {number(100 * SLOPE_TO, 1)} % the change grows with the length error's power {slopes}."
+        f"Small length errors e change the highlight like e to the power {slopes}."
     )
 
 

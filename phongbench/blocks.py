@@ -1,4 +1,4 @@
-"""A bench: kernels over one set of buffers, and the compiled epoch that times one of them without any Python inside.
+"""Kernels over one set of buffers, and the compiled epoch that times one of them without any Python inside.
 
 Nothing here decides anything about rounds or statistics; see timing.py and clock.py.
 """
@@ -24,7 +24,8 @@ OVERHEAD_NS = 70_000
 _SPINS = 2000
 #: one untimed pass for so many timed ones
 _WARM = 10
-#: how many values are compared with plain Python, and which share of them may differ: a table's value may land beyond a step
+#: how many values are compared with plain Python, and which share of them may differ: a table's value may land beyond
+#: a step
 _CHECKED, _STRAY = 512, 0.01
 
 
@@ -63,8 +64,9 @@ def _run(
 ) -> None:
     """An epoch: spin, untimed passes, timed passes, spin. scratch[3:6] receives the three times.
 
-    The last spin comes after one that is not looked at: for some microseconds after 512-bit instructions a core runs at half its pace
-    (1.5 times 3 us here), so the first spin would accuse every vectorised kernel and acquit scalar ones.
+    The last spin comes after one that is not looked at: for some microseconds after 512-bit instructions a core runs
+    at half its pace (1.5 times 3 us here), so the first spin would accuse every vectorised kernel and acquit scalar
+    ones.
     """
     scratch[3] = _spin(scratch)
     for _ in range(warm):
@@ -86,11 +88,12 @@ def _digest(words: Any) -> Any:
     return total
 
 
-
-
 def elements_of(total_bytes: float, precision: Precision) -> int:
-    """Pairs whose seven rows fill about this many bytes: rows are an odd multiple of 512 bytes, so that no two share their cache sets
-    and no store is mistaken for a later load 4096 bytes away; and a multiple of every vector width."""
+    """Pairs whose seven rows fill about this many bytes.
+
+    A row is an odd multiple of 512 bytes: no two rows share their cache sets, no store is mistaken for a load 4096
+    bytes away, and every vector width divides it.
+    """
     lines = max(1, 2 * round((total_bytes / contenders.ROWS / 512 - 1) / 2) + 1)
     return lines * 512 // precision.carrier.itemsize
 
@@ -98,18 +101,20 @@ def elements_of(total_bytes: float, precision: Precision) -> int:
 def memory_sizes(caches: Caches) -> tuple[int, ...]:
     """Bytes the working set "memory" may have, largest first.
 
-    Four times the last-level cache, or MEMORY_CAP where that is more than the cap; small budgets may halve it down to twice the last
-    level, and on servers whose last level is larger than the cap down to sixteen times the second.
+    Four times the last-level cache, or MEMORY_CAP where that is more than the cap; small budgets may halve it down to
+    twice the last level, and on servers whose last level is larger than the cap down to eight times the second.
     """
     largest = min(4 * caches.last, MEMORY_CAP)
-    floor = min(largest, max(16 * caches.l2, 2 * caches.last if 2 * caches.last <= MEMORY_CAP else 0))
+    floor = min(largest, max(8 * caches.l2, 2 * caches.last if 2 * caches.last <= MEMORY_CAP else 0))
     return tuple(size for size in (largest >> k for k in range(16)) if size >= floor)
 
 
-class Bench:
+class Block:
     """All contenders of one precision over one set of buffers."""
 
-    def __init__(self, working_set: str, precision: Precision, group: list[Contender], total_bytes: int, seed: int) -> None:
+    def __init__(
+        self, working_set: str, precision: Precision, group: list[Contender], total_bytes: int, seed: int
+    ) -> None:
         self.working_set, self.precision, self.contenders = working_set, precision, group
         self.cached = working_set != "memory"
         self.scratch = np.zeros(6, np.int64)
@@ -122,10 +127,10 @@ class Bench:
     @staticmethod
     def prepare(precision: Precision, contender: Contender) -> None:
         """Compile the drivers for this precision."""
-        bench = Bench("l1", precision, [contender], 1, 0)
-        bench.nanoseconds(0, 1)
-        bench.digest()
-        _spin(bench.scratch)
+        block = Block("l1", precision, [contender], 1, 0)
+        block.nanoseconds(0, 1)
+        block.digest()
+        _spin(block.scratch)
         tick()
 
     def allocate(self, total_bytes: int, seed: int) -> None:
@@ -134,7 +139,8 @@ class Bench:
         row = self.elements * self.precision.carrier.itemsize
         raw = np.zeros(contenders.ROWS * row + 64, np.uint8)
         start = -raw.ctypes.data % 64
-        rows = raw[start : start + contenders.ROWS * row].view(self.precision.carrier).reshape(contenders.ROWS, self.elements)
+        arena = raw[start : start + contenders.ROWS * row].view(self.precision.carrier)
+        rows = arena.reshape(contenders.ROWS, self.elements)
         self.a, self.b, self.out = rows[:3], rows[3:6], rows[6]
         highlight = next(s for s in sampling.STRATA if s.name == "highlight")
         self.a[:], self.b[:] = sampling.pairs(
@@ -159,23 +165,24 @@ class Bench:
     def calibrate(self, tick: float) -> None:
         """Nanoseconds of a pass of each kernel, from two readings that agree; then the repeats that suit them all.
 
-        The fastest formula fills an epoch, so slower ones take longer, libm's power many times longer; a bare copy may stay below an
-        epoch, but not below the least number of ticks.
+        The fastest formula fills an epoch, so slower ones take longer, libm's power many times longer; a bare copy may
+        stay below an epoch, but not below the least number of ticks.
         """
         for index in range(len(self.contenders)):
             once = max(1, self.nanoseconds(index, 1))
             few = max(1, round(0.2 * clock.EPOCH_NS / once)) if self.cached else 1
             self.pass_ns[index] = clock.agreed(partial(self._reading, index, few))
-        formulas = [ns for c, ns in zip(self.contenders, self.pass_ns, strict=True) if c.name not in (contenders.COPY, contenders.TRIAD)]
+        bare = (contenders.COPY, contenders.TRIAD)
+        formulas = [ns for c, ns in zip(self.contenders, self.pass_ns, strict=True) if c.name not in bare]
         least = clock.repeats_for(float(self.pass_ns.min()), tick, 0.0)
         self.repeats = max(clock.repeats_for(min(formulas), tick), least)
-        self.usual_spin = float(np.median([_spin(self.scratch) for _ in range(51)]))
+        self.usual_spin = float(np.percentile([_spin(self.scratch) for _ in range(51)], 25))
 
     def _reading(self, index: int, repeats: int) -> float:
         return max(1, self.nanoseconds(index, repeats)) / repeats
 
     def verify(self, found: list[MeasurementError]) -> None:
-        """Run every kernel once and compare it with plain Python; what differs is left out of the block, and reported."""
+        """Run every kernel once and compare it with plain Python; what differs is left out, and reported."""
         kept: list[int] = []
         self.digests = []
         a, b = (rows[:, :_CHECKED].astype(np.float64) for rows in (self.a, self.b))
@@ -193,7 +200,9 @@ class Bench:
     def void(self, c: Contender, why: str) -> MeasurementError:
         """The problem that takes this contender's row away."""
         words = [str(part) for part in c.key if part is not None]
-        return MeasurementError(f"{why}; its row is left out", f"{' '.join(words)}, {self.working_set}", "the kernel is wrong")
+        return MeasurementError(
+            f"{why}; its row is left out", f"{' '.join(words)}, {self.working_set}", "the kernel is wrong"
+        )
 
     @property
     def where(self) -> str:
@@ -208,7 +217,8 @@ class Bench:
     def round_seconds(self) -> float:
         """What a round is expected to take."""
         passes = self.repeats + self.warm(self.repeats)
-        return float((self.pass_ns * passes + OVERHEAD_NS).sum() + 0.15 * len(self.pass_ns) * self.pass_ns.min() * (not self.cached)) / 1e9
+        total = float((self.pass_ns * passes + OVERHEAD_NS).sum())
+        return (total if self.cached else 1.15 * total) / 1e9  # reading a large output to check it
 
     def epoch(self, witness: clock.Witness, lying: set[int], index: int) -> Epoch:
         """One reading with its evidence; its output is compared with the verified one."""

@@ -1,0 +1,403 @@
+"""Timing: what is timed, what a row says, and when it says nothing. No test here looks at how fast anything is."""
+
+import os
+import tempfile
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import filelock
+import numpy as np
+import pandas as pd
+import pytest
+
+from phongbench import blocks, clock, contenders, jit, timing
+from phongbench.approximations import REGISTRY
+from phongbench.clock import Epoch
+from phongbench.contenders import Contender, Subject
+from phongbench.errors import InputError, LockedError, MeasurementError, UnknownNameError
+from phongbench.lowering import FLOAT16, FLOAT32, FLOAT64
+from phongbench.provenance import Caches
+from phongbench.spec import Setting
+
+#: as contract.md lists them
+CONTRACT = [
+    "approximation", "lambda_form", "space", "beta_policy", "gamma", "precision", "working_set", "elements", "threads",
+    "ns_min", "ns_median", "ratio", "ratio_low", "ratio_high", "verdict", "dot_ratio", "bandwidth_fraction", "rounds",
+    "contaminated",
+]  # fmt: skip
+MIB = 1 << 20
+LYON = Subject(REGISTRY["lyon"], "difference", Setting(50.0, 8, "taylor"), FLOAT32)
+compiled_only = pytest.mark.skipif(jit.DISABLED, reason="plain Python is not timed")
+
+
+@pytest.fixture(autouse=True)
+def own_lock(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Tests neither wait for a real timing run nor hinder one."""
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+
+
+# what is timed
+
+
+def test_cells_that_differ_in_alpha_or_slope_only_are_one_subject() -> None:
+    lyon = REGISTRY["lyon"]
+    cells = [(lyon, "dot", Setting(a, 8, slope), FLOAT32) for a in (10.0, 20.0) for slope in ("taylor", "minimax")]
+    (only,) = timing.subjects(cells)
+    assert only.key == ("lyon", "dot", "reflect", 8, "float32")
+    assert only.setting.alpha == contenders.ALPHA
+
+
+def test_form_space_gamma_and_precision_make_subjects() -> None:
+    lyon, phong = REGISTRY["lyon"], REGISTRY["phong"]
+    cells = [
+        (lyon, form, Setting(50.0, gamma, "taylor", space), precision)
+        for form in ("dot", "cross") for space in ("reflect", "half")
+        for gamma in (4, 8) for precision in (FLOAT32, FLOAT64)
+    ]  # fmt: skip
+    assert len(timing.subjects(cells)) == 16
+    assert len(timing.subjects([(phong, "none", Setting(50.0, gamma), FLOAT32) for gamma in (None, 4, 8)])) == 1
+
+
+def test_float16_is_emulated_and_therefore_not_timed() -> None:
+    assert timing.subjects([(REGISTRY["lyon"], "dot", Setting(50.0, 8, "taylor"), FLOAT16)]) == ()
+    with pytest.raises(InputError, match="emulated"):
+        contenders.compiled(replace(LYON, precision=FLOAT16))
+
+
+def test_a_setting_that_is_not_accepted_at_the_usual_alpha_keeps_its_own() -> None:
+    picky = replace(REGISTRY["phong"], name="picky", accepts=lambda s: s.alpha == 7.0)
+    (subject,) = timing.subjects([(picky, "none", Setting(7.0), FLOAT32)])
+    assert subject.setting.alpha == 7.0
+
+
+@compiled_only
+def test_every_block_holds_the_exact_powers_and_the_ceilings() -> None:
+    names = [c.name for c in contenders.companions(FLOAT32)]
+    assert {"phong", "aa-twin", "phong-libm", "copy", "triad", "dot"} <= set(names)
+    assert ("integer-power" in names) == ("integer-power" in REGISTRY)
+    twin, phong = (next(c for c in contenders.companions(FLOAT32) if c.name == n) for n in ("aa-twin", "phong"))
+    assert twin.kernel is phong.kernel
+
+
+# where it is timed
+
+
+@pytest.mark.parametrize("precision", [FLOAT32, FLOAT64])
+@pytest.mark.parametrize("total", [1, 24 << 10, MIB, 32 * MIB])
+def test_rows_do_not_alias_and_fill_the_working_set(precision: Any, total: int) -> None:
+    row = blocks.elements_of(total, precision) * precision.carrier.itemsize
+    assert row // 512 % 2 == 1
+    assert row % 512 == 0
+    assert abs(contenders.ROWS * row - total) <= contenders.ROWS * 512
+
+
+@pytest.mark.parametrize(
+    ("caches", "sizes"),
+    [
+        (Caches(32 << 10, MIB, 8 * MIB), [32, 16]),
+        (Caches(32 << 10, MIB, 32 * MIB), [128, 64]),
+        (Caches(32 << 10, MIB, 100 * MIB), [256]),
+        (Caches(48 << 10, 2 * MIB, 480 * MIB), [256, 128, 64, 32, 16]),
+    ],
+)
+def test_memory_is_beyond_the_last_cache_where_the_cap_allows_it(caches: Caches, sizes: list[int]) -> None:
+    assert [size / MIB for size in blocks.memory_sizes(caches)] == sizes
+
+
+# how long
+
+
+def test_a_generous_budget_takes_the_largest_memory_and_many_rounds() -> None:
+    assert timing.plan_rounds([("l1", 0.01), ("memory", 0.1)], 1e4, [8.0, 4.0, 2.0, 1.0]) == ([64, 64], 8.0)
+
+
+def test_a_budget_that_is_just_enough_gives_24_rounds_everywhere() -> None:
+    rounds, scale = timing.plan_rounds([("l1", 0.01), ("l2", 0.01), ("memory", 0.1)], 3.1, [8.0, 1.0])
+    assert (rounds, scale) == ([24, 24, 24], 1.0)
+
+
+def test_memory_gives_way_first() -> None:
+    rounds, scale = timing.plan_rounds([("l1", 0.01), ("l2", 0.01), ("memory", 0.1)], 2.0, [8.0, 1.0])
+    assert (rounds, scale) == ([24, 24, 13], 1.0)
+
+
+def test_a_plan_stays_within_its_seconds() -> None:
+    costs = [("l1", 0.013), ("l2", 0.017), ("memory", 0.11), ("memory", 0.2)]
+    for seconds in np.geomspace(3.3, 400.0, 60):
+        plan = timing.plan_rounds(costs, seconds, [8.0, 4.0, 2.0, 1.0])
+        assert isinstance(plan, tuple)
+        rounds, scale = plan
+        spent = sum(
+            r * cost * (scale if name == "memory" else 1) for r, (name, cost) in zip(rounds, costs, strict=True)
+        )
+        assert spent <= seconds
+        assert all(r >= clock.MIN_ROUNDS for r in rounds)
+
+
+def test_too_little_tells_what_is_needed() -> None:
+    needed = timing.plan_rounds([("l1", 0.01), ("memory", 0.1)], 1.0, [1.0])
+    assert needed == pytest.approx(0.095 + 0.95)
+
+
+@pytest.mark.parametrize(
+    ("sets", "rounds"), [(["l1", "l2"], [13, 13]), (["l1", "memory"], [19, 8]), (["memory"], [28])]
+)
+def test_a_small_budget_gives_fewer_rounds_rather_than_nothing(sets: list[str], rounds: list[int]) -> None:
+    costs = [(name, {"l1": 0.01, "l2": 0.01, "memory": 0.01}[name]) for name in sets]
+    assert timing.plan_rounds(costs, 0.3, [1.0]) == (rounds, 1.0)
+
+
+@pytest.mark.parametrize("budget", [0.0, -1.0, float("nan"), float("inf")])
+def test_a_budget_that_is_no_time_is_refused(budget: float) -> None:
+    with pytest.raises(InputError, match="no time"):
+        timing.measure([LYON], budget_seconds=budget)
+
+
+@compiled_only
+def test_a_budget_too_small_says_what_it_takes() -> None:
+    with pytest.raises(InputError, match=r"0\.001 s are too short to time \d+ kernels in l1: it takes about \d"):
+        timing.measure([LYON], budget_seconds=0.001, working_sets=["l1"])
+
+
+def test_an_unknown_working_set_lists_the_known_ones() -> None:
+    with pytest.raises(UnknownNameError, match="l1, l2, memory"):
+        timing.measure([LYON], budget_seconds=1, working_sets=["l3"])
+
+
+def test_no_working_set_and_other_thread_counts_are_refused() -> None:
+    with pytest.raises(InputError, match="nothing to time"):
+        timing.measure([LYON], budget_seconds=1, working_sets=[])
+    with pytest.raises(InputError, match="one thread"):
+        timing.measure([LYON], budget_seconds=1, threads=(1, 2))
+
+
+@compiled_only
+def test_a_study_of_float16_alone_has_an_empty_table() -> None:
+    rows = timing.measure([], budget_seconds=1)
+    assert rows.empty
+    assert list(rows.columns) == timing.COLUMNS
+
+
+# what a row says, from kernels of known duration
+
+
+def made_up(name: str, rows: int = 7) -> Contender:
+    nothing = np.zeros(1)
+    return Contender((name, "none", "reflect", None, "float32"), None, nothing, nothing, lambda a, b: a[0], 0.0, rows)
+
+
+def analysed(durations: dict[str, float], *, noise: float = 0.02, seed: int = 3) -> dict[str, dict[str, Any]]:
+    """Rows of made-up kernels whose epochs take known times, in rounds that are slow or quick as a whole."""
+    rng = np.random.default_rng(seed)
+    everyone = {"phong": 100.0, "aa-twin": 100.0, "copy": 20.0, "triad": 30.0, "dot": 40.0, **durations}
+    timed = [made_up(name, {"copy": 2, "triad": 3}.get(name, 7)) for name in everyone]
+    times, pace = list(everyone.values()), {"now": 1.0}
+
+    def epoch(kernel: int) -> Epoch:
+        return Epoch(times[kernel] * pace["now"] * rng.lognormal(sigma=noise), False)
+
+    def next_round(done: int) -> None:
+        pace["now"] = float(rng.uniform(1.0, 3.0))
+
+    readings = clock.run_rounds(epoch, len(timed), 24, rng, after_round=next_round)
+    return {row["approximation"]: row for row in timing.withheld(timing.analyse(timed, readings, 10))}
+
+
+def test_known_durations_give_the_right_verdicts() -> None:
+    rows = analysed({"quick": 60.0, "slow": 150.0, "alike": 101.0})
+    assert {name: rows[name]["verdict"] for name in ("quick", "slow", "alike", "aa-twin", "phong")} == {
+        "quick": "faster", "slow": "slower", "alike": "unresolved", "aa-twin": "unresolved", "phong": "unresolved",
+    }  # fmt: skip
+    assert rows["quick"]["ratio"] == pytest.approx(0.6, rel=0.02)
+    assert rows["quick"]["ratio_low"] < rows["quick"]["ratio"] < rows["quick"]["ratio_high"]
+    assert rows["quick"]["dot_ratio"] == pytest.approx(1.5, rel=0.02)
+    assert rows["quick"]["ns_min"] == pytest.approx(6.0, rel=0.1)
+    assert rows["quick"]["ns_median"] > rows["quick"]["ns_min"]
+
+
+def test_a_difference_too_small_to_claim_is_unresolved_however_sure() -> None:
+    assert analysed({"one-percent": 99.0}, noise=1e-5)["one-percent"]["verdict"] == "unresolved"
+
+
+def test_a_bandwidth_fraction_is_against_the_better_ceiling() -> None:
+    rows = analysed({"streaming": 70.0}, noise=1e-9)
+    assert rows["streaming"]["bandwidth_fraction"] == pytest.approx(1.0, rel=0.01)
+    assert rows["phong"]["bandwidth_fraction"] == pytest.approx(0.7, rel=0.01)
+
+
+def test_a_twin_that_is_told_apart_withholds_every_other_claim() -> None:
+    rows = analysed({"quick": 60.0, "aa-twin": 105.0}, noise=1e-3)
+    assert rows["aa-twin"]["verdict"] == "slower"
+    assert {row["verdict"] for name, row in rows.items() if name != "aa-twin"} == {"unresolved"}
+    assert rows["quick"]["ratio"] == pytest.approx(0.6, rel=0.01)
+
+
+def test_identical_code_is_hardly_ever_told_apart() -> None:
+    alarms = [analysed({}, noise=0.05, seed=seed)["aa-twin"]["verdict"] != "unresolved" for seed in range(200)]
+    assert sum(alarms) <= 2 + 3  # measuring.md wants 1 % of 200; three more for an unlucky set of seeds
+
+
+# a real measurement
+
+
+@pytest.fixture(scope="module")
+def real(
+    tmp_path_factory: pytest.TempPathFactory,
+) -> tuple[pd.DataFrame, list[MeasurementError], list[tuple[int, int, str]]]:
+    """The smallest there is: one formula in one cache."""
+    problems: list[MeasurementError] = []
+    told: list[tuple[int, int, str]] = []
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(tempfile, "tempdir", str(tmp_path_factory.mktemp("lock")))
+        rows = timing.measure(
+            [LYON],
+            budget_seconds=2.0,
+            working_sets=["l1"],
+            seed=1,
+            problems=problems,
+            progress=lambda *now: told.append(now),
+        )
+    return rows, problems, told
+
+
+@compiled_only
+def test_the_columns_are_those_of_the_contract(real: Any) -> None:
+    rows = real[0]
+    assert list(rows.columns)[: len(CONTRACT)] == CONTRACT
+    assert str(rows["gamma"].dtype) == "Int64"
+    assert all(
+        str(rows[c].dtype) == "float64"
+        for c in ("ns_min", "ns_median", "ratio", "ratio_low", "ratio_high", "dot_ratio")
+    )
+    assert all(str(rows[c].dtype) == "int64" for c in ("elements", "threads", "rounds", "contaminated"))
+
+
+@compiled_only
+def test_every_kernel_has_a_row_and_every_column_a_value(real: Any) -> None:
+    rows, problems, _ = real
+    assert problems == []
+    assert {"phong", "aa-twin", "phong-libm", "copy", "triad", "dot", "lyon"} <= set(rows["approximation"])
+    assert not rows.duplicated(
+        ["approximation", "lambda_form", "space", "gamma", "precision", "working_set", "threads"]
+    ).any()
+    assert not rows.drop(columns="gamma").isna().any().any()
+    assert rows.loc[rows["approximation"] == "lyon", "gamma"].tolist() == [8]
+    assert (rows["ns_min"] > 0).all()
+    assert (rows["ns_min"] <= rows["ns_median"]).all()
+    assert (rows["ratio_low"] <= rows["ratio"]).all()
+    assert (rows["ratio"] <= rows["ratio_high"]).all()
+    assert (rows["rounds"] >= clock.MIN_ROUNDS).all()
+    assert set(rows["verdict"]) <= {"faster", "slower", "unresolved"}
+
+
+@compiled_only
+def test_progress_only_grows(real: Any) -> None:
+    done = [now[0] for now in real[2]]
+    assert done == sorted(done)
+    assert all(0 < now <= total and text == "l1, float32" for now, total, text in real[2])
+
+
+@compiled_only
+def test_epochs_are_long_enough(real: Any) -> None:
+    rows = real[0]
+    epoch = rows["ns_median"] * rows["elements"] * rows["repeats"]
+    assert (epoch[~rows["approximation"].isin(["copy", "triad"])] > 0.2 * clock.EPOCH_NS).all()
+
+
+# when it says nothing
+
+
+def measured(subject: Subject) -> tuple[set[str], list[str]]:
+    problems: list[MeasurementError] = []
+    rows = timing.measure([subject], budget_seconds=2.0, working_sets=["l1"], problems=problems)
+    return set(rows["approximation"]), [str(p) for p in problems]
+
+
+LIAR = Subject(replace(REGISTRY["phong"], name="liar"), "none", Setting(50.0), FLOAT32)
+
+
+@compiled_only
+def test_a_kernel_that_computes_something_else_is_void(monkeypatch: pytest.MonkeyPatch) -> None:
+    plain = contenders._plain
+    monkeypatch.setattr(
+        contenders, "_plain", lambda s: (lambda a, b: plain(s)(a, b) + 0.01) if s.name == "liar" else plain(s)
+    )
+    names, problems = measured(LIAR)
+    assert "liar" not in names
+    assert "lyon" not in names
+    assert "phong" in names
+    assert len(problems) == 1
+    assert "liar none reflect float32, l1: 100% of its values differ" in problems[0]
+
+
+@compiled_only
+def test_a_timed_output_that_differs_from_the_verified_one_voids_its_row(monkeypatch: pytest.MonkeyPatch) -> None:
+    honest = blocks.Block.digest
+    calls: list[str] = []
+
+    def digest(block: blocks.Block) -> int:
+        value = honest(block)
+        calls.append("")
+        # the first look at each kernel's output is the verification; lyon's later outputs come out wrong
+        return value ^ 1 if value == known.get("lyon") and len(calls) > len(block.contenders) else value
+
+    known: dict[str, int] = {}
+    verify = blocks.Block.verify
+
+    def remember(block: blocks.Block, found: list[MeasurementError]) -> None:
+        verify(block, found)
+        known.update({c.name: d for c, d in zip(block.contenders, block.digests, strict=True)})
+
+    monkeypatch.setattr(blocks.Block, "digest", digest)
+    monkeypatch.setattr(blocks.Block, "verify", remember)
+    names, problems = measured(LYON)
+    assert "lyon" not in names
+    assert "phong" in names
+    assert [p.splitlines()[0] for p in problems] == [
+        "lyon difference reflect 8 float32, l1: a timed output differs from the verified one; its row is left out"
+    ]
+
+
+@compiled_only
+def test_a_kernel_that_does_not_compile_fails_alone() -> None:
+    broken = replace(REGISTRY["phong"], name="broken", coefficients=lambda s: {"alpha": 1 / 0})
+    names, problems = measured(replace(LIAR, approximation=broken))
+    assert "phong" in names
+    assert "broken" in problems[0]
+    with pytest.raises(MeasurementError, match="broken"):
+        timing.measure([replace(LIAR, approximation=broken)], budget_seconds=2.0, working_sets=["l1"])
+
+
+@compiled_only
+def test_compiling_while_timing_is_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
+    import numba
+
+    def late(block: blocks.Block, step: float) -> None:
+        numba.njit(lambda x: x + 1)(1)
+        calibrate(block, step)
+
+    calibrate = blocks.Block.calibrate
+    monkeypatch.setattr(blocks.Block, "calibrate", late)
+    with pytest.raises(MeasurementError, match="compiled while timing"):
+        timing.measure([LYON], budget_seconds=2.0, working_sets=["l1"])
+
+
+# two at once
+
+
+def test_two_timing_runs_never_overlap_and_the_second_learns_whom_to_wait_for() -> None:
+    with (
+        timing.machine_lock(),
+        pytest.raises(LockedError, match=rf"process {os.getpid()}\) is timing"),
+        timing.machine_lock(),
+    ):
+        pass
+    with timing.machine_lock():  # and it is free again afterwards
+        pass
+
+
+def test_an_unknown_holder_is_still_a_holder(tmp_path: Path) -> None:
+    held = filelock.FileLock(tmp_path / timing.LOCK_NAME)
+    with held, pytest.raises(LockedError, match="another phongbench is timing"), timing.machine_lock():
+        pass
