@@ -197,4 +197,4 @@ def _bare_kernel(name: str, precision: Precision) -> Any:
             out[i] = dot(a[0, i], a[1, i], a[2, i], b[0, i], b[1, i], b[2, i])
 
     body = {LIBM: libm, COPY: copy, TRIAD: triad, DOT: product}[name]
-    return jit.elementwise(kernels.pairs_signature(precision), body)
+    return jit.elementwise(kernels.pairs_signature(precision.carrier), body)

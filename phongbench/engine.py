@@ -19,12 +19,13 @@ from numpy.typing import NDArray
 from phongbench import jit, kernels
 from phongbench.accuracy import Tally
 from phongbench.approximations import REGISTRY
+from phongbench.kernels import coordinates_at
 from phongbench.lowering import FLOAT64, PRECISIONS, Precision
 from phongbench.measure import measure_cells
 from phongbench.plan import Cell, Plan
 from phongbench.sampling import HOSTILE_PAIRS, STRATA, Stratum, cutoff_deficit, pairs
-from phongbench.spec import Approximation
-from phongbench.truth import truth_kernel
+from phongbench.spec import MAX_COEFFICIENTS, Approximation
+from phongbench.truth import truth_at, truth_kernel
 
 Array = NDArray[Any]
 
@@ -73,7 +74,7 @@ class Sweep:
     cells: list[Cell]
     contexts: list[Context]
     failures: dict[int, str] = field(default_factory=dict)
-    batches: dict[tuple[Any, ...], list["_Batch"]] = field(default_factory=dict, repr=False)
+    made: dict[tuple[Any, ...], "_Cells"] = field(default_factory=dict, repr=False)
 
     @property
     def evaluations(self) -> int:
@@ -213,11 +214,9 @@ def trial_rates(sweep: Sweep, samples: int = 2 * PIECE) -> dict[str, float]:
 
 
 @dataclass(frozen=True)
-class _Batch:
-    """Cells that share a compiled kernel, as the arrays that `measure_cells` takes."""
+class _Cells:
+    """The cells of a context as the arrays that `measure_cells` takes."""
 
-    kernel: Any
-    kernel_64: Any
     rows: Array
     coefficients: Array
     coefficients_64: Array
@@ -230,60 +229,61 @@ def _block(sweep: Sweep, context: Context, start: int) -> Measured:
     live = tuple(c for c in context.cells if c not in sweep.failures)
     alphas = tuple(dict.fromkeys(sweep.cells[c].setting.alpha for c in live))
     key = (live, context.precision, context.truths)
-    if key not in sweep.batches:  # most strata of an alpha share their cells; two threads may both make it, with equal content
-        sweep.batches[key] = _batches(sweep, context, live, alphas)
+    if key not in sweep.made:  # most strata of an alpha share their cells; two threads may both make it, with equal content
+        sweep.made[key] = _cells(sweep, context, live, alphas)
+    cells = sweep.made[key]
     tally = Tally(len(live) * context.truths)
     count = min(SLAB, context.samples - start)
     bench = _Bench(context, alphas, min(PIECE, count))
     for piece in range(start, start + count, PIECE):
-        size = min(PIECE, start + count - piece)
         a, b = pairs(
             context.stratum,
             context.precision,
             seed=sweep.plan.seed,
             start=piece,
-            count=size,
+            count=min(PIECE, start + count - piece),
             scale=context.scale,
             half_space=context.space == "half",
         )
         held, given, unit, exact = bench.lay_out(a, b)
-        for batch in sweep.batches[key]:
-            measure_cells(
-                batch.kernel, batch.kernel_64, batch.rows, batch.coefficients, batch.coefficients_64, batch.tables, batch.tables_64,
-                a, b, held, given, unit, exact, tally.sums, tally.counts, tally.bins, tally.worst, context.truths,
-            )  # fmt: skip
+        measure_cells(
+            cells.rows, cells.coefficients, cells.coefficients_64, cells.tables, cells.tables_64, a, b, held, given, unit, exact,
+            tally.sums, tally.counts, tally.bins, tally.worst, context.truths,
+        )  # fmt: skip
     tally.samples = count
     return Measured(context, live, tally)
 
 
-def _batches(sweep: Sweep, context: Context, live: Sequence[int], alphas: Sequence[float]) -> list[_Batch]:
-    """Group cells by compiled kernel; the rows of the tally follow the order of `live`."""
-    groups: dict[tuple[Any, ...], list[int]] = {}
-    for row, position in enumerate(live):
-        cell = sweep.cells[position]
-        spec = sweep.registry[cell.approximation]
-        groups.setdefault((cell.approximation, kernels.known_values(spec, cell.setting)), []).append(row)
-    batches = []
-    for (name, known), rows in groups.items():
-        spec, precision = sweep.registry[name], context.precision
-        chosen = [sweep.cells[live[row]] for row in rows]
-        batches.append(
-            _Batch(
-                kernels.values_kernel(spec, precision, known),
-                kernels.values_kernel(spec, FLOAT64, known),
-                np.array([_row(c, alphas, row * context.truths) for c, row in zip(chosen, rows, strict=True)], np.int64),
-                np.stack([kernels.coefficient_row(spec, c.setting, precision) for c in chosen]),
-                np.stack([kernels.coefficient_row(spec, c.setting, FLOAT64) for c in chosen]),
-                np.stack([kernels.table_row(spec, c.setting, precision) for c in chosen]),
-                np.stack([kernels.table_row(spec, c.setting, FLOAT64) for c in chosen]),
-            )
+def _cells(sweep: Sweep, context: Context, live: Sequence[int], alphas: Sequence[float]) -> _Cells:
+    """What the compiled loops need to know of each cell; the rows of the tally follow the order of `live`."""
+    chosen = [(sweep.cells[c], sweep.registry[sweep.cells[c].approximation]) for c in live]
+    tables = [kernels.table_row(spec, cell.setting, FLOAT64) for cell, spec in chosen]
+    rows = np.empty((len(chosen), 7), np.int64)
+    for i, (cell, spec) in enumerate(chosen):
+        known = kernels.known_values(spec, cell.setting)
+        rows[i] = (
+            kernels.FORM_ROW.get(cell.lambda_form, kernels.COSINE_ROW),
+            kernels.COSINE_ROW if cell.gated else kernels.OPEN_ROW,
+            alphas.index(cell.setting.alpha),
+            i * context.truths,
+            jit.address(kernels.values_kernel(spec, context.precision, known)),
+            jit.address(kernels.values_kernel(spec, FLOAT64, known)),
+            len(tables[i]),
         )
-    return batches
+    longest = max((len(t) for t in tables), default=1)
+    padded = np.array([np.pad(t, (0, longest - len(t))) for t in tables]).reshape(len(chosen), longest)
+    return _Cells(
+        rows,
+        _stacked(context.precision, chosen),
+        _stacked(FLOAT64, chosen),
+        padded.astype(context.precision.dtype).astype(context.precision.carrier),
+        padded,
+    )
 
 
-def _row(cell: Cell, alphas: Sequence[float], first: int) -> tuple[int, int, int, int]:
-    coordinate = kernels.FORM_ROW.get(cell.lambda_form, kernels.COSINE_ROW)
-    return coordinate, kernels.COSINE_ROW if cell.gated else kernels.OPEN_ROW, alphas.index(cell.setting.alpha), first
+def _stacked(precision: Precision, chosen: Sequence[tuple[Cell, Approximation]]) -> Array:
+    rows = [kernels.coefficient_row(spec, cell.setting, precision) for cell, spec in chosen]
+    return np.array(rows, precision.carrier).reshape(len(rows), MAX_COEFFICIENTS)
 
 
 class _Bench:
@@ -292,8 +292,8 @@ class _Bench:
     def __init__(self, context: Context, alphas: Sequence[float], size: int) -> None:
         rows = kernels.COORDINATE_ROWS
         self.alphas = np.array(alphas)
-        self.precision = context.precision
-        self.truth = truth_kernel(context.space == "half")
+        loops = (kernels.coordinates_kernel(context.precision), kernels.coordinates_kernel(FLOAT64))
+        self.addresses = np.array([jit.address(k) for k in (*loops, truth_kernel(context.space == "half"))])
         self.held = np.empty((rows, size), context.precision.carrier)
         self.given, self.unit = np.empty((rows, size)), np.empty((rows, size))
         self.a, self.b = np.empty((3, size)), np.empty((3, size))
@@ -307,18 +307,18 @@ class _Bench:
             self.a, self.b = np.ascontiguousarray(self.a[:, :size]), np.ascontiguousarray(self.b[:, :size])
             self.exact = np.ascontiguousarray(self.exact[:, :, :size])
         _lay_out(
-            kernels.coordinates_kernel(self.precision), kernels.coordinates_kernel(FLOAT64), self.truth, self.alphas,
-            a, b, self.a, self.b, self.held, self.given, self.unit, self.exact,
+            self.addresses, self.alphas, a, b, self.a, self.b, self.held, self.given, self.unit, self.exact,
         )  # fmt: skip
         return self.held, self.given, self.unit, self.exact
 
 
 @jit.driver
 def _lay_out(
-    coordinates: Any, coordinates_64: Any, truth: Any, alphas: Any, a: Any, b: Any, a64: Any, b64: Any, held: Any, given: Any, unit: Any, exact: Any
+    addresses: Any, alphas: Any, a: Any, b: Any, a64: Any, b64: Any, held: Any, given: Any, unit: Any, exact: Any
 ) -> None:
     """Coordinates of the pairs in the working precision, in float64 as given and as unit directions; then the exact values."""
-    coordinates(a, b, held)
+    coordinates_64, truth = coordinates_at(addresses[1], a64), truth_at(addresses[2], a64)
+    coordinates_at(addresses[0], a)(a, b, held)
     for row in range(3):
         for i in range(a.shape[1]):
             a64[row, i] = a[row, i]

@@ -89,10 +89,10 @@ def _timed_exponent(name: str) -> int | None:
 
 
 def _integer_power_at(times: pd.DataFrame, alpha: float) -> pd.DataFrame:
-    """The times with one row for integer powers: the cheapest timed one that multiplies at least as often as x ** alpha.
+    """The times with one row for integer powers: the cheapest timed one with no fewer multiplications than x ** alpha.
 
-    So its time is an upper bound. Where alpha takes more multiplications than any timed exponent, or is not whole, no row
-    stands for it.
+    So its time is an upper bound. No row stands for it where alpha takes more multiplications than any timed exponent,
+    or is not whole.
     """
     exponents = {str(name): _timed_exponent(str(name)) for name in times["approximation"].unique()}
     work = {name: multiplications(e) for name, e in exponents.items() if e is not None}
@@ -100,9 +100,8 @@ def _integer_power_at(times: pd.DataFrame, alpha: float) -> pd.DataFrame:
     enough = [name for name in work if needed is not None and work[name] >= needed]
     chosen = min(enough, key=lambda name: (work[name], name), default=None)
     kept = times[~times["approximation"].isin([name for name in work if name != chosen])]
-    return kept.assign(
-        approximation=kept["approximation"].replace({chosen: WHOLE_POWER}) if chosen else kept["approximation"]
-    )
+    renamed = {chosen: WHOLE_POWER} if chosen else {}
+    return kept.assign(approximation=kept["approximation"].replace(renamed))
 
 
 def times_of(timing: pd.DataFrame, *, working_set: str = "l1") -> pd.DataFrame:

@@ -11,6 +11,7 @@ Setting NUMBA_DISABLE_JIT=1 runs everything as plain Python, which is slow and e
 """
 
 import hashlib
+import inspect
 import os
 import shutil
 import sys
@@ -49,8 +50,9 @@ import numpy as np  # noqa: E402
 import platformdirs  # noqa: E402
 from llvmlite import ir  # noqa: E402
 from numba import types  # noqa: E402
-from numba.core import event  # noqa: E402
-from numba.extending import intrinsic, overload, register_jitable  # noqa: E402
+from numba.core import cgutils, event  # noqa: E402
+from numba.core.typing import signature as typing_signature  # noqa: E402
+from numba.extending import lower_builtin, register_jitable, type_callable  # noqa: E402
 
 DISABLED = bool(numba.config.DISABLE_JIT)
 #: Fused multiply-adds are what every target has; nothing else may change the arithmetic of a formula.
@@ -144,8 +146,9 @@ def code(loop: Any) -> tuple[str, str]:
 
 
 def array_type(dtype: Any, dimensions: int = 1, *, readonly: bool = False) -> Any:
-    """numba's type of a C-contiguous array."""
-    return types.Array(numba.from_dtype(np.dtype(dtype)), dimensions, "C", readonly=readonly)
+    """numba's type of a C-contiguous array; dtype is NumPy's or numba's."""
+    member = dtype if isinstance(dtype, types.Type) else numba.from_dtype(np.dtype(dtype))
+    return types.Array(member, dimensions, "C", readonly=readonly)
 
 
 def signature(*arguments: Any) -> Any:
@@ -153,35 +156,67 @@ def signature(*arguments: Any) -> Any:
     return types.void(*arguments)
 
 
-def pointer_type(of: Any) -> Any:
-    """numba's type of a function pointer with this signature."""
-    return types.FunctionType(of)
+_PLAIN: list[Callable[..., Any]] = []
 
 
+def address(loop: Any) -> int:
+    """The address of an elementwise loop, an integer that drivers take in arrays; `function_at` makes it callable again.
+
+    Handing the loop itself to a driver costs about 5 us for each call: numba works its type out anew every time.
+    """
+    if not DISABLED:
+        return int(loop.address)
+    if loop not in _PLAIN:
+        _PLAIN.append(loop)
+    return _PLAIN.index(loop)
+
+
+def _operation(answer: Callable[..., Any], generate: Callable[..., Any]) -> Callable[[F], F]:
+    """Give a plain Python function a compiled form that costs no compilation of its own.
+
+    answer    numba types of the arguments -> (type of the result, types the arguments are converted to)
+    generate  (context, builder, signature, LLVM values) -> LLVM value
+    An `overload` would be compiled as a function for every use: a third of the time a kernel takes to compile.
+    """
+
+    def mark(plain: F) -> F:
+        if DISABLED:
+            return plain
+
+        def typed(result: Any, wanted: Any) -> Any:
+            return typing_signature(result, *wanted)
+
+        # numba reads the argument names off the typer, so it must spell them out
+        names = ", ".join(inspect.signature(plain).parameters)
+        typer = eval(f"lambda {names}: typed(*answer({names}))", {"typed": typed, "answer": answer})
+        type_callable(plain)(lambda context: typer)
+        lower_builtin(plain, types.VarArg(types.Any))(generate)
+        return plain
+
+    return mark
+
+
+def _halved(value: Any, builder: Any) -> Any:
+    return builder.fpext(builder.fptrunc(value, ir.HalfType()), ir.FloatType())
+
+
+def _same_or_half(x: Any) -> Any:
+    return (x, (x,)) if isinstance(x, types.Integer) else (types.float32, (types.float32,))
+
+
+@_operation(
+    _same_or_half, lambda context, builder, sig, a: a[0] if isinstance(sig.return_type, types.Integer) else _halved(a[0], builder)
+)
 def round_to_half(x: Any) -> Any:
     """The nearest float16, held in a float32 (ties to even, overflow to infinity); integers pass unchanged."""
     return x if isinstance(x, int | np.integer) else np.float32(np.float16(x))
 
 
-@intrinsic
-def _truncate_and_extend(typing: Any, x: Any) -> Any:
-    def generate(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
-        return builder.fpext(builder.fptrunc(arguments[0], ir.HalfType()), ir.FloatType())
-
-    return types.float32(types.float32), generate
-
-
-@overload(round_to_half)
-def _compiled_round_to_half(x: Any) -> Any:
-    def unchanged(x: Any) -> Any:
-        return x
-
-    def rounded(x: Any) -> Any:
-        return _truncate_and_extend(np.float32(x))
-
-    return unchanged if isinstance(x, types.Integer) else rounded
-
-
+# numba adds "contract" to operations without flags; "arcp" means nothing to a product and keeps it away
+@_operation(
+    lambda x, y: (types.float32, (types.float32, types.float32)),
+    lambda context, builder, sig, a: _halved(builder.fmul(*a, flags=("arcp",)), builder),
+)
 def half_product(x: Any, y: Any) -> Any:
     """The nearest float16 to the product of two of them, held in a float32.
 
@@ -191,35 +226,53 @@ def half_product(x: Any, y: Any) -> Any:
     return np.float32(np.float16(x * y))
 
 
-@intrinsic
-def _multiply_halves(typing: Any, x: Any, y: Any) -> Any:
+@_operation(
+    lambda condition, yes, no: (yes, (types.boolean, yes, yes)),
+    lambda context, builder, sig, a: builder.select(context.cast(builder, a[0], sig.args[0], types.boolean), a[1], a[2]),
+)
+def select(condition: Any, yes: Any, no: Any) -> Any:
+    """`yes` if the condition holds, else `no`, both of one type and both computed: a branch would keep a loop from vectorising."""
+    return yes if condition else no
+
+
+def _load_entry(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
+    table = context.make_array(sig.args[0])(context, builder, arguments[0])
+    entry = builder.load(builder.gep(table.data, [arguments[1]]))
+    entry.set_metadata("invariant.load", builder.module.add_metadata([]))
+    return entry
+
+
+@_operation(lambda table, index: (table.dtype, (table, types.intp)), _load_entry)
+def entry(table: Any, index: Any) -> Any:
+    """table[index] for an index that is known to be inside.
+
+    The load is marked as of memory that nothing writes: otherwise LLVM must fear that the loop's output overlaps the table, and
+    does not vectorise the lookup.
+    """
+    return table[index]
+
+
+def function_at(signature_of: Callable[[Any], Any]) -> Callable[[Any, Any], Any]:
+    """An operation (address, like) -> the function there, whose signature follows from the dtype of the array `like`."""
+
     def generate(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
-        # numba adds "contract" to operations without flags; "arcp" means nothing to a product and keeps it away
-        product = builder.fmul(*arguments, flags=("arcp",))
-        return builder.fpext(builder.fptrunc(product, ir.HalfType()), ir.FloatType())
+        pointer = cgutils.create_struct_proxy(sig.return_type)(context, builder)
+        pointer.c_addr = builder.inttoptr(arguments[0], cgutils.voidptr_t)
+        pointer.py_addr = pointer.jit_addr = cgutils.get_null_value(cgutils.voidptr_t)
+        return pointer._getvalue()  # noqa: SLF001  numba's way of building a struct
 
-    return types.float32(types.float32, types.float32), generate
+    def plain(address: Any, like: Any) -> Any:
+        return _PLAIN[address]
 
-
-@overload(half_product)
-def _compiled_half_product(x: Any, y: Any) -> Any:
-    def product(x: Any, y: Any) -> Any:
-        return _multiply_halves(np.float32(x), np.float32(y))
-
-    return product
+    return _operation(lambda address, like: (types.FunctionType(signature_of(like.dtype)), (types.intp, like)), generate)(plain)
 
 
 def _bit_cast(source: Any, target: Any, plain: Callable[[Any], Any]) -> Callable[[Any], Any]:
     """A function reinterpreting the bits of `source` as `target`, in compiled code and in plain Python."""
-
-    @intrinsic
-    def cast(typing: Any, x: Any) -> Any:
-        def generate(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
-            return builder.bitcast(arguments[0], context.get_value_type(target))
-
-        return target(source), generate
-
-    return plain if DISABLED else cast
+    return _operation(
+        lambda x: (target, (source,)),
+        lambda context, builder, sig, a: builder.bitcast(a[0], context.get_value_type(target)),
+    )(plain)
 
 
 float32_bits = _bit_cast(types.float32, types.int32, lambda x: np.float32(x).view(np.int32))

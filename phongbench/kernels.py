@@ -24,16 +24,26 @@ OPEN_ROW = COSINE_ROW + 1
 COORDINATE_ROWS = OPEN_ROW + 1
 
 
-def values_signature(precision: Precision) -> Any:
-    """(coordinate, gate, coefficients, table, out), all one-dimensional in the precision's carrier."""
-    row = jit.array_type(precision.carrier)
+def values_signature(dtype: Any) -> Any:
+    """(coordinate, gate, coefficients, table, out), all one-dimensional of this dtype."""
+    row = jit.array_type(dtype)
     return jit.signature(row, row, row, row, row)
 
 
-def pairs_signature(precision: Precision) -> Any:
+def pairs_signature(dtype: Any) -> Any:
     """(a, b, coefficients, table, out): a and b of shape (3, n), components in rows."""
-    row, block = jit.array_type(precision.carrier), jit.array_type(precision.carrier, 2)
+    row, block = jit.array_type(dtype), jit.array_type(dtype, 2)
     return jit.signature(block, block, row, row, row)
+
+
+def coordinates_signature(dtype: Any) -> Any:
+    """(a, b, out): pairs of shape (3, n) in, a block of COORDINATE_ROWS rows out."""
+    block = jit.array_type(dtype, 2)
+    return jit.signature(block, block, block)
+
+
+#: inside drivers: (address, array) -> the compiled loop at that address, for arrays of that dtype
+values_at, coordinates_at = jit.function_at(values_signature), jit.function_at(coordinates_signature)
 
 
 def values_kernel(spec: Approximation, precision: Precision, known: tuple[tuple[str, int], ...] = ()) -> Any:
@@ -76,7 +86,7 @@ def evaluate(spec: Approximation, setting: Setting, coordinate: Array, cosine: A
     gate = np.ones_like(coordinate) if cosine is None else np.ascontiguousarray(cosine, dtype=np.float64)
     out = np.empty_like(coordinate)
     kernel = values_kernel(spec, FLOAT64, known_values(spec, setting))
-    _call(kernel, coordinate, gate, coefficient_row(spec, setting, FLOAT64), table_row(spec, setting, FLOAT64), out)
+    _call(jit.address(kernel), coordinate, gate, coefficient_row(spec, setting, FLOAT64), table_row(spec, setting, FLOAT64), out)
     return out
 
 
@@ -103,8 +113,8 @@ def curve(spec: Approximation, form: str, setting: Setting, cosine: Array) -> Ar
 
 
 @jit.driver
-def _call(kernel: Any, coordinate: Array, gate: Array, coefficients: Array, table: Array, out: Array) -> None:
-    kernel(coordinate, gate, coefficients, table, out)
+def _call(address: int, coordinate: Array, gate: Array, coefficients: Array, table: Array, out: Array) -> None:
+    values_at(address, coordinate)(coordinate, gate, coefficients, table, out)
 
 
 def _wiring(spec: Approximation) -> tuple[str, ...]:
@@ -132,7 +142,7 @@ def _values_kernel(kernel: Body, wiring: tuple[str, ...], precision: Precision, 
             value = bound(coordinate[i], c0, c1, c2, c3, table)
             out[i] = value if gate[i] > zero else zero
 
-    return jit.elementwise(values_signature(precision), values)
+    return jit.elementwise(values_signature(precision.carrier), values)
 
 
 @cache
@@ -150,7 +160,7 @@ def _pairs_kernel(
             value = bound(coordinate(ax, ay, az, bx, by, bz), c0, c1, c2, c3, table)
             out[i] = value if cosine(ax, ay, az, bx, by, bz) > zero else zero
 
-    return jit.elementwise(pairs_signature(precision), pairs)
+    return jit.elementwise(pairs_signature(precision.carrier), pairs)
 
 
 @cache
@@ -159,7 +169,6 @@ def coordinates_kernel(precision: Precision) -> Any:
     forms = [lower(body, precision) for body in vectors.LAMBDA_FORMS.values()]
     dot, difference, cross, tangent = forms
     cosine, one = lower(vectors.dot, precision), precision.constant(1.0)
-    block = jit.array_type(precision.carrier, 2)
 
     def coordinates(a: Array, b: Array, out: Array) -> None:
         for i in range(a.shape[1]):
@@ -171,4 +180,4 @@ def coordinates_kernel(precision: Precision) -> Any:
             out[4, i] = cosine(ax, ay, az, bx, by, bz)
             out[5, i] = one
 
-    return jit.elementwise(jit.signature(block, block, block), coordinates)
+    return jit.elementwise(coordinates_signature(precision.carrier), coordinates)

@@ -112,7 +112,8 @@ class _Lowering:
             "_product": jit.half_product,
             "_cast": precision.carrier.type,
             "_index": np.int32,
-            "_select": _select,
+            "_select": jit.select,
+            "_entry": jit.entry,
         }
         try:
             lines, self.first_line = inspect.getsourcelines(body)
@@ -217,7 +218,7 @@ class _Lowering:
             case ast.IfExp(test=test, body=yes, orelse=no):
                 return self._choice(test, yes, no)
             case ast.Subscript(value=ast.Name(id=name), slice=index) if self.kinds.get(name) == "table":
-                return ast.Subscript(ast.Name(name, ast.Load()), self._expression(index)[0], ast.Load()), "float"
+                return _call("_entry", ast.Name(name, ast.Load()), self._expression(index)[0]), "float"
             case ast.Call(func=function, args=arguments, keywords=[]):
                 return self._call(node, function, arguments)
         self._refuse(node, f"`{ast.unparse(node)}`")
@@ -316,12 +317,6 @@ class _Lowering:
         where = f"{inspect.getsourcefile(self.body)}:{line}"
         raise KernelError(f"{what} cannot be compiled in the kernel {self.body.__name__}", where,
                           "kernels use + - * /, comparisons, conditional expressions and the helpers of phongbench.powers")
-
-
-@jit.inline
-def _select(condition: Any, yes: Any, no: Any) -> Any:
-    """Both sides are computed, then one is taken: a branch around a long expression would keep a loop from being vectorised."""
-    return yes if condition else no
 
 
 def _call(name: str, *arguments: ast.expr) -> ast.Call:

@@ -32,6 +32,7 @@ from phongbench.accuracy import (
     SUM_ABS,
     SUM_SQUARES,
 )
+from phongbench.kernels import values_at
 
 #: pairs handled together: few enough for the buffers to stay in the nearest caches, enough to hide the cost of the calls
 CHUNK = 1024
@@ -186,8 +187,6 @@ def _add(truth: int, values: Any, given: Any, unit: Any, exact: Any, angle: Any,
 
 @jit.driver
 def measure_cells(
-    kernel: Any,
-    kernel_64: Any,
     rows: Any,
     coefficients: Any,
     coefficients_64: Any,
@@ -205,11 +204,11 @@ def measure_cells(
     worst: Any,
     truths: int,
 ) -> None:
-    """Measure cells that share a compiled kernel over one piece of samples.
+    """Measure cells over one piece of samples.
 
-    kernel, kernel_64  function pointers of `values_kernel` in the working precision and in float64
-    rows               int64 (cells, 4): coordinate row, gate row, row of `exact`, first row of the tally
-    coefficients..64   (cells, ..) in the working precision and float64; tables likewise
+    rows               int64 (cells, 7): coordinate row, gate row, row of `exact`, first row of the tally, addresses of the
+                       cell's `values_kernel` in the working precision and in float64, length of its table
+    coefficients..64   (cells, ..) in the working precision and float64; tables likewise, padded to one length
     a, b               (3, n) the pairs, in the working precision's carrier
     held, given, unit  (COORDINATE_ROWS, n) coordinates: working precision; float64 of the same vectors; float64 of the directions
     exact              float64 (alphas, 2, n)
@@ -225,10 +224,12 @@ def measure_cells(
         binned = start % (2 * CHUNK) == 0
         v, g, u, e, ix = values[:size], given_values[:size], unit_values[:size], errors[:size], indices[:size]
         for cell in range(len(rows)):
-            form, gate, alpha, row = rows[cell, 0], rows[cell, 1], rows[cell, 2], rows[cell, 3]
-            kernel(held[form, start:stop], held[gate, start:stop], coefficients[cell], tables[cell], v)
-            kernel_64(given[form, start:stop], given[gate, start:stop], coefficients_64[cell], tables_64[cell], g)
-            kernel_64(unit[form, start:stop], unit[gate, start:stop], coefficients_64[cell], tables_64[cell], u)
+            form, gate, alpha, row, entries = rows[cell, 0], rows[cell, 1], rows[cell, 2], rows[cell, 3], rows[cell, 6]
+            kernel, kernel_64 = values_at(rows[cell, 4], held), values_at(rows[cell, 5], given)
+            table, table_64 = tables[cell, :entries], tables_64[cell, :entries]
+            kernel(held[form, start:stop], held[gate, start:stop], coefficients[cell], table, v)
+            kernel_64(given[form, start:stop], given[gate, start:stop], coefficients_64[cell], table_64, g)
+            kernel_64(unit[form, start:stop], unit[gate, start:stop], coefficients_64[cell], table_64, u)
             _census(v, counts[row])
             angle = exact[alpha, 0, start:stop]
             for truth in range(truths):

@@ -37,6 +37,15 @@ def phong_of_deficit(deficit: float, alpha: float) -> float:
     return value if deficit < 1.0 else 0.0
 
 
+def _signature(dtype: Any) -> Any:
+    row = jit.array_type(dtype)
+    return jit.signature(row, row, row, row, row)
+
+
+#: inside drivers: (address, array) -> the compiled truth at that address
+truth_at = jit.function_at(_signature)
+
+
 @cache
 def _bodies() -> tuple[Any, Any]:
     return lower(phong_of_deficit, FLOAT64), lower(powers._power_64, FLOAT64)
@@ -50,7 +59,6 @@ def truth_kernel(half_space: bool) -> Any:
     2 d (2 - d), its cosine 2 c^2 - 1.
     """
     of_deficit, power = _bodies()
-    row = jit.array_type(np.float64)
 
     def reflect(deficit: Any, cosine: Any, alpha: Any, angle: Any, given: Any) -> None:
         exponent = alpha[0]
@@ -67,7 +75,7 @@ def truth_kernel(half_space: bool) -> Any:
             c = cosine[i]
             given[i] = power(2.0 * c * c - 1.0, exponent) if c > 0.0 else 0.0
 
-    return jit.elementwise(jit.signature(row, row, row, row, row), half if half_space else reflect)
+    return jit.elementwise(_signature(np.float64), half if half_space else reflect)
 
 
 def exact_angle(a: NDArray[Any], b: NDArray[Any], alpha: float, half_space: bool = False, digits: int = 50) -> Any:

@@ -53,12 +53,14 @@ def _gain(row: pd.Series | None, *, withheld: bool) -> tuple[str, str]:
     return f"{number(1.0 / float(row['ratio']))} ×", f"{number(low)} to {number(high)}"
 
 
-def _rival(choice: Choice) -> str:
+def _rival(choice: Choice, *, withheld: bool) -> str:
     if choice.best is None:
         miss = choice.nearest_miss
         return "–" if miss is None else f"nearest miss: {label(miss)}, {number(255 * float(miss['error']))} codes"
     if choice.runner_up is None:
         return "no other fits"
+    if withheld:
+        return label(choice.runner_up)
     told = "slower" if choice.resolved else "not\u00a0told\u00a0apart"
     return f"{label(choice.runner_up)} ({told})"
 
@@ -85,7 +87,7 @@ def verdict(study: Study, precision: str, budget: float, name: str) -> Table | A
         error, ns = (None, None) if best is None else (float(best["error"]), float(best["ns"]))
         formula = "nothing fits" if best is None else label(best)
         codes = "–" if error is None else number(255 * error)
-        rows.append((f"{alpha:g}", formula, codes, number(ns), gain, interval, _rival(choice)))
+        rows.append((f"{alpha:g}", formula, codes, number(ns), gain, interval, _rival(choice, withheld=withheld)))
         kept.append(_verdict_row(alpha, choice))
     headings = ("α", "formula", "error, 8-bit codes", "ns / element", "faster than exact", "interval", "runner-up")
     told = f"{basis(candidates)}; formulas of (N, H), right for coplanar vectors only, are left out"

@@ -147,8 +147,9 @@ def test_an_integer_power_is_timed_by_one_that_multiplies_at_least_as_often(timi
     accuracy = accuracy_rows(*({**powers, "alpha": alpha} for alpha in alphas))
     own = {"gamma": None, "lambda_form": "none", "half": 0.01}
     timed = timing_rows(
-        {**own, "approximation": "integer-power", "ratio": 0.4}, {**own, "approximation": "integer-power-64", "ratio": 0.3}
-    )  # fmt: skip
+        {**own, "approximation": "integer-power", "ratio": 0.4},
+        {**own, "approximation": "integer-power-64", "ratio": 0.3},
+    )
     both = pd.concat([timing, timed], ignore_index=True)
     found = {alpha: front(accuracy, both, alpha=alpha)["ratio"].tolist() for alpha in alphas}
     # 10 takes 4 multiplications, 64 takes 6, 50 and 128 take 7, 200 takes 9; a fractional one has none

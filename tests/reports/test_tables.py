@@ -85,8 +85,14 @@ def test_a_budget_that_nothing_meets_shows_the_nearest_miss(made_up: Callable[..
     assert "at 0 of 2 exponents" in table.takeaway
 
 
-def test_an_untimed_precision_has_no_verdict(made_up: Callable[..., Any], tmp_path: Path) -> None:
-    assert isinstance(verdict(Study(tiny(tmp_path, made_up)), "float64", 1 / 255, "1/255"), Absent)
+def test_an_untimed_precision_tells_what_is_accurate_enough(made_up: Callable[..., Any], tmp_path: Path) -> None:
+    study = Study(tiny(tmp_path, made_up))
+    assert isinstance(verdict(study, "float64", 1 / 255, "1/255"), Absent)
+    study.run.timing["precision"] = "float64"
+    table = verdict(Study(study.run), "float32", 1 / 255, "1/255")
+    assert isinstance(table, Table)
+    assert "Nothing was timed at float32" in table.takeaway
+    assert table.rows[1] == ("50", "–", "1 of 2", "fine", "0.255")
 
 
 def test_the_census_counts_what_the_rows_count(run: Any) -> None:

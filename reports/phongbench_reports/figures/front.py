@@ -21,7 +21,6 @@ from phongbench_reports.drawing import (
     named_ticks,
     octaves,
     sheet,
-    spread,
 )
 from phongbench_reports.study import Absent, Study, nearest
 from phongbench_reports.text import BUDGETS, basis, label, listed, number, records
@@ -31,7 +30,7 @@ ALPHAS = (10.0, 50.0, 200.0)
 #: Errors below are drawn at the left edge: on a log axis an exact formula would vanish.
 FLOOR = 1e-7
 #: Points of the front that get a name, and how far apart names are in axes heights.
-NAMED, GAP = 6, 0.105
+NAMED, GAP = 6, 0.075
 #: Width of a letter of a name in axes widths, about.
 LETTER = 0.0078
 LOOKS = {"on": (BLUE, BLUE, "o", 5.5), "unresolved": (ORANGE, SURFACE, "D", 4.0), "off": (MUTED, SURFACE, "o", 3.2)}
@@ -81,9 +80,11 @@ def _name(axes: Axes, rows: pd.DataFrame) -> None:
     best = best.iloc[picks]
     to_axes = axes.transData + axes.transAxes.inverted()
     points = to_axes.transform(np.column_stack([best["error"].clip(lower=FLOOR), best["ratio"]]))
-    heights = spread([float(y) - 0.1 for _, y in points], GAP)
-    for (x, _), height, row in zip(points, heights, records(best), strict=True):
-        left = x < 0.03 + LETTER * len(row["label"])  # no room to its left
+    lowest = 1.0
+    for (x, y), row in zip(points, records(best), strict=True):
+        left = x < 0.03 + LETTER * len(row["label"])  # no room to its left: above it instead
+        height = float(y) + GAP if left else min(float(y), lowest) - GAP
+        lowest = lowest if left else height
         axes.annotate(
             row["label"], xy=(max(row["error"], FLOOR), row["ratio"]), xytext=(x + (0.012 if left else -0.012), height),
             textcoords="axes fraction", fontsize=7.5, ha="left" if left else "right", va="center",
@@ -105,9 +106,10 @@ def draw(study: Study) -> Plate | Absent:
     figure, panels = sheet(height, len(alphas), 1, left=0.075, right=0.985, sharex=True, sharey=True, **margins)
     low, high = float(data["ratio_low"].min()), float(data["ratio_high"].max())
     log_axis(panels[0].xaxis)
-    bottom, top = low / 1.5, max(high, 1.0) * 1.35
+    top = max(high, 1.0) * 1.35
+    bottom = low / (top / low) ** 0.6  # below the front there is room for its names
     named_ticks(
-        panels[0].yaxis, octaves(bottom, top), minor=[0.75 * tick for tick in octaves(bottom / 0.75, top / 0.75)]
+        panels[0].yaxis, octaves(low / 1.5, top), minor=[0.75 * tick for tick in octaves(low / 0.75, top / 0.75)]
     )
     panels[0].set(xlim=(FLOOR / 2, 1.0), ylim=(bottom, top))
     for axes, alpha in zip(panels, alphas, strict=True):
