@@ -1,4 +1,7 @@
-"""The command line: parse, one library call, print, exit code. Heavy modules are imported by the command that needs them."""
+"""The command line: parse, one library call, print, exit code.
+
+Heavy modules are imported by the command that needs them.
+"""
 
 import json
 import sys
@@ -31,7 +34,7 @@ DIFFERENT, SOME_CELLS_FAILED, INTERRUPTED = 1, 3, 130
 ROOT = Path("phongbench-runs")
 
 
-class CommaList(click.ParamType):
+class CommaList(click.ParamType[Any]):
     """Values separated by commas, as a tuple."""
 
     def __init__(self, name: str, member: Callable[[str], Any] = str) -> None:
@@ -73,7 +76,9 @@ Examples:
 """
 
 
-@click.group(cls=Commands, help=f"Which specular-highlight formula to ship, by measured error and run time.\n\n{EXAMPLES}")
+@click.group(
+    cls=Commands, help=f"Which specular-highlight formula to ship, by measured error and run time.\n\n{EXAMPLES}"
+)
 @click.version_option(__version__, prog_name="phongbench")
 def main() -> None:
     """Entry point."""
@@ -84,11 +89,25 @@ def main() -> None:
 @click.option("--preset", "preset_name", metavar="quick|standard|full", help="Size of the study.  [default: quick]")
 @click.option("--out", type=click.Path(path_type=Path), help="Folder of the run.  [default: phongbench-runs/<run id>]")
 @click.option("--alpha", "alphas", type=CommaList("numbers", float), help="Exponents of exact Phong, e.g. 10,50,200.")
-@click.option("--materials", type=click.Path(path_type=Path), metavar="FILE.mtl", help="Take the exponents from its Ns lines.")
+@click.option(
+    "--materials", type=click.Path(path_type=Path), metavar="FILE.mtl", help="Take the exponents from its Ns lines."
+)
 @click.option("--gamma", "gammas", type=CommaList("whole numbers", int), help="Powers of two, e.g. 4,8,16.")
 @click.option("--lambda", "lambda_forms", type=CommaList("names"), help="dot,difference,cross,tan2")
-@click.option("--only", "approximations", type=CommaList("names"), help="Approximations to measure; see `phongbench approximations`.")
-@click.option("--with", "files", multiple=True, type=click.Path(path_type=Path), metavar="FILE.py", help="Add your own approximation.")
+@click.option(
+    "--only",
+    "approximations",
+    type=CommaList("names"),
+    help="Approximations to measure; see `phongbench approximations`.",
+)
+@click.option(
+    "--with",
+    "files",
+    multiple=True,
+    type=click.Path(path_type=Path),
+    metavar="FILE.py",
+    help="Add your own approximation.",
+)
 @click.option("--precision", "precisions", type=CommaList("names"), help="float16,float32,float64")
 @click.option("--samples", type=int, help="Pairs for each cell and stratum.")
 @click.option("--seed", type=int, help="Of all random choices; equal seeds give equal rows.")
@@ -101,7 +120,8 @@ def main() -> None:
 @click.option("--dry-run", is_flag=True, help="Tell cells, bytes and seconds, and stop.")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON document.")
 def run(
-    plan: Path | None, preset_name: str | None, out: Path | None, materials: Path | None, files: tuple[Path, ...], no_timing: bool,
+    plan: Path | None, preset_name: str | None, out: Path | None, materials: Path | None, files: tuple[Path, ...],
+    no_timing: bool,
     no_report: bool, jobs: int | None, resume: bool, fresh: bool, dry_run: bool, as_json: bool, **wishes: Any,
 ) -> None:  # fmt: skip
     """Run a study: accuracy, stability, timing, and a report.
@@ -132,7 +152,7 @@ def run(
     with TerminalProgress(quiet=as_json) as progress:
         outcome = run_study(
             wanted, out, registry=registry, jobs=jobs, resume=resume, fresh=fresh, progress=progress,
-            build_report=None if no_report else _build_report, command=("phongbench", *sys.argv[1:]),
+            build_report=None if no_report else _build_report, command=("phongbench", *sys.argv[1:]), files=[f.name for f in files],
         )  # fmt: skip
     _show(outcome.as_dict(), as_json, lambda: _told(outcome))
     for message, count in outcome.failures.items():
@@ -161,7 +181,10 @@ def list_runs(as_json: bool) -> None:
     from phongbench import results
     from phongbench.terminal import table
 
-    runs = [{"run": r.id, "state": r.manifest["state"], "preset": r.plan.preset, "path": str(r.path)} for r in results.stored(ROOT)]
+    runs = [
+        {"run": r.id, "state": r.manifest["state"], "preset": r.plan.preset, "path": str(r.path)}
+        for r in results.stored(ROOT)
+    ]
     if runs or as_json:
         _show(runs, as_json, lambda: table("", ("run", "state", "preset", "path"), [tuple(r.values()) for r in runs]))
     else:
@@ -177,7 +200,12 @@ def show(run_name: str, as_json: bool) -> None:
     from phongbench.terminal import table
 
     found = summary.summarise(results.find(run_name, ROOT))
-    _show(found, as_json, lambda: (_facts(found["facts"]), table("Least error per exponent, float32 highlight", *_grid(found["best"]))))
+    _show(
+        found,
+        as_json,
+        lambda: _facts(found["facts"]),
+        lambda: table("Least error per exponent, float32 highlight", *_grid(found["best"])),
+    )
 
 
 @main.command(short_help="Check a run's bytes against its manifest.")
@@ -210,13 +238,18 @@ def compare(run_a: str, run_b: str, metric: str, tolerance: float, as_json: bool
     found = compare_runs(results.find(run_a, ROOT), results.find(run_b, ROOT), metric=metric, tolerance=tolerance)
     told = found.as_dict()
     facts = {name: told[name] for name in ("metric", "equal", "changed", "only_a", "only_b")}
-    _show(told, as_json, lambda: (_facts(facts), told["rows"] and table("Largest changes", *_grid(told["rows"][:20]))))
+    largest = told["rows"][:20]
+    _show(
+        told, as_json, lambda: _facts(facts), *([lambda: table("Largest changes", *_grid(largest))] if largest else [])
+    )
     if not found.same:
         sys.exit(DIFFERENT)
 
 
 @main.command(short_help="List the approximations.")
-@click.option("--with", "files", multiple=True, type=click.Path(path_type=Path), metavar="FILE.py", help="Add your own.")
+@click.option(
+    "--with", "files", multiple=True, type=click.Path(path_type=Path), metavar="FILE.py", help="Add your own."
+)
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON document.")
 def approximations(files: tuple[Path, ...], as_json: bool) -> None:
     """List the approximations: formula, lambda forms, spaces, beta policies, source."""
@@ -233,12 +266,19 @@ def approximations(files: tuple[Path, ...], as_json: bool) -> None:
 @main.command(short_help="Check this installation and machine.")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON document.")
 def doctor(as_json: bool) -> None:
-    """Check what a study needs: compiler, kernel cache, vector width, disk, report packages; exit 1 if something is missing."""
+    """Check what a study needs: compiler, kernel cache, vector width, disk, report packages.
+
+    Exit 1 if something is missing.
+    """
     from phongbench.doctor import examine
     from phongbench.terminal import table
 
     found = examine()
-    _show(found, as_json, lambda: table("", ("check", "state", "detail"), [(c["check"], c["state"], c["detail"]) for c in found]))
+    _show(
+        found,
+        as_json,
+        lambda: table("", ("check", "state", "detail"), [(c["check"], c["state"], c["detail"]) for c in found]),
+    )
     if any(c["state"] == "bad" for c in found):
         sys.exit(DIFFERENT)
 
@@ -249,11 +289,12 @@ def _build_report(found: Any, folder: Path) -> Path:
     return build(found, folder)
 
 
-def _show(data: Any, as_json: bool, otherwise: Callable[[], Any]) -> None:
+def _show(data: Any, as_json: bool, *otherwise: Callable[[], Any]) -> None:
     if as_json:
         click.echo(json.dumps(data, indent=2, allow_nan=False))
     else:
-        otherwise()
+        for tell in otherwise:
+            tell()
 
 
 def _facts(data: dict[str, Any]) -> None:
@@ -265,8 +306,9 @@ def _facts(data: dict[str, Any]) -> None:
 def _told(outcome: Any) -> None:
     rate = outcome.evaluations / max(outcome.seconds["accuracy"], 1e-9) / 1e9
     click.echo(
-        f"{outcome.cells:,} cells, {outcome.evaluations / 1e9:.2f} billion evaluations in {outcome.seconds['accuracy']:.1f} s "
-        f"({rate:.2f} billion/s, compiling included); all in {outcome.seconds['total']:.1f} s"
+        f"{outcome.cells:,} cells, {outcome.evaluations / 1e9:.2f} billion evaluations in "
+        f"{outcome.seconds['accuracy']:.1f} s ({rate:.2f} billion/s, compiling included); "
+        f"all in {outcome.seconds['total']:.1f} s"
     )
     click.echo(f"run     {outcome.run.path}")
     if outcome.report:
@@ -275,4 +317,3 @@ def _told(outcome: Any) -> None:
 
 def _grid(rows: list[dict[str, Any]]) -> tuple[tuple[str, ...], list[tuple[Any, ...]]]:
     return tuple(rows[0]) if rows else (), [tuple(row.values()) for row in rows]
-

@@ -25,7 +25,7 @@ BASELINE, TWIN, LIBM, COPY, TRIAD, DOT = "phong", "aa-twin", "phong-libm", "copy
 #: rows that are not formulas: what the machine can do at best, and the baseline again under another name
 CEILINGS = (COPY, TRIAD, DOT)
 #: the shininess at which kernels are timed, and a second one for integer powers, which alone depend on it
-ALPHA, SECOND_ALPHA = 50.0, 64.0
+ALPHA, FURTHER_ALPHAS = 50.0, (64.0, 1000.0)
 #: rows of the arrays a formula reads and writes
 ROWS = 7
 
@@ -134,8 +134,8 @@ def companions(precision: Precision, registry: Any = REGISTRY) -> Iterator[Conte
     whole = registry.get("integer-power")
     if whole is not None:
         yield compiled(Subject(whole, whole.lambda_forms[0], Setting(ALPHA), precision))
-        label = f"{whole.name}-{SECOND_ALPHA:g}"
-        yield compiled(Subject(whole, whole.lambda_forms[0], Setting(SECOND_ALPHA), precision, label))
+        for alpha in FURTHER_ALPHAS:
+            yield compiled(Subject(whole, whole.lambda_forms[0], Setting(alpha), precision, f"{whole.name}-{alpha:g}"))
     rounding = 8 * float(np.finfo(precision.dtype).eps)
     yield _bare(COPY, precision, 0.0, lambda a, b: a[0], rows=2)
     yield _bare(TRIAD, precision, ALPHA * rounding, lambda a, b: a[0] + ALPHA * b[0], rows=3)

@@ -3,6 +3,7 @@
 import importlib
 import shutil
 from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -24,7 +25,11 @@ def examine() -> list[dict[str, str]]:
 
 def _checks() -> Iterator[dict[str, str]]:
     about = versions()
-    yield _check("versions", "good", f"phongbench {about.phongbench}, python {about.python}, numpy {about.numpy}, numba {about.numba}")
+    yield _check(
+        "versions",
+        "good",
+        f"phongbench {about.phongbench}, python {about.python}, numpy {about.numpy}, numba {about.numba}",
+    )
     host = machine()
     yield _check("machine", "good" if host.cores > 1 else "poor", f"{host.cpu}, {host.cores} cores")
     bits = flags().vector_bits
@@ -34,7 +39,12 @@ def _checks() -> Iterator[dict[str, str]]:
     free = shutil.disk_usage(Path.cwd()).free
     yield _check("disk", "good" if free > DISK_WANTED else "bad", f"{free / 2**30:.1f} GiB free here")
     for package in ("phongbench_reports", "matplotlib", "jinja2", "pyarrow"):
-        yield _attempt(package, lambda name=package: importlib.import_module(name).__doc__ and "present")
+        yield _attempt(package, partial(_present, package))
+
+
+def _present(package: str) -> str:
+    importlib.import_module(package)
+    return "present"
 
 
 def _compiles() -> str:

@@ -1,8 +1,9 @@
-"""The sweep: every cell of a plan over every stratum, in compiled code, on all threads, the same bits for any number of them.
+"""The sweep: every cell of a plan over every stratum, in compiled code, on all threads, the same bits for any number of
+them.
 
-The unit of work is a block: one slab of one context, where a context is a set of cells that see the same pairs (same precision, space,
-stratum and scale). Within a block every piece of pairs is made once, its coordinates and lambda forms once, the exact value once per
-alpha, and then every cell passes over it while it lies in the cache.
+The unit of work is a block: one slab of one context, where a context is a set of cells that see the same pairs (same
+precision, space, stratum and scale). Within a block every piece of pairs is made once, its coordinates and lambda forms
+once, the exact value once per alpha, and then every cell passes over it while it lies in the cache.
 """
 
 import time
@@ -10,7 +11,6 @@ from collections import deque
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
-from functools import cache
 from typing import Any
 
 import numpy as np
@@ -32,7 +32,7 @@ Array = NDArray[Any]
 #: pairs made and measured together; their coordinates stay in the second-level cache
 PIECE = 8192
 #: pairs in a block; sums are merged in slab order, so the bits do not depend on who computed which slab
-SLAB = 1 << 17
+SLAB = 1 << 18
 
 
 @dataclass(frozen=True)
@@ -97,7 +97,7 @@ def prepare(plan: Plan, registry: Mapping[str, Approximation] = REGISTRY) -> Swe
     groups: dict[tuple[Any, ...], list[int]] = {}
     for position, cell in enumerate(cells):
         for order, stratum in enumerate(STRATA):
-            if stratum.name in plan.strata and (cell.gated or stratum.reaches_back):
+            if _sees(plan, cell, stratum):
                 scale = _scale(cell, stratum, registry[cell.approximation])
                 if scale is not None:
                     key = (plan.precisions.index(cell.precision), plan.spaces.index(cell.setting.space), order, scale)
@@ -115,6 +115,16 @@ def prepare(plan: Plan, registry: Mapping[str, Approximation] = REGISTRY) -> Swe
         for index, key in enumerate(sorted(groups))
     ]
     return Sweep(plan, registry, cells, contexts)
+
+
+def _sees(plan: Plan, cell: Cell, stratum: Stratum) -> bool:
+    """True if the cell is measured in the stratum.
+
+    Ungated ones only where the gate matters, lengths only in the spaces asked for.
+    """
+    if stratum.name not in plan.strata or not (cell.gated or stratum.reaches_back):
+        return False
+    return stratum.name != "lengths" or cell.setting.space in plan.length_spaces
 
 
 def _scale(cell: Cell, stratum: Stratum, spec: Approximation) -> float | None:
@@ -137,7 +147,10 @@ def _scale(cell: Cell, stratum: Stratum, spec: Approximation) -> float | None:
 
 
 def compile_kernels(sweep: Sweep, progress: Callable[[int, int], None] | None = None) -> None:
-    """Compile every loop the sweep needs, or load it from the cache; cells whose kernel fails are noted in `failures`."""
+    """Compile every loop the sweep needs, or load it from the cache.
+
+    Cells whose kernel fails are noted in `failures`.
+    """
     wanted: dict[tuple[Any, ...], list[int]] = {}
     for position, cell in enumerate(sweep.cells):
         try:
@@ -157,6 +170,13 @@ def compile_kernels(sweep: Sweep, progress: Callable[[int, int], None] | None = 
             sweep.failures |= dict.fromkeys(positions, f"{type(problem).__name__}: {problem}")
     if progress:
         progress(len(wanted), len(wanted))
+
+
+def compile_drivers(sweep: Sweep) -> None:
+    """Compile, or load from the cache, what surrounds the kernels: a block without cells touches all of it."""
+    for carrier in {c.precision.carrier: c for c in sweep.contexts if c.stratum.name != "hostile"}.values():
+        for space in ("reflect", "half"):
+            _block(sweep, replace(carrier, cells=(), samples=1, space=space), 0)
 
 
 def run(
@@ -229,7 +249,8 @@ def _block(sweep: Sweep, context: Context, start: int) -> Measured:
     live = tuple(c for c in context.cells if c not in sweep.failures)
     alphas = tuple(dict.fromkeys(sweep.cells[c].setting.alpha for c in live))
     key = (live, context.precision, context.truths)
-    if key not in sweep.made:  # most strata of an alpha share their cells; two threads may both make it, with equal content
+    # most strata of an alpha share their cells; two threads may both make them, with equal content
+    if key not in sweep.made:
         sweep.made[key] = _cells(sweep, context, live, alphas)
     cells = sweep.made[key]
     tally = Tally(len(live) * context.truths)
@@ -247,7 +268,8 @@ def _block(sweep: Sweep, context: Context, start: int) -> Measured:
         )
         held, given, unit, exact = bench.lay_out(a, b)
         measure_cells(
-            cells.rows, cells.coefficients, cells.coefficients_64, cells.tables, cells.tables_64, a, b, held, given, unit, exact,
+            cells.rows, cells.coefficients, cells.coefficients_64, cells.tables, cells.tables_64, a, b, held, given,
+            unit, exact,
             tally.sums, tally.counts, tally.bins, tally.worst, context.truths,
         )  # fmt: skip
     tally.samples = count
@@ -303,7 +325,9 @@ class _Bench:
         """(held, given, unit, exact) of these pairs."""
         if a.shape[1] != self.held.shape[1]:  # the last, shorter piece
             size = a.shape[1]
-            self.held, self.given, self.unit = (np.ascontiguousarray(x[:, :size]) for x in (self.held, self.given, self.unit))
+            self.held, self.given, self.unit = (
+                np.ascontiguousarray(x[:, :size]) for x in (self.held, self.given, self.unit)
+            )
             self.a, self.b = np.ascontiguousarray(self.a[:, :size]), np.ascontiguousarray(self.b[:, :size])
             self.exact = np.ascontiguousarray(self.exact[:, :, :size])
         _lay_out(
@@ -316,7 +340,10 @@ class _Bench:
 def _lay_out(
     addresses: Any, alphas: Any, a: Any, b: Any, a64: Any, b64: Any, held: Any, given: Any, unit: Any, exact: Any
 ) -> None:
-    """Coordinates of the pairs in the working precision, in float64 as given and as unit directions; then the exact values."""
+    """Coordinates of the pairs in the working precision, in float64 as given and as unit directions.
+
+    Then the exact values.
+    """
     coordinates_64, truth = coordinates_at(addresses[1], a64), truth_at(addresses[2], a64)
     coordinates_at(addresses[0], a)(a, b, held)
     for row in range(3):

@@ -62,4 +62,7 @@ class CorruptRunError(PhongbenchError):
 
 
 class MeasurementError(PhongbenchError):
-    """A timing that cannot be believed: the timed output differs from the verified output, or a kernel compiled anew."""
+    """A timing that cannot be believed.
+
+    The timed output differs from the verified output, or a kernel compiled anew.
+    """

@@ -1,7 +1,7 @@
 """Compiled loops around the scalar bodies: the coordinates of pairs, and the values of an approximation over them.
 
-Every loop is compiled once for (approximation, precision, known arguments) and called through a pointer, so nothing is compiled again
-for another alpha, beta or lambda form.
+Every loop is compiled once for (approximation, precision, known arguments) and called through a pointer, so nothing is
+compiled again for another alpha, beta or lambda form.
 """
 
 from collections.abc import Callable
@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phongbench import jit, vectors
+from phongbench.errors import InputError
 from phongbench.lowering import FLOAT64, Body, Precision, lower
 from phongbench.spec import MAX_COEFFICIENTS, Approximation, Setting
 
@@ -55,7 +56,10 @@ def values_kernel(spec: Approximation, precision: Precision, known: tuple[tuple[
 
 
 def pairs_kernel(spec: Approximation, form: str, precision: Precision, known: tuple[tuple[str, int], ...] = ()) -> Any:
-    """A compiled loop from vectors to highlight: out[i] = kernel(lambda form of a[:, i], b[:, i]) where a.b > 0, else 0."""
+    """A compiled loop from vectors to highlight.
+
+    Out[i] = kernel(lambda form of a[:, i], b[:, i]) where a.b > 0, else 0.
+    """
     return _pairs_kernel(spec.kernel, _wiring(spec), form, precision, known)
 
 
@@ -76,17 +80,29 @@ def coefficient_row(spec: Approximation, setting: Setting, precision: Precision)
 def table_row(spec: Approximation, setting: Setting, precision: Precision) -> Array:
     """The kernel's table in the working precision; a single 0 where it has none."""
     table = np.zeros(1) if spec.table is None else spec.table(setting)
+    if not 1 <= len(table) <= jit.MAX_TABLE:
+        raise InputError(f"the table of {spec.name!r} has {len(table)} entries", None, f"use 1 to {jit.MAX_TABLE}")
     return np.ascontiguousarray(table.astype(precision.dtype).astype(precision.carrier))
 
 
 def evaluate(spec: Approximation, setting: Setting, coordinate: Array, cosine: Array | None = None) -> Array:
-    """Values of the approximation in float64 over an array of its coordinate; 0 where the cosine is given and not positive."""
+    """Values of the approximation in float64 over an array of its coordinate.
+
+    0 where the cosine is given and not positive.
+    """
     spec.check(setting)
     coordinate = np.ascontiguousarray(coordinate, dtype=np.float64)
     gate = np.ones_like(coordinate) if cosine is None else np.ascontiguousarray(cosine, dtype=np.float64)
     out = np.empty_like(coordinate)
     kernel = values_kernel(spec, FLOAT64, known_values(spec, setting))
-    _call(jit.address(kernel), coordinate, gate, coefficient_row(spec, setting, FLOAT64), table_row(spec, setting, FLOAT64), out)
+    _call(
+        jit.address(kernel),
+        coordinate,
+        gate,
+        coefficient_row(spec, setting, FLOAT64),
+        table_row(spec, setting, FLOAT64),
+        out,
+    )
     return out
 
 
@@ -94,12 +110,13 @@ def deficit_of_angle(form: str, cosine: Array) -> Array:
     """Lambda of unit vectors at this cosine, in exact arithmetic: what each form sees of an angle."""
     sine_squared = 1 - cosine * cosine
     with np.errstate(divide="ignore"):
-        return {
+        forms: dict[str, Array] = {
             "dot": 1 - cosine,
             "difference": 1 - cosine,
             "cross": sine_squared / 2,
             "tan2": sine_squared / (2 * cosine * cosine),
-        }[form]
+        }
+    return forms[form]
 
 
 def curve(spec: Approximation, form: str, setting: Setting, cosine: Array) -> Array:
@@ -125,7 +142,7 @@ def _wiring(spec: Approximation) -> tuple[str, ...]:
 
 def _bound(kernel: Body, wiring: tuple[str, ...], precision: Precision, known: tuple[tuple[str, int], ...]) -> Body:
     """The lowered kernel as a function of (coordinate, c0, c1, c2, c3, table), whatever it takes of these."""
-    namespace: dict[str, Any] = {"kernel": lower(kernel, precision, **dict(known))}
+    namespace: dict[str, Any] = {"__name__": __name__, "kernel": lower(kernel, precision, **dict(known))}
     text = f"def bound(x, c0, c1, c2, c3, table): return kernel({', '.join(('x', *wiring))})"
     exec(compile(text, f"<{kernel.__module__}.bound>", "exec"), namespace)
     bound: Callable[..., Any] = jit.inline(namespace["bound"])
@@ -133,13 +150,16 @@ def _bound(kernel: Body, wiring: tuple[str, ...], precision: Precision, known: t
 
 
 @cache
-def _values_kernel(kernel: Body, wiring: tuple[str, ...], precision: Precision, known: tuple[tuple[str, int], ...]) -> Any:
+def _values_kernel(
+    kernel: Body, wiring: tuple[str, ...], precision: Precision, known: tuple[tuple[str, int], ...]
+) -> Any:
     bound, zero = _bound(kernel, wiring, precision, known), precision.constant(0.0)
 
     def values(coordinate: Array, gate: Array, coefficients: Array, table: Array, out: Array) -> None:
         c0, c1, c2, c3 = coefficients[0], coefficients[1], coefficients[2], coefficients[3]
+        local = jit.on_stack(table)
         for i in range(len(coordinate)):
-            value = bound(coordinate[i], c0, c1, c2, c3, table)
+            value = bound(coordinate[i], c0, c1, c2, c3, local)
             out[i] = value if gate[i] > zero else zero
 
     return jit.elementwise(values_signature(precision.carrier), values)
@@ -155,9 +175,10 @@ def _pairs_kernel(
 
     def pairs(a: Array, b: Array, coefficients: Array, table: Array, out: Array) -> None:
         c0, c1, c2, c3 = coefficients[0], coefficients[1], coefficients[2], coefficients[3]
+        local = jit.on_stack(table)
         for i in range(len(out)):
             ax, ay, az, bx, by, bz = a[0, i], a[1, i], a[2, i], b[0, i], b[1, i], b[2, i]
-            value = bound(coordinate(ax, ay, az, bx, by, bz), c0, c1, c2, c3, table)
+            value = bound(coordinate(ax, ay, az, bx, by, bz), c0, c1, c2, c3, local)
             out[i] = value if cosine(ax, ay, az, bx, by, bz) > zero else zero
 
     return jit.elementwise(pairs_signature(precision.carrier), pairs)

@@ -1,15 +1,16 @@
 """One scalar body, every working precision.
 
-A formula is written once, as a plain Python function of numbers. That function, run on Python floats or mpmath numbers, is its
-own oracle. `lower` reads its source and writes the same function for a working precision:
+A formula is written once, as a plain Python function of numbers. That function, run on Python floats or mpmath numbers,
+is its own oracle. `lower` reads its source and writes the same function for a working precision:
 
 - literals and constants get the working precision (a bare 1.0 would silently promote float32 to float64);
 - in float16 every operation is rounded, as a half-precision unit would do it;
 - arguments annotated `int` are known when compiling: loops over range(n) unroll, tests on them fold;
 - calls to other bodies are lowered likewise; primitives are replaced by their implementation for the precision.
 
-The language: assignments, conditional expressions, arithmetic + - * /, comparisons, `for` over a known range, `if` on known values,
-subscripts of tables, abs, int, float, len, and calls. Anything else is refused with the line it stands on.
+The language: assignments, conditional expressions, arithmetic + - * /, comparisons, `for` over a known range, `if` on
+known values, subscripts of tables, abs, int, float, len, and calls. Anything else is refused with the line it stands
+on.
 """
 
 import ast
@@ -19,7 +20,7 @@ import textwrap
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
-from typing import Any, NoReturn, TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -73,7 +74,8 @@ def precision_named(name: str) -> Precision:
 def primitive(**implementations: Body) -> Callable[[F], F]:
     """Mark a body as primitive: compiled code uses the implementation named after the precision.
 
-    The decorated plain body stays the definition, and the oracle. float16 uses the float32 implementation, rounded once.
+    The decorated plain body stays the definition, and the oracle. float16 uses the float32 implementation, rounded
+    once.
     """
 
     def mark(body: F) -> F:
@@ -108,6 +110,8 @@ class _Lowering:
         self.known: dict[str, Any] = dict(known)
         self.kinds: dict[str, str] = {}
         self.namespace: dict[str, Any] = {
+            # without a name, numba's cache searches every module for the function: 10 ms a kernel
+            "__name__": body.__module__,
             "_round": jit.round_to_half,
             "_product": jit.half_product,
             "_cast": precision.carrier.type,
@@ -118,7 +122,9 @@ class _Lowering:
         try:
             lines, self.first_line = inspect.getsourcelines(body)
         except (OSError, TypeError) as problem:
-            raise KernelError(f"the source of {body!r} cannot be read", None, "define the kernel in a file") from problem
+            raise KernelError(
+                f"the source of {body!r} cannot be read", None, "define the kernel in a file"
+            ) from problem
         tree = ast.parse(textwrap.dedent("".join(lines))).body[0]
         if not isinstance(tree, ast.FunctionDef):
             raise KernelError(f"{body!r} is not a plain function", None, "define the kernel with def")
@@ -133,9 +139,13 @@ class _Lowering:
         for a in self.definition.args.args:
             annotation = ast.unparse(a.annotation) if a.annotation else "float"
             self.kinds[a.arg] = "table" if annotation.endswith("Table") else "float"
-        name = "_".join([self.body.__name__, self.precision.name, *(f"{k}{v}" for k, v in self.known.items())]).replace("-", "m")
+        name = "_".join([self.body.__name__, self.precision.name, *(f"{k}{v}" for k, v in self.known.items())]).replace(
+            "-", "m"
+        )
         statements = self._block(self.definition.body)
-        text = f"def {name}({', '.join(arguments)}):\n" + textwrap.indent("\n".join(map(ast.unparse, statements)), "    ")
+        text = f"def {name}({', '.join(arguments)}):\n" + textwrap.indent(
+            "\n".join(map(ast.unparse, statements)), "    "
+        )
         filename = f"<{self.body.__module__}.{name}>"
         linecache.cache[filename] = (len(text), None, text.splitlines(True), filename)
         exec(compile(text, filename, "exec"), self.namespace)
@@ -154,21 +164,24 @@ class _Lowering:
                 return []
             case ast.Return(value=ast.expr() as value):
                 return [ast.Return(self._float(value))]
-            case ast.Assign(targets=[ast.Name(id=target)], value=value) | ast.AnnAssign(
-                target=ast.Name(id=target), value=ast.expr() as value
+            case (
+                ast.Assign(targets=[ast.Name(id=target)], value=value)
+                | ast.AnnAssign(target=ast.Name(id=target), value=ast.expr() as value)
             ):
                 return self._assign(target, value)
             case ast.AugAssign(target=ast.Name(id=target), op=op, value=value):
                 return self._assign(target, ast.copy_location(ast.BinOp(ast.Name(target, ast.Load()), op, value), node))
             case ast.If(test=test, body=body, orelse=orelse):
                 return self._block(body if self._known_value(test, "the test of an if") else orelse)
-            case ast.For(target=ast.Name(id=target), iter=ast.Call(func=ast.Name(id="range"), args=bounds), body=body, orelse=[]):
+            case ast.For(
+                target=ast.Name(id=target), iter=ast.Call(func=ast.Name(id="range"), args=bounds), body=body, orelse=[]
+            ):
                 done: list[ast.stmt] = []
                 for step in range(*(self._known_value(b, "the bound of a range") for b in bounds)):
                     self.known[target] = step
                     done += self._block(body)
                 return done
-        self._refuse(node, f"a {type(node).__name__} statement")
+        raise self._refusal(node, f"a {type(node).__name__} statement")
 
     def _assign(self, target: str, value: ast.expr) -> list[ast.stmt]:
         folded, number = self._fold(value)
@@ -221,7 +234,7 @@ class _Lowering:
                 return _call("_entry", ast.Name(name, ast.Load()), self._expression(index)[0]), "float"
             case ast.Call(func=function, args=arguments, keywords=[]):
                 return self._call(node, function, arguments)
-        self._refuse(node, f"`{ast.unparse(node)}`")
+        raise self._refusal(node, f"`{ast.unparse(node)}`")
 
     def _arithmetic(self, node: ast.BinOp) -> tuple[ast.expr, str]:
         left, right = self._expression(node.left), self._expression(node.right)
@@ -252,15 +265,20 @@ class _Lowering:
         if callee is float:
             return self._float(arguments[0]), "float"
         if not inspect.isfunction(callee):
-            self._refuse(node, f"a call of {ast.unparse(function)}")
+            raise self._refusal(node, f"a call of {ast.unparse(function)}")
         return self._call_body(node, callee, arguments)
 
     def _call_body(self, node: ast.Call, callee: Body, arguments: list[ast.expr]) -> tuple[ast.expr, str]:
         names = list(inspect.signature(callee).parameters)
         if len(names) != len(arguments):
-            self._refuse(node, f"a call of {callee.__name__} with {len(arguments)} arguments instead of {len(names)}")
-        bound = {n: self._known_value(a, f"argument {n} of {callee.__name__}") for n, a in zip(names, arguments, strict=True)
-                 if n in known_arguments(callee)}
+            raise self._refusal(
+                node, f"a call of {callee.__name__} with {len(arguments)} arguments instead of {len(names)}"
+            )
+        bound = {
+            n: self._known_value(a, f"argument {n} of {callee.__name__}")
+            for n, a in zip(names, arguments, strict=True)
+            if n in known_arguments(callee)
+        }
         implementations = getattr(callee, "__implementations__", None)
         if implementations is None:
             target, rounds = lower(callee, self.precision, **bound), False
@@ -268,8 +286,11 @@ class _Lowering:
             target, rounds = self._implementation(callee, implementations, bound), self.precision.rounds
         name = f"{target.__name__}_{len(self.namespace)}"  # two modules may have helpers of the same name
         self.namespace[name] = target
-        passed = [self._expression(a)[0] if self._is_table(a) else self._float(a)
-                  for n, a in zip(names, arguments, strict=True) if n not in bound]
+        passed = [
+            self._expression(a)[0] if self._is_table(a) else self._float(a)
+            for n, a in zip(names, arguments, strict=True)
+            if n not in bound
+        ]
         result = _call(name, *passed)
         return (_call("_round", result) if rounds else result), "float"
 
@@ -289,13 +310,13 @@ class _Lowering:
         try:
             value = eval(compile(ast.fix_missing_locations(ast.Expression(node)), "<known>", "eval"), scope)
         except (ArithmeticError, AttributeError, LookupError, NameError, TypeError, ValueError) as problem:
-            self._refuse(node, f"`{ast.unparse(node)}` ({problem})")
+            raise self._refusal(node, f"`{ast.unparse(node)}` ({problem})") from problem
         return isinstance(value, int | float | bool | np.number), value
 
     def _known_value(self, node: ast.expr, what: str) -> int:
         folded, value = self._fold(node)
         if not folded:
-            self._refuse(node, f"{what} is not known when compiling: `{ast.unparse(node)}`")
+            raise self._refusal(node, f"{what} is not known when compiling: `{ast.unparse(node)}`")
         return int(value)
 
     def _constant(self, value: float) -> ast.expr:
@@ -310,13 +331,16 @@ class _Lowering:
         try:
             return eval(ast.unparse(function), dict(self.scope))
         except (NameError, AttributeError) as problem:
-            self._refuse(function, str(problem))
+            raise self._refusal(function, str(problem)) from problem
 
-    def _refuse(self, node: ast.AST, what: str) -> NoReturn:
+    def _refusal(self, node: ast.AST, what: str) -> KernelError:
         line = self.first_line + getattr(node, "lineno", 1) - 1
         where = f"{inspect.getsourcefile(self.body)}:{line}"
-        raise KernelError(f"{what} cannot be compiled in the kernel {self.body.__name__}", where,
-                          "kernels use + - * /, comparisons, conditional expressions and the helpers of phongbench.powers")
+        return KernelError(
+            f"{what} cannot be compiled in the kernel {self.body.__name__}",
+            where,
+            "kernels use + - * /, comparisons, conditional expressions and the helpers of phongbench.powers",
+        )
 
 
 def _call(name: str, *arguments: ast.expr) -> ast.Call:

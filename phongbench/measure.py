@@ -1,11 +1,14 @@
 """The compiled inner loops of the sweep: what happens to a piece of pairs for every cell.
 
-For a chunk of pairs and a cell: values in the working precision, the same formula in float64 on the given vectors and on the unit
-directions, then error sums, maxima and a histogram. What keeps it in vector lanes, each measured against the obvious way:
+For a chunk of pairs and a cell: values in the working precision, the same formula in float64 on the given vectors and
+on the unit directions, then error sums, maxima and a histogram. What keeps it in vector lanes, each measured against
+the obvious way:
 
-- maxima are taken over the bits of the floats, which order like integers (float maxima are not vectorised: 1.7 ns against 0.45);
+- maxima are taken over the bits of the floats, which order like integers (float maxima are not vectorised: 1.7 ns
+against 0.45);
 - the histogram bin is the top bits of the error, and counting goes into four copies in turn (0.27 ns against 0.58);
-- a chunk in which anything is not finite shows as a maximum beyond infinity's bits and is done again carefully, so the fast path
+- a chunk in which anything is not finite shows as a maximum beyond infinity's bits and is done again carefully, so the
+fast path
   never asks;
 - loops have few arrays each: past a handful, LLVM gives up proving that they do not overlap.
 """
@@ -34,8 +37,9 @@ from phongbench.accuracy import (
 )
 from phongbench.kernels import values_at
 
-#: pairs handled together: few enough for the buffers to stay in the nearest caches, enough to hide the cost of the calls
-CHUNK = 1024
+#: pairs handled together: few enough for the buffers to stay in the nearest caches, enough to hide the cost of the
+#: calls
+CHUNK = 2048
 
 _BIN_SHIFT = np.int32(20)
 _FIRST_BIN = np.int32((127 + LOWEST_EXPONENT) * BINS_PER_OCTAVE - 1)
@@ -64,7 +68,10 @@ def _raise(sums: Any, position: Any, bits: Any) -> None:
 
 @jit.reduction
 def _reduce(values: Any, given: Any, unit: Any, exact: Any, errors: Any, sums: Any) -> bool:
-    """Add a chunk against the `angle` truth and write its errors; False, with sums untouched, if anything is not finite."""
+    """Add a chunk against the `angle` truth and write its errors.
+
+    False, with sums untouched, if anything is not finite.
+    """
     total, absolute, squares = 0.0, 0.0, 0.0
     above, below, model, length, rounding = np.int64(0), np.int64(0), np.int64(0), np.int64(0), np.int64(0)
     for i in range(len(values)):
@@ -80,7 +87,7 @@ def _reduce(values: Any, given: Any, unit: Any, exact: Any, errors: Any, sums: A
         model = max(model, jit.float64_bits(unit[i] - exact[i]) & _MAGNITUDE)
         length = max(length, jit.float64_bits(given[i] - unit[i]) & _MAGNITUDE)
         rounding = max(rounding, jit.float64_bits(value - given[i]) & _MAGNITUDE)
-    if max(max(above, below), max(model, max(length, rounding))) >= _INFINITE:
+    if max(above, below, model, length, rounding) >= _INFINITE:
         return False
     sums[SUM] += total
     sums[SUM_ABS] += absolute
@@ -97,8 +104,8 @@ def _reduce(values: Any, given: Any, unit: Any, exact: Any, errors: Any, sums: A
 def _reduce_given(values: Any, given: Any, unit: Any, exact: Any, angle: Any, errors: Any, sums: Any) -> bool:
     """Add a chunk against the `given` truth, as `_reduce` does.
 
-    Its length part is how differently the formula and Phong itself respond to the lengths, so the three parts still add up to the
-    error. Model and rounding parts are those of the `angle` row.
+    Its length part is how differently the formula and Phong itself respond to the lengths, so the three parts still add
+    up to the error. Model and rounding parts are those of the `angle` row.
     """
     total, absolute, squares = 0.0, 0.0, 0.0
     above, below, length = np.int64(0), np.int64(0), np.int64(0)
@@ -112,7 +119,7 @@ def _reduce_given(values: Any, given: Any, unit: Any, exact: Any, angle: Any, er
         above = max(above, bits)
         below = max(below, bits ^ _SIGN)
         length = max(length, jit.float64_bits((given[i] - unit[i]) - (exact[i] - angle[i])) & _MAGNITUDE)
-    if max(max(above, below), length) >= _INFINITE:
+    if max(above, below, length) >= _INFINITE:
         return False
     sums[SUM] += total
     sums[SUM_ABS] += absolute
@@ -125,7 +132,10 @@ def _reduce_given(values: Any, given: Any, unit: Any, exact: Any, angle: Any, er
 
 @jit.driver
 def _clean(values: Any, given: Any, unit: Any, exact: Any, angle: Any, counts: Any) -> int:
-    """Take samples with anything non-finite out of a chunk: their parts become 0 and they are counted as excluded; how many."""
+    """Take samples with anything non-finite out of a chunk: their parts become 0 and they are counted as excluded.
+
+    How many.
+    """
     before = counts[EXCLUDED]
     for i in range(len(values)):
         value = np.float64(values[i])
@@ -206,11 +216,12 @@ def measure_cells(
 ) -> None:
     """Measure cells over one piece of samples.
 
-    rows               int64 (cells, 7): coordinate row, gate row, row of `exact`, first row of the tally, addresses of the
-                       cell's `values_kernel` in the working precision and in float64, length of its table
+    rows               int64 (cells, 7): coordinate row, gate row, row of `exact`, first row of the tally, addresses of
+                       the cell's `values_kernel` in the working precision and in float64, length of its table
     coefficients..64   (cells, ..) in the working precision and float64; tables likewise, padded to one length
     a, b               (3, n) the pairs, in the working precision's carrier
-    held, given, unit  (COORDINATE_ROWS, n) coordinates: working precision; float64 of the same vectors; float64 of the directions
+    held, given, unit  (COORDINATE_ROWS, n) coordinates: working precision; float64 of the same vectors; float64 of the
+                       directions
     exact              float64 (alphas, 2, n)
     sums, counts, bins, worst  the Tally's arrays; a cell's truths are consecutive rows
     truths             1 (angle) or 2 (angle, given)

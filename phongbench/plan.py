@@ -53,6 +53,7 @@ class Plan:
     approximations  names in the registry; exact Phong is always measured too
     slopes          beta policies; an approximation without a wanted policy uses its own first one
     spaces          reflect (R, V), half (N, H)
+    length_spaces   spaces in which wrong lengths are studied too
     precisions      float16, float32, float64
     strata          of sampling.STRATUM_NAMES
     samples         pairs per cell and stratum
@@ -68,9 +69,10 @@ class Plan:
     approximations: tuple[str, ...] = tuple(REGISTRY)
     slopes: tuple[str, ...] = ("taylor", "minimax")
     spaces: tuple[str, ...] = SPACES
+    length_spaces: tuple[str, ...] = ("reflect",)
     precisions: tuple[str, ...] = ("float16", "float32")
     strata: tuple[str, ...] = STRATUM_NAMES
-    samples: int = 1 << 17
+    samples: int = 100 * 1024
     seed: int = 1
     timing: bool = True
     timing_budget: float = 8.0
@@ -82,7 +84,8 @@ class Plan:
     @staticmethod
     def from_dict(data: Mapping[str, Any]) -> "Plan":
         """The plan of a manifest."""
-        return Plan(**{k: tuple(v) if isinstance(v, list) else v for k, v in data.items()})
+        values: dict[str, Any] = {k: tuple(v) if isinstance(v, list) else v for k, v in data.items()}
+        return Plan(**values)
 
     @cached_property
     def digest(self) -> str:
@@ -91,19 +94,39 @@ class Plan:
 
     def validated(self, registry: Mapping[str, Approximation] = REGISTRY) -> "Plan":
         """This plan with sorted, distinct axes; InputError or UnknownNameError names what is wrong."""
-        for axis in ("alphas", "gammas", "lambda_forms", "approximations", "slopes", "spaces", "precisions", "strata"):
+        for axis in (
+            "alphas",
+            "gammas",
+            "lambda_forms",
+            "approximations",
+            "slopes",
+            "spaces",
+            "length_spaces",
+            "precisions",
+            "strata",
+        ):
             if not getattr(self, axis):
-                raise InputError(f"{axis} is empty", None, "give at least one value, or leave the option out for the preset's")
+                raise InputError(
+                    f"{axis} is empty", None, "give at least one value, or leave the option out for the preset's"
+                )
         for alpha in self.alphas:
             if not (math.isfinite(alpha) and ALPHA.low <= alpha <= ALPHA.high):
-                raise InputError(f"alpha = {alpha:g} is not in {ALPHA.low:g} .. {ALPHA.high:g}", None, "alpha is Phong's exponent")
+                raise InputError(
+                    f"alpha = {alpha:g} is not in {ALPHA.low:g} .. {ALPHA.high:g}", None, "alpha is Phong's exponent"
+                )
         for gamma in self.gammas:
             if not GAMMA.low <= gamma <= GAMMA.high or gamma & (gamma - 1):
-                raise InputError(f"gamma = {gamma} is not a power of two in 1 .. {GAMMA.high:g}", None, "use e.g. 4,8,16")
+                raise InputError(
+                    f"gamma = {gamma} is not a power of two in 1 .. {GAMMA.high:g}", None, "use e.g. 4,8,16"
+                )
         _known("lambda form", self.lambda_forms, LAMBDA_FORMS)
         _known("approximation", self.approximations, registry)
-        _known("beta policy", self.slopes, tuple(dict.fromkeys(s for a in registry.values() for s in a.slopes if s != "none")))
-        _known("space", self.spaces, SPACES)
+        _known(
+            "beta policy",
+            self.slopes,
+            tuple(dict.fromkeys(s for a in registry.values() for s in a.slopes if s != "none")),
+        )
+        _known("space", (*self.spaces, *self.length_spaces), SPACES)
         _known("precision", self.precisions, PRECISIONS)
         _known("stratum", self.strata, STRATUM_NAMES)
         if self.samples < 1 or self.samples > 1 << 40:
@@ -111,7 +134,9 @@ class Plan:
         if self.seed < 0:
             raise InputError(f"seed = {self.seed} is negative", None, "use a whole number >= 0")
         if not self.timing_budget > 0:
-            raise InputError(f"timing budget = {self.timing_budget} s is not positive", None, "use --no-timing to skip timing")
+            raise InputError(
+                f"timing budget = {self.timing_budget} s is not positive", None, "use --no-timing to skip timing"
+            )
         return replace(
             self,
             alphas=tuple(sorted({float(a) for a in self.alphas})),
@@ -120,12 +145,16 @@ class Plan:
             approximations=_ordered({*self.approximations, "phong"}, registry),
             slopes=tuple(dict.fromkeys(self.slopes)),
             spaces=_ordered(self.spaces, SPACES),
+            length_spaces=_ordered(self.length_spaces, SPACES),
             precisions=_ordered(self.precisions, PRECISIONS),
             strata=_ordered(self.strata, STRATUM_NAMES),
         )
 
     def cells(self, registry: Mapping[str, Approximation] = REGISTRY) -> Iterator[Cell]:
-        """Every formula at every setting that it takes, in every precision; gated cells first, then the ungated forms."""
+        """Every formula at every setting that it takes, in every precision.
+
+        Gated cells first, then the ungated forms.
+        """
         for precision in self.precisions:
             for name in self.approximations:
                 spec = registry[name]
@@ -158,6 +187,7 @@ PRESETS: Mapping[str, Plan] = {
         gammas=(1, 2, 4, 8, 16, 32, 64, 128),
         lambda_forms=tuple(LAMBDA_FORMS),
         slopes=(*ALL_SLOPES, "lagarde"),
+        length_spaces=SPACES,
         precisions=tuple(PRECISIONS),
         samples=1 << 18,
         timing_budget=60.0,
@@ -168,6 +198,7 @@ PRESETS: Mapping[str, Plan] = {
         gammas=(1, 2, 4, 8, 16, 32, 64, 128, 256),
         lambda_forms=tuple(LAMBDA_FORMS),
         slopes=(*ALL_SLOPES, "lagarde"),
+        length_spaces=SPACES,
         precisions=tuple(PRECISIONS),
         samples=1 << 22,
         timing_budget=600.0,
@@ -191,9 +222,13 @@ def read_toml(path: Path) -> Plan:
         text = path.read_text(encoding="utf-8")
         data = tomllib.loads(text)
     except OSError as problem:
-        raise InputError(f"cannot read the plan: {problem.strerror}", str(path), "give the path of a TOML file") from problem
+        raise InputError(
+            f"cannot read the plan: {problem.strerror}", str(path), "give the path of a TOML file"
+        ) from problem
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as problem:
-        raise InputError(f"not valid TOML: {problem}", str(path), "see `phongbench run --help` for an example plan") from problem
+        raise InputError(
+            f"not valid TOML: {problem}", str(path), "see `phongbench run --help` for an example plan"
+        ) from problem
     types = {f.name: type(getattr(PRESETS["quick"], f.name)) for f in fields(Plan)}
     values: dict[str, Any] = {}
     for key, value in data.items():

@@ -64,7 +64,7 @@ def interpolated(table: Table, position: float) -> float:
 # The fast implementations, written once for float32 and float64; only the polynomials' degrees differ
 
 
-def _interpolated(function: Callable[[Any], Any], low: float, high: float, degree: int) -> tuple[float, ...]:
+def through_chebyshev_nodes(function: Callable[[Any], Any], low: float, high: float, degree: int) -> tuple[float, ...]:
     """Coefficients, lowest first, of the polynomial through `function` at the Chebyshev nodes of [low, high]."""
     middle, half = (low + high) / 2, (high - low) / 2
     fitted = chebyshev.cheb2poly(chebyshev.chebinterpolate(lambda t: function(middle + half * t), degree))
@@ -82,8 +82,8 @@ def _log2_ratio(f: Any) -> Any:
     return np.where(f == 0, 1 / np.log(2), np.log1p(safe) / np.log(2) / safe)
 
 
-LOG2_RATIO = _interpolated(_log2_ratio, np.sqrt(0.5) - 1, np.sqrt(2) - 1, 9)
-EXP2 = _interpolated(np.exp2, -0.5, 0.5, 6)
+LOG2_RATIO = through_chebyshev_nodes(_log2_ratio, np.sqrt(0.5) - 1, np.sqrt(2) - 1, 9)
+EXP2 = through_chebyshev_nodes(np.exp2, -0.5, 0.5, 6)
 #: 2 artanh(s) / ln 2 = s * sum of these times s^2k; exact rationals, enough of them for float64 where s <= 0.1716
 ARTANH2: tuple[float, ...] = tuple(2 / np.log(2) / (2 * k + 1) for k in range(11))
 #: 2^r = sum of these times r^k for |r| <= 1/2; the Taylor series to float64's last bit
@@ -96,8 +96,8 @@ def _arc_ratio(t: Any) -> Any:
     return 2 * np.arcsin(np.sqrt(d / 2)) / np.sqrt(d)
 
 
-ARC_32 = _interpolated(_arc_ratio, -1, 1, 8)
-ARC_64 = _interpolated(_arc_ratio, -1, 1, 18)
+ARC_32 = through_chebyshev_nodes(_arc_ratio, -1, 1, 8)
+ARC_64 = through_chebyshev_nodes(_arc_ratio, -1, 1, 18)
 
 
 def _native(function: Body) -> Body:
@@ -229,23 +229,23 @@ def _log2_64(x: float) -> float:
 
 
 def _exp2_32(t: float) -> float:
-    inside = clamped(t, -126.0, 127.0)
+    inside = clamped(t, -126.0, 127.5)
     k = rounded(inside)
     r = inside - k
     value = EXP2[6]
     for i in range(5, -1, -1):
         value = value * r + EXP2[i]
-    return 0.0 if t < -126.0 else value * two_to(k)
+    return 0.0 if t < -126.0 else (INFINITY if t > 127.49 else value * two_to(k))
 
 
 def _exp2_64(t: float) -> float:
-    inside = clamped(t, -1022.0, 1023.0)
+    inside = clamped(t, -1022.0, 1023.5)
     k = rounded(inside)
     r = inside - k
     value = EXP2_SERIES[13]
     for i in range(12, -1, -1):
         value = value * r + EXP2_SERIES[i]
-    return 0.0 if t < -1022.0 else value * two_to(k)
+    return 0.0 if t < -1022.0 else (INFINITY if t > 1023.49 else value * two_to(k))
 
 
 @primitive(float32=_from_linear_32, float64=_from_linear_64)
@@ -307,12 +307,15 @@ def _library(x: Any) -> Any:
 
 
 LOG2_E = float(1 / np.log(2))
+INFINITY = float("inf")
+#: the float64 implementations by themselves, for compiled code that is float64 whatever the working precision
+EXP2_64, POWER_64 = _exp2_64, _power_64
 PI = math.pi
 
 
 @primitive(float32=_exp2_32, float64=_exp2_64)
 def exp2(t: float) -> float:
-    """2^t, 0 where the result would be subnormal."""
+    """2^t; 0 where the result would be subnormal, infinite from half a power of two below the largest number on."""
     return cast(float, 2.0**t)
 
 

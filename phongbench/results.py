@@ -1,7 +1,8 @@
-"""The one on-disk form of a run: a folder with a manifest and three Parquet tables. Created, appended, loaded, verified here.
+"""The one on-disk form of a run: a folder with a manifest and three Parquet tables. Created, appended, loaded, verified
+here.
 
-Files appear whole or not at all: written under a temporary name, synced, renamed. While a sweep runs, finished contexts are kept as
-numbered parts, from which a killed run is resumed; the complete run is the tables alone.
+Files appear whole or not at all: written under a temporary name, synced, renamed. While a sweep runs, finished contexts
+are kept as numbered parts, from which a killed run is resumed; the complete run is the tables alone.
 """
 
 import errno
@@ -34,20 +35,26 @@ CELL_COLUMNS = (
     "approximation", "lambda_form", "space", "beta_policy", "alpha", "gamma", "beta", "precision", "gated",
 )  # fmt: skip
 ACCURACY_COLUMNS = (
-    *CELL_COLUMNS, "stratum", "perturbation", "length_error", "truth", "samples", "max_abs", "mean_abs", "rms", "bias", "p50_abs",
-    "p99_abs", "p999_abs", "max_above", "max_below", "codes_8bit", "model_max", "length_max", "rounding_max", "coverage", "nonfinite",
+    *CELL_COLUMNS, "stratum", "perturbation", "length_error", "truth", "samples", "max_abs", "mean_abs", "rms",
+    "bias", "p50_abs",
+    "p99_abs", "p999_abs", "max_above", "max_below", "codes_8bit", "model_max", "length_max", "rounding_max",
+    "coverage", "nonfinite",
     "above_one", "negative", "excluded",
 )  # fmt: skip
 #: what identifies a row of accuracy.parquet
 ACCURACY_KEY = (*(c for c in CELL_COLUMNS if c != "beta"), "stratum", "perturbation", "length_error", "truth")
 TIMING_COLUMNS = (
-    "approximation", "lambda_form", "space", "beta_policy", "gamma", "precision", "working_set", "elements", "threads", "ns_min",
-    "ns_median", "ratio", "ratio_low", "ratio_high", "verdict", "dot_ratio", "bandwidth_fraction", "rounds", "contaminated",
+    "approximation", "lambda_form", "space", "beta_policy", "gamma", "precision", "working_set", "elements",
+    "threads", "ns_min",
+    "ns_median", "ratio", "ratio_low", "ratio_high", "verdict", "dot_ratio", "bandwidth_fraction", "rounds",
+    "contaminated",
 )  # fmt: skip
 WORST_COLUMNS = (
     *CELL_COLUMNS, "stratum", "perturbation", "length_error", "truth", "rank", "error", "exact", "value",
     "ax", "ay", "az", "bx", "by", "bz",
 )  # fmt: skip
+#: everything a run writes into its folder
+RUN_CONTENT = (PARTS, "report", MANIFEST, *(f"{name}.parquet" for name in TABLES))
 _COLUMNS = {"accuracy": ACCURACY_COLUMNS, "timing": TIMING_COLUMNS, "worst": WORST_COLUMNS}
 
 
@@ -116,18 +123,26 @@ def load(path: Path) -> Run:
     try:
         data = json.loads(manifest.read_bytes())
     except OSError as problem:
-        raise CorruptRunError("is not a run: it has no readable manifest", str(path), "`phongbench list` shows the runs") from problem
+        raise CorruptRunError(
+            "is not a run: it has no readable manifest", str(path), "`phongbench list` shows the runs"
+        ) from problem
     except ValueError as problem:
         raise CorruptRunError(f"is not valid JSON: {problem}", str(manifest), _REMEDY) from problem
     wanted = {"schema", "run", "state", "plan", "seed", "code", "provenance", "files"}
     if not isinstance(data, dict) or not wanted <= data.keys():
         raise CorruptRunError("is not a phongbench manifest", str(manifest), _REMEDY)
     if data["schema"] != SCHEMA:
-        raise CorruptRunError(f"has schema {data['schema']}; this phongbench reads {SCHEMA}", str(manifest), "use the version that wrote it")
+        raise CorruptRunError(
+            f"has schema {data['schema']}; this phongbench reads {SCHEMA}",
+            str(manifest),
+            "use the version that wrote it",
+        )
     try:
         Plan.from_dict(data["plan"])
     except TypeError as problem:
-        raise CorruptRunError(f"holds a plan this version does not know: {problem}", str(manifest), _REMEDY) from problem
+        raise CorruptRunError(
+            f"holds a plan this version does not know: {problem}", str(manifest), _REMEDY
+        ) from problem
     return Run(path, data)
 
 
@@ -207,7 +222,10 @@ def storage(path: Path) -> Iterator[None]:
 
 
 def write_whole(path: Path, write: Callable[[Path], None]) -> None:
-    """Call `write` with a temporary path beside `path`, sync, rename: readers see the old file or the new one, never a part."""
+    """Call `write` with a temporary path beside `path`, sync, rename.
+
+    Readers see the old file or the new one, never a part.
+    """
     temporary = path.with_name(f".{path.name}.partial")
     with storage(path):
         try:
@@ -250,7 +268,7 @@ def read_parts(path: Path) -> list[pd.DataFrame]:
     return frames
 
 
-def clear(path: Path, names: Iterable[str] = (PARTS, "report", MANIFEST, *(f"{t}.parquet" for t in TABLES))) -> None:
+def clear(path: Path, names: Iterable[str] = RUN_CONTENT) -> None:
     """Remove what a run wrote into its folder, and nothing else."""
     with storage(path):
         for name in names:

@@ -1,4 +1,7 @@
-"""From tallies to tables: the numeric part a finished context leaves behind, and the rows of accuracy and worst made of all parts."""
+"""From tallies to tables.
+
+The numeric part a finished context leaves behind, and the rows of accuracy and worst made of all parts.
+"""
 
 from collections.abc import Sequence
 from typing import Any
@@ -12,15 +15,21 @@ from phongbench.engine import Measured, Sweep
 from phongbench.results import ACCURACY_COLUMNS, WORST_COLUMNS
 from phongbench.truth import TRUTHS
 
-#: worst inputs kept per cell, over all strata and truths
-WORST_PER_CELL = 3
+#: worst inputs kept per cell: of unit vectors, of wrong lengths, of hostile ones; the last would crowd out the rest
+WORST_KEPT = {"unit": 3, "lengths": 1, "hostile": 1}
 
 
-def part(measured: Measured) -> pd.DataFrame:
-    """One context's numbers: its index, cell positions and truths, every metric, and the worst input of each row."""
+Columns = dict[str, NDArray[Any]]
+
+
+def part(measured: Measured) -> Columns:
+    """One context's numbers, by column.
+
+    Its index, cell positions and truths, every metric, and the worst input of each row.
+    """
     context, tally = measured.context, measured.tally
     cells = np.repeat(np.array(measured.cells, np.int32), context.truths)
-    columns: dict[str, Any] = {
+    columns: Columns = {
         "context": np.full(len(cells), context.index, np.int32),
         "cell": cells,
         "truth": np.tile(np.arange(context.truths, dtype=np.int8), len(measured.cells)),
@@ -29,12 +38,17 @@ def part(measured: Measured) -> pd.DataFrame:
     columns |= {name: metric.of(tally) for name, metric in METRICS.items()}
     columns["excluded"] = tally.counts[:, EXCLUDED]
     columns |= {f"worst{i}": tally.worst[:, i] for i in range(WORST_FIELDS)}
-    return pd.DataFrame(columns)
+    return columns
+
+
+def joined(parts: Sequence[Columns]) -> pd.DataFrame:
+    """The parts below one another."""
+    return pd.DataFrame({name: np.concatenate([p[name] for p in parts]) for name in parts[0]})
 
 
 def accuracy(sweep: Sweep, parts: Sequence[pd.DataFrame]) -> pd.DataFrame:
     """The rows of accuracy.parquet, in the order of the contexts."""
-    numbers = _joined(parts)
+    numbers = _ordered(parts)
     frame = pd.concat([_keys(sweep, numbers), numbers.drop(columns=["context", "cell", "truth"])], axis=1)
     frame["coverage"] = "sampled"
     # a float64 cell's rounding needs more than float64 to be seen: not measured, and not pretended to be 0
@@ -43,12 +57,20 @@ def accuracy(sweep: Sweep, parts: Sequence[pd.DataFrame]) -> pd.DataFrame:
 
 
 def worst(sweep: Sweep, parts: Sequence[pd.DataFrame]) -> pd.DataFrame:
-    """The rows of worst.parquet: each cell's largest errors over all strata and truths, inputs as C99 hex floats."""
-    numbers = _joined(parts)
-    numbers = numbers[numbers["worst0"] > 0].sort_values(["cell", "worst0", "context", "truth"], ascending=[True, False, True, True])
-    numbers = numbers.groupby("cell", sort=False).head(WORST_PER_CELL).reset_index(drop=True)
+    """The rows of worst.parquet: each cell's largest errors on unit, wrongly long and hostile vectors, as C99 hex floats.
+
+    `rank` counts within a cell and one of these three kinds of input.
+    """
+    numbers = _ordered(parts)
+    kinds = np.array([c.stratum.name if c.stratum.name in WORST_KEPT else "unit" for c in sweep.contexts], dtype=object)
+    numbers["kind"] = kinds[numbers["context"].to_numpy()]
+    numbers = numbers[numbers["worst0"] > 0].sort_values(
+        ["cell", "kind", "worst0", "context", "truth"], ascending=[True, False, False, True, True]
+    )
+    numbers["rank"] = numbers.groupby(["cell", "kind"], sort=False).cumcount() + 1
+    numbers = numbers[numbers["rank"] <= numbers["kind"].map(WORST_KEPT)].reset_index(drop=True)
     frame = _keys(sweep, numbers)
-    frame["rank"] = numbers.groupby("cell", sort=False).cumcount() + 1
+    frame["rank"] = numbers["rank"]
     for i, name in enumerate(("error", "exact", "value")):
         frame[name] = numbers[f"worst{i}"]
     for i, name in enumerate(("ax", "ay", "az", "bx", "by", "bz"), start=3):
@@ -56,7 +78,7 @@ def worst(sweep: Sweep, parts: Sequence[pd.DataFrame]) -> pd.DataFrame:
     return frame[list(WORST_COLUMNS)]
 
 
-def _joined(parts: Sequence[pd.DataFrame]) -> pd.DataFrame:
+def _ordered(parts: Sequence[pd.DataFrame]) -> pd.DataFrame:
     numbers = pd.concat(parts, ignore_index=True)
     return numbers.sort_values(["context", "cell", "truth"], kind="stable", ignore_index=True)
 

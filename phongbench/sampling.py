@@ -1,8 +1,8 @@
 """Where approximations are measured: seeded, addressable pairs (a, b), unit and deliberately not.
 
-Pair i of a stratum is a pure function of (seed, i): it is the same wherever, whenever and in whatever company it is computed, so work
-can be split freely and a worst input is remembered by its index. Strata share their random numbers, so that cells differ by what is
-studied and not by luck.
+Pair i of a stratum is a pure function of (seed, i): it is the same wherever, whenever and in whatever company it is
+computed, so work can be split freely and a worst input is remembered by its index. Strata share their random numbers,
+so that cells differ by what is studied and not by luck.
 """
 
 import math
@@ -82,7 +82,14 @@ _LAWS = {"uniform": 0, "highlight": 1, "lengths": 1, "peak": 2, "cutoff": 3, "gr
 
 
 def pairs(
-    stratum: Stratum, precision: Precision, *, seed: int, start: int, count: int, scale: float = 1.0, half_space: bool = False
+    stratum: Stratum,
+    precision: Precision,
+    *,
+    seed: int,
+    start: int,
+    count: int,
+    scale: float = 1.0,
+    half_space: bool = False,
 ) -> tuple[NDArray[Any], NDArray[Any]]:
     """Pairs start .. start + count of a stratum, as they are held in the working precision.
 
@@ -94,7 +101,9 @@ def pairs(
         return _hostile_pairs(precision, seed, start, count)
     a, b = np.empty((3, count), precision.carrier), np.empty((3, count), precision.carrier)
     width = 2 * CUTOFF_ULPS * float(np.finfo(precision.dtype).eps)
-    _pairs(_LAWS[stratum.name], _key(seed), start, scale, width, half_space, *stratum.lengths, precision == FLOAT16, a, b)
+    _pairs(
+        _LAWS[stratum.name], _key(seed), start, scale, width, half_space, *stratum.lengths, precision == FLOAT16, a, b
+    )
     return a, b
 
 
@@ -135,11 +144,14 @@ def _uniform(key: Any, counter: Any) -> Any:
 
 
 #: cos(pi sqrt w) for w in [0, 1] as a polynomial: an azimuth without a call of libm, which would stop the vectoriser
-_COSINE = powers._interpolated(lambda w: np.cos(np.pi * np.sqrt(w)), 0.0, 1.0, 10)
+_COSINE = powers.through_chebyshev_nodes(lambda w: np.cos(np.pi * np.sqrt(w)), 0.0, 1.0, 10)
 
 
 def _cosine_of_turn(x: float) -> float:
-    """cos(pi x) for x in [-1, 1], to about 1e-12; the sine is taken as the root of 1 - cos^2, so both make a unit vector."""
+    """cos(pi x) for x in [-1, 1], to about 1e-12.
+
+    The sine is taken as the root of 1 - cos^2, so both make a unit vector.
+    """
     w = x * x
     value = _COSINE[10]
     for k in range(9, -1, -1):
@@ -148,13 +160,23 @@ def _cosine_of_turn(x: float) -> float:
 
 
 _turn = lower(_cosine_of_turn, FLOAT64)
-_exp2 = lower(powers._exp2_64, FLOAT64)
+_exp2 = lower(powers.EXP2_64, FLOAT64)
 _GRAZING = float(np.cos(np.radians(80)))
 
 
 @jit.driver
 def _pairs(
-    law: int, key: Any, start: int, scale: float, width: float, half_space: bool, length_a: float, length_b: float, half: bool, a: Any, b: Any
+    law: int,
+    key: Any,
+    start: int,
+    scale: float,
+    width: float,
+    half_space: bool,
+    length_a: float,
+    length_b: float,
+    half: bool,
+    a: Any,
+    b: Any,
 ) -> None:
     deficit = np.empty(a.shape[1])
     _deficits(law, key, start, scale, width, deficit)
@@ -221,13 +243,32 @@ def _frames(key: Any, start: int, deficit: Any, length_a: float, length_b: float
 
 
 def _hostile_pairs(precision: Precision, seed: int, start: int, count: int) -> tuple[NDArray[Any], NDArray[Any]]:
-    """Vectors that should never arrive but do: zero, subnormal, huge, infinite, NaN, opposite; every one with every other."""
+    """Vectors that should never arrive but do: zero, subnormal, huge, infinite, NaN, opposite.
+
+    Every one with every other.
+    """
     info = np.finfo(precision.dtype)
     tiny, huge = float(info.smallest_subnormal), float(info.max)
-    special = [0.0, -0.0, tiny, -tiny, float(info.tiny), 1e-3, 1.0, -1.0, math.sqrt(huge), huge, -huge, math.inf, -math.inf, math.nan]
+    special = [
+        0.0,
+        -0.0,
+        tiny,
+        -tiny,
+        float(info.tiny),
+        1e-3,
+        1.0,
+        -1.0,
+        math.sqrt(huge),
+        huge,
+        -huge,
+        math.inf,
+        -math.inf,
+        math.nan,
+    ]
     with np.errstate(over="ignore"):
         vectors = np.array(
-            [(s, 0.0, 0.0) for s in special] + [(s, s, s) for s in special] + [(0.6, s, 0.8) for s in special], precision.dtype
+            [(s, 0.0, 0.0) for s in special] + [(s, s, s) for s in special] + [(0.6, s, 0.8) for s in special],
+            precision.dtype,
         ).astype(precision.carrier)
     random, _ = pairs(STRATA[0], precision, seed=seed, start=0, count=8)
     vectors = np.concatenate([vectors, random.T, -random.T])

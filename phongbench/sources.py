@@ -33,8 +33,12 @@ LYON_1993 = Source(
     "R. F. Lyon, Phong Shading Reformulation for Hardware Renderer Simplification, Apple Technical Report 43",
     1993,
 )
-SCHLICK_1994 = Source("SCHLICK_1994", "C. Schlick, A Fast Alternative to Phong's Specular Model, Graphics Gems IV", 1994)
-FISHER_WOO_1994 = Source("FISHER_WOO_1994", "F. Fisher and A. Woo, R.E versus N.H Specular Highlights, Graphics Gems IV", 1994)
+SCHLICK_1994 = Source(
+    "SCHLICK_1994", "C. Schlick, A Fast Alternative to Phong's Specular Model, Graphics Gems IV", 1994
+)
+FISHER_WOO_1994 = Source(
+    "FISHER_WOO_1994", "F. Fisher and A. Woo, R.E versus N.H Specular Highlights, Graphics Gems IV", 1994
+)
 LAGARDE_2012 = Source(
     "LAGARDE_2012", "S. Lagarde, Relationship between Phong and Blinn lighting models, personal web log", 2012
 )
@@ -42,15 +46,19 @@ KUIJK_BLAKE_1989 = Source(
     "KUIJK_BLAKE_1989",
     "A. A. M. Kuijk and E. H. Blake, Faster Phong Shading via Angular Interpolation, Computer Graphics Forum 8",
     1989,
-    "formula and constants from Kuijk's own posting (comp.graphics.research, 19 September 1991), where he says that the "
+    "formula and constants from Kuijk's own posting (comp.graphics.research, 19 September 1991): he says that the "
     "print has a and b exchanged; only the corrected pair tends to Phong, which the tests check",
 )
 SCHRAUDOLPH_1999 = Source(
-    "SCHRAUDOLPH_1999", "N. N. Schraudolph, A Fast, Compact Approximation of the Exponential Function, Neural Computation 11", 1999
+    "SCHRAUDOLPH_1999",
+    "N. N. Schraudolph, A Fast, Compact Approximation of the Exponential Function, Neural Computation 11",
+    1999,
 )
 KARIS_2013 = Source("KARIS_2013", "B. Karis, PhongApprox in Unreal Engine's shading code (spherical Gaussian)", 2013)
 MESA_TABLE = Source("MESA_TABLE", "Mesa 3D, the specular exponent table of its fixed-function lighting", 1995)
 OPENGL_MATERIALS = Source(
     "OPENGL_MATERIALS", "M. Kilgard, the material table of the OpenGL teapots demo (teapots.c), Silicon Graphics", 1994
 )
-PHONGBENCH = Source("PHONGBENCH", "phongbench: derived here, proved by the tests", 2026, "derived and tested in this project")
+PHONGBENCH = Source(
+    "PHONGBENCH", "phongbench: derived here, proved by the tests", 2026, "derived and tested in this project"
+)

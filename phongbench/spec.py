@@ -63,13 +63,19 @@ class Setting:
 
     @property
     def exponent(self) -> float:
-        """The exponent to approximate in this space: alpha, or 4 alpha for (N, H), whose angle is half as wide (FISHER_WOO_1994)."""
+        """The exponent to approximate in this space.
+
+        Alpha, or 4 alpha for (N, H), whose angle is half as wide (FISHER_WOO_1994).
+        """
         return 4 * self.alpha if self.space == "half" else self.alpha
 
 
 @dataclass(frozen=True, slots=True)
 class Cost:
-    """What one evaluation takes beyond its coordinate (cosine or lambda); a function of the setting where it depends on it."""
+    """What one evaluation takes beyond its coordinate (cosine or lambda).
+
+    A function of the setting where it depends on it.
+    """
 
     text: str
     multiplies: int | None = None
@@ -91,8 +97,8 @@ class Approximation:
     kind          "exact", "approximation" of Phong, or "alternative" shape
     formula       in the words of maths: x = a.b, lambda = 1 - x
     source        where it comes from
-    kernel        the scalar body: first argument `cosine` or `cosine_deficit`, then coefficients by name; `int` arguments are known
-                  when compiling, an argument named `table` is a one-dimensional table
+    kernel        the scalar body: first argument `cosine` or `cosine_deficit`, then coefficients by name; `int`
+                  arguments are known when compiling, an argument named `table` is a one-dimensional table
     coefficients  Setting -> {argument: value} for all arguments but the first and `table`
     domain        where it is meant to be used, and what goes wrong outside
     cost          work of one evaluation
@@ -129,11 +135,12 @@ class Approximation:
         names = tuple(inspect.signature(self.kernel).parameters)
         if not names or names[0] not in ("cosine", "cosine_deficit"):
             raise InputError(
-                f"the kernel of {self.name!r} must take cosine or cosine_deficit first, not {names[:1]}", self.kernel.__name__
+                f"the kernel of {self.name!r} must take cosine or cosine_deficit first, not {names[:1]}",
+                self.kernel.__name__,
             )
         object.__setattr__(self, "arguments", names[1:])
         if (self.lambda_forms == ("none",)) != (self.coordinate == "cosine"):
-            raise InputError(f"{self.name!r}: kernels of the cosine have lambda_forms ('none',), kernels of cosine_deficit have others")
+            raise InputError(f"{self.name!r}: a kernel of the cosine has lambda_forms ('none',), others have others")
         for form in self.lambda_forms:
             if form != "none" and form not in LAMBDA_FORMS:
                 raise UnknownNameError("lambda form", form, LAMBDA_FORMS)
@@ -166,7 +173,9 @@ class Approximation:
         for p in self.parameters:
             value = values.get(p.name)
             if value is None or not math.isfinite(value) or not p.low <= value <= p.high:
-                raise InputError(f"{p.name} = {value} is outside {p.low:g} .. {p.high:g}", self.name, f"{p.name} is {p.meaning}")
+                raise InputError(
+                    f"{p.name} = {value} is outside {p.low:g} .. {p.high:g}", self.name, f"{p.name} is {p.meaning}"
+                )
         if self.uses_gamma and setting.gamma is not None and (setting.gamma & (setting.gamma - 1) or setting.gamma < 1):
             raise InputError(f"gamma = {setting.gamma} is not a power of two", self.name, "use 1, 2, 4, 8, 16, ...")
         if setting.slope not in self.slopes:
@@ -174,10 +183,15 @@ class Approximation:
         if setting.space not in self.spaces:
             raise UnknownNameError("space", setting.space, self.spaces, self.name)
         if not self.accepts(setting):
-            raise InputError(f"{self.name} does not take alpha = {setting.alpha:g}, gamma = {setting.gamma}", None, self.domain)
+            raise InputError(
+                f"{self.name} does not take alpha = {setting.alpha:g}, gamma = {setting.gamma}", None, self.domain
+            )
 
     def bound(self, setting: Setting) -> Callable[[Any], Any]:
-        """The plain scalar body with this setting's coefficients: a function of the coordinate, for any kind of number."""
+        """The plain scalar body with this setting's coefficients.
+
+        A function of the coordinate, for any kind of number.
+        """
         values: dict[str, Any] = dict(self.coefficients(setting))
         if self.table is not None:
             values["table"] = self.table(setting)

@@ -1,7 +1,7 @@
 """A whole study: prepare, sweep, time, store, report; resumable at every step.
 
-This is what `phongbench run` calls. It writes results and speaks through a Progress; drawing the report is a function it is given, so
-that measuring does not depend on drawing.
+This is what `phongbench run` calls. It writes results and speaks through a Progress; drawing the report is a function
+it is given, so that measuring does not depend on drawing.
 """
 
 import os
@@ -13,7 +13,7 @@ from typing import Any
 
 import pandas as pd
 
-from phongbench import engine, results, rows, timing
+from phongbench import engine, results, rows, timing, warm
 from phongbench.approximations import REGISTRY
 from phongbench.errors import InputError, MeasurementError
 from phongbench.lowering import PRECISIONS
@@ -97,6 +97,7 @@ def run_study(
     build_report: Callable[[Run, Path], Path] | None = None,
     progress: Progress | None = None,
     command: Sequence[str] = (),
+    files: Sequence[str] = (),
 ) -> Outcome:
     """Measure a plan into a folder.
 
@@ -107,6 +108,7 @@ def run_study(
     fresh         discard what the folder holds
     build_report  (run, folder) -> path of the page; None to leave the report out
     command       the words of the command line, for the provenance
+    files         names of the user's own files behind the registry, for the commands a report shows
     Raises LockedError, StorageError, InputError (the folder holds another run), CorruptRunError.
     """
     progress = progress or Progress()
@@ -121,13 +123,19 @@ def run_study(
             "state": "partial",
             "plan": plan.as_dict(),
             "seed": plan.seed,
+            "with": list(files),
             "code": fingerprint_code(),
             "provenance": collect(plan.seed, command).as_dict(),
             "files": {},
         }
         results.write_manifest(path, manifest)
         sweep = engine.prepare(plan, registry)
-        _sweep(sweep, path, parts, jobs or default_jobs(), progress)
+        helper = warm.start(plan)
+        try:
+            _sweep(sweep, path, parts, jobs or default_jobs(), progress)
+        except BaseException:
+            warm.stop(helper, at_once=True)
+            raise
         progress.stage("writing the accuracy rows")
         files = manifest["files"] = {}
         files["accuracy.parquet"] = results.write_table(path, "accuracy", rows.accuracy(sweep, parts))
@@ -137,6 +145,7 @@ def run_study(
             outcome.failures[message] = outcome.failures.get(message, 0) + 1
         outcome.seconds["accuracy"] = time.perf_counter() - started
         clock = time.perf_counter()
+        warm.stop(helper, at_once=not plan.timing)
         if plan.timing:
             files["timing.parquet"] = results.write_table(path, "timing", _time(sweep, progress))
         outcome.seconds["timing"] = time.perf_counter() - clock
@@ -163,7 +172,10 @@ def forecast(plan: Plan, registry: Mapping[str, Approximation] = REGISTRY, jobs:
     compiling = time.perf_counter() - started
     rate = engine.trial_rates(sweep)
     sweeping = sum(c.evaluations / rate[c.stratum.name] for c in sweep.contexts) / (jobs or default_jobs())
-    seconds = {"accuracy": compiling + sweeping + 4e-6 * rows_expected, "timing": plan.timing_budget if plan.timing else 0.0}
+    seconds = {
+        "accuracy": compiling + sweeping + 4e-6 * rows_expected,
+        "timing": plan.timing_budget if plan.timing else 0.0,
+    }
     return Forecast(len(sweep.cells), rows_expected, sweep.evaluations, 90 * rows_expected + 200_000, seconds)
 
 
@@ -173,17 +185,23 @@ def _begin(path: Path, plan: Plan, *, fresh: bool, resume: bool) -> list[pd.Data
         results.clear(path)
     if not (path / results.MANIFEST).exists():
         if resume:
-            raise InputError("there is nothing to resume", str(path), "leave out --resume, or give the folder of the interrupted run")
+            raise InputError(
+                "there is nothing to resume", str(path), "leave out --resume, or give the folder of the interrupted run"
+            )
         return []
     before = results.load(path)
     if before.complete and resume:
-        raise InputError("the run here is complete", str(path), "`phongbench report` draws its report anew, --fresh measures it anew")
+        raise InputError(
+            "the run here is complete", str(path), "`phongbench report` draws its report anew, --fresh measures it anew"
+        )
     if not resume:
         raise InputError("the folder already holds a run", str(path), "--resume goes on with it, --fresh discards it")
     if before.plan != plan:
         raise InputError("the run here has another plan", str(path), "give the options it was started with, or --fresh")
     if before.manifest["code"] != fingerprint_code():
-        raise InputError("the run here was started by other code", str(path), "its rows could differ in the last bits: use --fresh")
+        raise InputError(
+            "the run here was started by other code", str(path), "its rows could differ in the last bits: use --fresh"
+        )
     return results.read_parts(path)
 
 
@@ -198,7 +216,7 @@ def _sweep(sweep: engine.Sweep, path: Path, parts: list[pd.DataFrame], jobs: int
     done = {int(index) for frame in parts for index in frame["context"].unique()}
     progress.stage("accuracy", float(sweep.evaluations))
     progress.advance(float(sum(c.evaluations for c in sweep.contexts if c.index in done)))
-    fresh: list[pd.DataFrame] = []
+    fresh: list[rows.Columns] = []
     written = time.monotonic()
     try:
         for measured in engine.run(sweep, jobs=jobs, done=done, progress=progress.advance):
@@ -209,12 +227,12 @@ def _sweep(sweep: engine.Sweep, path: Path, parts: list[pd.DataFrame], jobs: int
     except BaseException:
         _keep(path, parts, fresh)
         raise
-    parts += fresh
+    _keep(path, parts, fresh)
 
 
-def _keep(path: Path, parts: list[pd.DataFrame], fresh: list[pd.DataFrame]) -> None:
+def _keep(path: Path, parts: list[pd.DataFrame], fresh: list[rows.Columns]) -> None:
     if fresh:
-        frame = pd.concat(fresh, ignore_index=True)
+        frame = rows.joined(fresh)
         results.append_part(path, len(list((path / results.PARTS).glob("[0-9]*"))), frame)
         parts.append(frame)
         fresh.clear()
@@ -222,10 +240,11 @@ def _keep(path: Path, parts: list[pd.DataFrame], fresh: list[pd.DataFrame]) -> N
 
 def _time(sweep: engine.Sweep, progress: Progress) -> pd.DataFrame:
     """Time every kernel of the plan that differs in time, once."""
+    specs = sweep.registry
     subjects = timing.subjects(
-        (sweep.registry[c.approximation], c.lambda_form, c.setting, PRECISIONS[c.precision])
+        (specs[c.approximation], c.lambda_form, c.setting, PRECISIONS[c.precision])
         for position, c in enumerate(sweep.cells)
-        if c.gated and position not in sweep.failures
+        if c.gated and position not in sweep.failures and c.setting.space == specs[c.approximation].spaces[0]
     )
     progress.stage("timing", 1.0)
     last = 0.0
@@ -241,4 +260,12 @@ def _time(sweep: engine.Sweep, progress: Progress) -> pd.DataFrame:
     )
     for problem in problems:
         progress.note(f"not timed: {problem}")
-    return frame
+    return _in_every_space(frame, specs)
+
+
+def _in_every_space(frame: pd.DataFrame, specs: Mapping[str, Approximation]) -> pd.DataFrame:
+    """The rows with those of further spaces added: on (N, H) the same code runs as on (R, V), so it was timed once."""
+    frames = [frame]
+    for spec in specs.values():
+        frames += [frame[frame["approximation"] == spec.name].assign(space=space) for space in spec.spaces[1:]]
+    return pd.concat(frames, ignore_index=True).astype(frame.dtypes)

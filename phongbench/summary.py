@@ -50,7 +50,12 @@ def _best(run: Run) -> list[dict[str, Any]]:
     frame = run.accuracy
     rows = frame[(frame["stratum"] == "highlight") & frame["gated"] & (frame["approximation"] != "phong")]
     rows = rows[rows["precision"] == ("float32" if "float32" in run.plan.precisions else run.plan.precisions[-1])]
-    rows = rows[rows["nonfinite"] == 0].sort_values(["alpha", "max_abs"], kind="stable").groupby("alpha", sort=True).head(1)
+    rows = (
+        rows[rows["nonfinite"] == 0]
+        .sort_values(["alpha", "max_abs"], kind="stable")
+        .groupby("alpha", sort=True)
+        .head(1)
+    )
     return [
         {
             "alpha": float(r["alpha"]),

@@ -1,4 +1,7 @@
-"""What a person sees on a terminal: progress bars and tables. Talk goes to stderr, data to stdout; NO_COLOR is honoured."""
+"""What a person sees on a terminal: progress bars and tables. Talk goes to stderr, data to stdout.
+
+NO_COLOR is honoured.
+"""
 
 from collections.abc import Iterable, Sequence
 from types import TracebackType
@@ -36,7 +39,9 @@ class TerminalProgress(Progress):
         self.bars.start()
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None) -> None:
+    def __exit__(
+        self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
+    ) -> None:
         self.bars.stop()
 
     def stage(self, text: str, total: float | None = None) -> None:

@@ -1,8 +1,9 @@
 """Exact values that errors are measured against.
 
-Two truths: `angle`, Phong of the true angle between the directions, lengths ignored; `given`, max(0, a.b)^alpha of the vectors as they
-are. Both start from the inputs as exact numbers, in float64: the oracle of float32 and float16 cells, with an absolute error of about
-2e-16 (held in the tests against 50-digit arithmetic). The slow obvious twins at the end of this file are those oracles.
+Two truths: `angle`, Phong of the true angle between the directions, lengths ignored; `given`, max(0, a.b)^alpha of the
+vectors as they are. Both start from the inputs as exact numbers, in float64: the oracle of float32 and float16 cells,
+with an absolute error of about 2e-16 (held in the tests against 50-digit arithmetic). The slow obvious twins at the end
+of this file are those oracles.
 """
 
 from functools import cache
@@ -16,7 +17,8 @@ from phongbench import jit, powers
 from phongbench.lowering import FLOAT64, lower
 
 TRUTHS = ("angle", "given")
-#: below this deficit 1 - lambda is at least sqrt(1/2), so its binary exponent is 0 and its logarithm can start from lambda itself
+#: below this deficit 1 - lambda is at least sqrt(1/2), so its binary exponent is 0 and its logarithm can start from
+#: lambda itself
 _NEAR = float(1 - np.sqrt(0.5))
 
 
@@ -48,15 +50,15 @@ truth_at = jit.function_at(_signature)
 
 @cache
 def _bodies() -> tuple[Any, Any]:
-    return lower(phong_of_deficit, FLOAT64), lower(powers._power_64, FLOAT64)
+    return lower(phong_of_deficit, FLOAT64), lower(powers.POWER_64, FLOAT64)
 
 
 @cache
 def truth_kernel(half_space: bool) -> Any:
     """Compiled (unit deficits, given cosines, [alpha], angle out, given out) over float64 rows of equal length.
 
-    In half space the pair is (N, H) and the truth is Phong's at twice the angle, the coplanar configuration: its deficit is
-    2 d (2 - d), its cosine 2 c^2 - 1.
+    In half space the pair is (N, H) and the truth is Phong's at twice the angle, the coplanar configuration: its
+    deficit is 2 d (2 - d), its cosine 2 c^2 - 1.
     """
     of_deficit, power = _bodies()
 
@@ -79,7 +81,10 @@ def truth_kernel(half_space: bool) -> Any:
 
 
 def exact_angle(a: NDArray[Any], b: NDArray[Any], alpha: float, half_space: bool = False, digits: int = 50) -> Any:
-    """Phong of the true angle between two given vectors, by mpmath: the slow obvious twin. NaN where an angle is undefined."""
+    """Phong of the true angle between two given vectors, by mpmath: the slow obvious twin.
+
+    NaN where an angle is undefined.
+    """
     with mpmath.workdps(digits):
         u, v = [mpmath.mpf(float(c)) for c in a], [mpmath.mpf(float(c)) for c in b]
         length = mpmath.sqrt(mpmath.fdot(u, u)) * mpmath.sqrt(mpmath.fdot(v, v))

@@ -1,7 +1,7 @@
 """Scalar helpers on 3-vectors given by their components: the cosine and the lambda forms.
 
-Each body is plain Python and lowered to every working precision by lowering.py, so a lambda form is written once. The same
-body on mpmath numbers is the exact value that the compiled ones are tested against.
+Each body is plain Python and lowered to every working precision by lowering.py, so a lambda form is written once. The
+same body on mpmath numbers is the exact value that the compiled ones are tested against.
 """
 
 
@@ -40,8 +40,8 @@ def squared_cross(ax: float, ay: float, az: float, bx: float, by: float, bz: flo
 def half_squared_cross(ax: float, ay: float, az: float, bx: float, by: float, bz: float) -> float:
     """Lambda form `cross`: |a x b|^2 / 2.
 
-    Equals lambda - lambda^2 / 2 for unit vectors. It sees sin^2 only, so without a gate on a.b > 0 it is zero again, and the
-    highlight shines fully, at a = -b. Source LYON_1993.
+    Equals lambda - lambda^2 / 2 for unit vectors. It sees sin^2 only, so without a gate on a.b > 0 it is zero again,
+    and the highlight shines fully, at a = -b. Source LYON_1993.
     """
     return 0.5 * squared_cross(ax, ay, az, bx, by, bz)
 
@@ -49,8 +49,8 @@ def half_squared_cross(ax: float, ay: float, az: float, bx: float, by: float, bz
 def half_squared_tangent(ax: float, ay: float, az: float, bx: float, by: float, bz: float) -> float:
     """Lambda form `tan2`: |a x b|^2 / (2 (a.b)^2).
 
-    Free of both lengths. Infinite at 90 degrees; a zero vector gives NaN (0 / 0), which the peak test of a formula turns to 0.
-    Costs one division. Derived here.
+    Free of both lengths. Infinite at 90 degrees; a zero vector gives NaN (0 / 0), which the peak test of a formula
+    turns to 0. Costs one division. Derived here.
     """
     x = dot(ax, ay, az, bx, by, bz)
     return 0.5 * squared_cross(ax, ay, az, bx, by, bz) / (x * x)

@@ -14,14 +14,15 @@ def _swept(plan: Plan, jobs: int = 2) -> pd.DataFrame:
     """The accuracy rows of a plan."""
     sweep = engine.prepare(plan)
     engine.compile_kernels(sweep)
-    return rows.accuracy(sweep, [rows.part(m) for m in engine.run(sweep, jobs=jobs)])
+    return rows.accuracy(sweep, [rows.joined([rows.part(m) for m in engine.run(sweep, jobs=jobs)])])
 
 
 @pytest.fixture(scope="session")
 def small_plan() -> Plan:
     """All strata, two precisions, few formulas, few pairs."""
     return replace(
-        preset("quick"), alphas=(10.0, 50.0), gammas=(4, 8), approximations=("phong", "lyon", "gaussian"), slopes=("taylor",),
+        preset("quick"), alphas=(10.0, 50.0), gammas=(4, 8), approximations=("phong", "lyon", "gaussian"),
+        slopes=("taylor",),
         precisions=("float16", "float32"), samples=6000, timing=False,
     ).validated()  # fmt: skip
 
@@ -34,10 +35,15 @@ def small_rows(small_plan: Plan) -> pd.DataFrame:
 
 @pytest.fixture(scope="session")
 def law_rows() -> pd.DataFrame:
-    """Lyon on unit and on wrongly scaled vectors in float64, over the quick preset's exponents: what the laws speak about."""
+    """Lyon on unit and on wrongly scaled vectors in float64, over the quick preset's exponents.
+
+    What the laws speak about.
+    """
     plan = replace(
-        preset("quick"), approximations=("phong", "lyon", "gaussian"), slopes=("taylor", "minimax"), precisions=("float64",),
-        spaces=("reflect",), lambda_forms=("dot", "difference", "cross", "tan2"), strata=("highlight", "lengths"), samples=1 << 14,
+        preset("quick"), approximations=("phong", "lyon", "gaussian"), slopes=("taylor", "minimax"),
+        precisions=("float64",),
+        spaces=("reflect",), lambda_forms=("dot", "difference", "cross", "tan2"), strata=("highlight", "lengths"),
+        samples=1 << 14,
         timing=False,
     ).validated()  # fmt: skip
     return _swept(plan)

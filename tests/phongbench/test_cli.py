@@ -10,7 +10,19 @@ from click.testing import CliRunner
 
 from phongbench.cli import EXIT_CODES, main
 
-QUICKLY = ["--alpha", "10", "--gamma", "8", "--only", "lyon", "--precision", "float32", "--samples", "2000", "--no-timing"]
+QUICKLY = [
+    "--alpha",
+    "10",
+    "--gamma",
+    "8",
+    "--only",
+    "lyon",
+    "--precision",
+    "float32",
+    "--samples",
+    "2000",
+    "--no-timing",
+]
 
 
 @pytest.fixture
@@ -121,7 +133,7 @@ def test_dry_run_tells_and_does_nothing(call, tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-MINE = '''
+MINE = """
 from phongbench import powers
 from phongbench.sources import Source
 from phongbench.spec import Approximation, Cost
@@ -130,10 +142,10 @@ def tent(cosine_deficit: float, beta: float) -> float:
     return powers.positive_part(1.0 - beta * cosine_deficit)
 
 SPEC = Approximation(
-    name="tent", title="Tent", kind="alternative", formula="max(0, 1 - alpha lambda)", source=Source("MINE", "Own work", 2026),
-    kernel=tent, coefficients=lambda s: {BODY}, domain="a joke", cost=Cost("one multiply-add"),
+    name="tent", title="Tent", kind="alternative", formula="max(0, 1 - alpha lambda)", source=Source("MINE", "Own work",
+    2026), kernel=tent, coefficients=lambda s: {BODY}, domain="a joke", cost=Cost("one multiply-add"),
 )
-'''
+"""
 
 
 def test_the_users_own_approximation_is_measured_like_ours(call, tmp_path):
@@ -148,7 +160,20 @@ def test_the_users_own_approximation_is_measured_like_ours(call, tmp_path):
 
 def test_cells_that_fail_are_told_and_counted(call, tmp_path):
     (tmp_path / "tent.py").write_text(MINE.replace("{BODY}", '{"beta": 1 / (s.alpha - 20)}'))
-    found = call("run", "--with", "tent.py", "--alpha", "10,20", "--only", "tent", *QUICKLY[6:], "--out", "mine", "--json", "--no-report")
+    found = call(
+        "run",
+        "--with",
+        "tent.py",
+        "--alpha",
+        "10,20",
+        "--only",
+        "tent",
+        *QUICKLY[6:],
+        "--out",
+        "mine",
+        "--json",
+        "--no-report",
+    )
     assert found.exit_code == 3
     assert "ZeroDivisionError" in found.stderr
     assert json.loads(found.stdout)["failed_cells"] > 0
@@ -172,6 +197,10 @@ def test_every_error_has_an_exit_code():
 
 def test_colours_are_left_out_when_asked(tmp_path):
     found = subprocess.run(
-        [sys.executable, "-m", "phongbench", "approximations"], cwd=tmp_path, env=os.environ | {"NO_COLOR": "1"}, capture_output=True, check=True
+        [sys.executable, "-m", "phongbench", "approximations"],
+        cwd=tmp_path,
+        env=os.environ | {"NO_COLOR": "1"},
+        capture_output=True,
+        check=True,
     )
     assert b"\x1b[3" not in found.stdout

@@ -63,7 +63,8 @@ def test_impossible_values_are_refused_by_name(change, said):
 @pytest.mark.parametrize(
     "change",
     [
-        {"approximations": ("lyn",)}, {"lambda_forms": ("crossed",)}, {"precisions": ("float8",)}, {"strata": ("peaks",)},
+        {"approximations": ("lyn",)}, {"lambda_forms": ("crossed",)}, {"precisions": ("float8",)},
+        {"strata": ("peaks",)},
         {"slopes": ("tailor",)}, {"spaces": ("world",)},
     ],
 )  # fmt: skip
@@ -88,14 +89,18 @@ def test_cells_keep_to_the_axes_and_to_what_formulas_accept():
 
 
 def test_a_toml_plan_changes_its_preset(tmp_path):
-    path = write(tmp_path, 'preset = "standard"\nalphas = [10, 50.5]\ngammas = [8]\nsamples = 1000\ntiming_budget = 3\n')
-    assert read_toml(path) == replace(preset("standard"), alphas=(10, 50.5), gammas=(8,), samples=1000, timing_budget=3.0)
+    path = write(
+        tmp_path, 'preset = "standard"\nalphas = [10, 50.5]\ngammas = [8]\nsamples = 1000\ntiming_budget = 3\n'
+    )
+    assert read_toml(path) == replace(
+        preset("standard"), alphas=(10, 50.5), gammas=(8,), samples=1000, timing_budget=3.0
+    )
 
 
 @pytest.mark.parametrize(
     ("text", "line", "said"),
     [
-        ('alphas = [10]\n\ngama = [8]\n', 3, "'gama'"),
+        ("alphas = [10]\n\ngama = [8]\n", 3, "'gama'"),
         ('seed = 1\nalphas = ["ten"]\n', 2, "alphas"),
         ("gammas = [4.5]\n", 1, "gammas"),
         ('seed = 1\nsamples = "many"\n', 2, "samples"),

@@ -19,7 +19,12 @@ def cosine(a, b):
 
 
 @settings(max_examples=20, deadline=None)
-@given(start=st.integers(0, 2**40), count=st.integers(1, 200), seed=st.integers(0, 2**64), which=st.sampled_from(STRATA[:-1]))
+@given(
+    start=st.integers(0, 2**40),
+    count=st.integers(1, 200),
+    seed=st.integers(0, 2**64),
+    which=st.sampled_from(STRATA[:-1]),
+)
 def test_a_pair_is_the_same_wherever_it_is_computed(start, count, seed, which):
     whole = pairs(which, FLOAT32, seed=seed, start=start, count=count + 50, scale=0.02)
     part = pairs(which, FLOAT32, seed=seed, start=start + 50, count=count, scale=0.02)

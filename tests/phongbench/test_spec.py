@@ -63,7 +63,7 @@ def too_many(cosine_deficit: float, a: float, b: float, c: float, d: float, e: f
     [
         ({"kernel": first_argument_is_wrong}, "must take cosine or cosine_deficit first"),
         ({"kernel": too_many}, "at most 4 coefficients"),
-        ({"lambda_forms": ("none",)}, "kernels of the cosine have lambda_forms"),
+        ({"lambda_forms": ("none",)}, "a kernel of the cosine has lambda_forms"),
         ({"lambda_forms": ("sideways",)}, "unknown lambda form 'sideways'"),
     ],
 )

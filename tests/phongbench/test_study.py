@@ -19,7 +19,8 @@ from phongbench.progress import Progress
 @pytest.fixture(scope="module")
 def plan():
     return replace(
-        preset("quick"), alphas=(10.0, 50.0), gammas=(8,), approximations=("phong", "lyon"), slopes=("taylor",), spaces=("reflect",),
+        preset("quick"), alphas=(10.0, 50.0), gammas=(8,), approximations=("phong", "lyon"), slopes=("taylor",),
+        spaces=("reflect",),
         precisions=("float32",), samples=4000, timing=False,
     ).validated()  # fmt: skip
 
@@ -84,13 +85,27 @@ def test_an_interrupted_study_is_resumed_with_the_same_rows(whole, plan, tmp_pat
 
 def test_a_killed_process_is_resumed_with_the_same_rows(tmp_path):
     """SIGKILL in the middle of the real command, then --resume: the rows of a run that was never killed."""
-    options = ["--alpha", "10,50,128", "--only", "lyon", "--precision", "float32", "--no-timing", "--no-report", "--samples", "150000"]
+    options = [
+        "--alpha",
+        "10,50,128",
+        "--only",
+        "lyon",
+        "--precision",
+        "float32",
+        "--no-timing",
+        "--no-report",
+        "--samples",
+        "150000",
+    ]
     options += ["--gamma", "4,8"]
     command = [sys.executable, "-m", "phongbench", "run", *options]
     subprocess.run([*command, "--out", "whole", "--json"], cwd=tmp_path, check=True, capture_output=True)
     code = "import phongbench.study as s; s.CHECKPOINT_SECONDS = 0.0; from phongbench.cli import main; main()"
     process = subprocess.Popen(
-        [sys.executable, "-c", code, "run", *options, "--out", "killed"], cwd=tmp_path, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+        [sys.executable, "-c", code, "run", *options, "--out", "killed"],
+        cwd=tmp_path,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
     )
     parts = tmp_path / "killed" / "parts"
     deadline = time.monotonic() + 60
