@@ -152,7 +152,8 @@ def run(
     with TerminalProgress(quiet=as_json) as progress:
         outcome = run_study(
             wanted, out, registry=registry, jobs=jobs, resume=resume, fresh=fresh, progress=progress,
-            build_report=None if no_report else _build_report, command=("phongbench", *sys.argv[1:]), files=[f.name for f in files],
+            build_report=None if no_report else _build_report, command=("phongbench", *sys.argv[1:]),
+            files=[f.name for f in files],
         )  # fmt: skip
     _show(outcome.as_dict(), as_json, lambda: _told(outcome))
     for message, count in outcome.failures.items():

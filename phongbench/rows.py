@@ -57,7 +57,7 @@ def accuracy(sweep: Sweep, parts: Sequence[pd.DataFrame]) -> pd.DataFrame:
 
 
 def worst(sweep: Sweep, parts: Sequence[pd.DataFrame]) -> pd.DataFrame:
-    """The rows of worst.parquet: each cell's largest errors on unit, wrongly long and hostile vectors, as C99 hex floats.
+    """The rows of worst.parquet: each cell's largest errors on unit, wrongly long and hostile vectors, in hex floats.
 
     `rank` counts within a cell and one of these three kinds of input.
     """

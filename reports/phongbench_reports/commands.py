@@ -22,7 +22,7 @@ def reproduce(study: Study, rows: pd.DataFrame) -> str:
 
     rows   frame with the key columns of accuracy.parquet; every value that occurs is named, quoted for a shell
     """
-    plan = study.run.manifest.get("plan", {})
+    plan = study.run.manifest.get("plan", {}) | {"with": study.run.manifest.get("with", [])}
     names = {"--only": "approximation", "--lambda": "lambda_form", "--gamma": "gamma", "--alpha": "alpha"}
     names |= {"--precision": "precision"}
     words = ["phongbench", "run"]
