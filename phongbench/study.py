@@ -117,7 +117,7 @@ def run_study(
     path = out or results.DEFAULT_ROOT / run_id
     with results.locked(path):
         parts = _begin(path, plan, fresh=fresh, resume=resume)
-        manifest = {
+        manifest: dict[str, Any] = {
             "schema": results.SCHEMA,
             "run": _stored_id(path) or (path.name if results.RUN_ID.match(path.name) else run_id),
             "state": "partial",
