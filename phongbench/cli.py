@@ -146,7 +146,8 @@ def run(
         wishes["approximations"] = tuple(registry)
     wanted = compose(plan, preset_name, materials, timing=False if no_timing else None, **wishes).validated(registry)
     if dry_run:
-        told = forecast(wanted, registry, jobs).as_dict()
+        with TerminalProgress(quiet=as_json) as progress:
+            told = forecast(wanted, registry, jobs, progress).as_dict()
         _show(told, as_json, lambda: _facts(told))
         return
     with TerminalProgress(quiet=as_json) as progress:

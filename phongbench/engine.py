@@ -146,7 +146,7 @@ def _scale(cell: Cell, stratum: Stratum, spec: Approximation) -> float | None:
     return deficit if deficit < 2 else None
 
 
-def compile_kernels(sweep: Sweep, progress: Callable[[int, int], None] | None = None) -> None:
+def compile_kernels(sweep: Sweep, progress: Callable[[int, int], None] | None = None) -> int:
     """Compile every loop the sweep needs, or load it from the cache.
 
     Cells whose kernel fails are noted in `failures`.
@@ -170,6 +170,7 @@ def compile_kernels(sweep: Sweep, progress: Callable[[int, int], None] | None = 
             sweep.failures |= dict.fromkeys(positions, f"{type(problem).__name__}: {problem}")
     if progress:
         progress(len(wanted), len(wanted))
+    return len(wanted)
 
 
 def compile_drivers(sweep: Sweep) -> None:

@@ -43,6 +43,7 @@ def squared(x: float, n: int) -> float:
 
 def whole_power(x: float, exponent: int) -> float:
     """x ** exponent for a whole exponent >= 1: a squaring for every bit, a product for every set bit, but the first."""
+    x = x if x > 2.0 ** (-120.0 / exponent) else 0.0
     result = x
     for bit in range(exponent.bit_length() - 2, -1, -1):
         result = result * result

@@ -25,6 +25,8 @@ from phongbench.spec import Approximation
 
 #: seconds of sweep after which finished contexts are written down
 CHECKPOINT_SECONDS = 5.0
+#: what a forecast allows for loading a compiled kernel, and for making and writing a row; measured, and rounded up
+LOAD_SECONDS, ROW_SECONDS = 0.015, 2e-5
 
 
 @dataclass
@@ -163,17 +165,26 @@ def run_study(
     return outcome
 
 
-def forecast(plan: Plan, registry: Mapping[str, Approximation] = REGISTRY, jobs: int | None = None) -> Forecast:
-    """Cells, bytes and seconds of a plan, the latter from a short trial of the real sweep on this machine."""
+def forecast(
+    plan: Plan,
+    registry: Mapping[str, Approximation] = REGISTRY,
+    jobs: int | None = None,
+    progress: Progress | None = None,
+) -> Forecast:
+    """Cells, bytes and seconds of a plan, the latter from a short trial of the real sweep on this machine.
+
+    The trial compiles what the run will then find in the cache, so the seconds are those of a run on a warm cache.
+    """
+    progress = progress or Progress()
     sweep = engine.prepare(plan, registry)
     rows_expected = sum(len(c.cells) * c.truths for c in sweep.contexts)
-    started = time.perf_counter()
-    engine.compile_kernels(sweep)
-    compiling = time.perf_counter() - started
+    progress.stage("compiling", 1.0)
+    loaded = engine.compile_kernels(sweep, _share(progress))
+    progress.stage("trying every stratum")
     rate = engine.trial_rates(sweep)
     sweeping = sum(c.evaluations / rate[c.stratum.name] for c in sweep.contexts) / (jobs or default_jobs())
     seconds = {
-        "accuracy": compiling + sweeping + 4e-6 * rows_expected,
+        "accuracy": LOAD_SECONDS * loaded + sweeping + ROW_SECONDS * rows_expected,
         "timing": plan.timing_budget if plan.timing else 0.0,
     }
     return Forecast(len(sweep.cells), rows_expected, sweep.evaluations, 90 * rows_expected + 200_000, seconds)
@@ -212,7 +223,7 @@ def _stored_id(path: Path) -> str | None:
 def _sweep(sweep: engine.Sweep, path: Path, parts: list[pd.DataFrame], jobs: int, progress: Progress) -> None:
     """Run what is left of the sweep, appending to `parts` in memory and on disk."""
     progress.stage("compiling", 1.0)
-    engine.compile_kernels(sweep, lambda done, total: progress.advance(1 / total if done else 0))
+    engine.compile_kernels(sweep, _share(progress))
     done = {int(index) for frame in parts for index in frame["context"].unique()}
     progress.stage("accuracy", float(sweep.evaluations))
     progress.advance(float(sum(c.evaluations for c in sweep.contexts if c.index in done)))
@@ -228,6 +239,11 @@ def _sweep(sweep: engine.Sweep, path: Path, parts: list[pd.DataFrame], jobs: int
         _keep(path, parts, fresh)
         raise
     _keep(path, parts, fresh)
+
+
+def _share(progress: Progress) -> Callable[[int, int], None]:
+    """Steps of a stage whose whole is 1, from (done, total)."""
+    return lambda done, total: progress.advance(1 / total if done else 0)
 
 
 def _keep(path: Path, parts: list[pd.DataFrame], fresh: list[rows.Columns]) -> None:
