@@ -42,11 +42,8 @@ def test_it_starts_only_where_the_cache_is_cold(tmp_path, monkeypatch):
 def test_formulas_of_the_user_are_left_to_the_first_process():
     given = PLAN.as_dict() | {"approximations": ["phong", "my-own"]}
     code = (
-        "import runpy, phongbench.engine as e
-"
-        "e.compile_drivers = lambda sweep: None
-"
-        "runpy.run_module('phongbench.warm', run_name='__main__')
-"
+        "import runpy, phongbench.engine as e\n"
+        "e.compile_drivers = lambda sweep: None\n"
+        "runpy.run_module('phongbench.warm', run_name='__main__')\n"
     )
     subprocess.run([sys.executable, "-c", code], input=json.dumps(given | {"timing": False}).encode(), check=True)
