@@ -90,6 +90,11 @@ class Measured:
     cells: tuple[int, ...]
     tally: Tally
 
+    @property
+    def rows(self) -> int:
+        """Rows of the tally."""
+        return len(self.cells) * self.context.truths
+
 
 def prepare(plan: Plan, registry: Mapping[str, Approximation] = REGISTRY) -> Sweep:
     """The cells and contexts of a plan; nothing is compiled or measured yet."""
@@ -209,7 +214,7 @@ def run(
                 context, start, future = pending.popleft()
                 part = future.result()
                 if progress:
-                    progress(part.tally.samples * len(context.cells))
+                    progress(min(SLAB, context.samples - start) * len(context.cells))
                 if start == 0:
                     merged = part
                 elif merged is not None:

@@ -23,8 +23,8 @@ from phongbench.provenance import collect, fingerprint_code
 from phongbench.results import Run
 from phongbench.spec import Approximation
 
-#: seconds of sweep after which finished contexts are written down
-CHECKPOINT_SECONDS = 5.0
+#: finished contexts are written down after so many seconds, or so many rows, which bounds the memory
+CHECKPOINT_SECONDS, CHECKPOINT_ROWS = 5.0, 10_000
 #: what a forecast allows for loading a compiled kernel, and for making and writing a row; measured, and rounded up
 LOAD_SECONDS, ROW_SECONDS = 0.015, 2e-5
 
@@ -227,18 +227,16 @@ def _sweep(sweep: engine.Sweep, path: Path, parts: list[pd.DataFrame], jobs: int
     done = {int(index) for frame in parts for index in frame["context"].unique()}
     progress.stage("accuracy", float(sweep.evaluations))
     progress.advance(float(sum(c.evaluations for c in sweep.contexts if c.index in done)))
-    fresh: list[rows.Columns] = []
+    fresh: list[engine.Measured] = []
     written = time.monotonic()
     try:
         for measured in engine.run(sweep, jobs=jobs, done=done, progress=progress.advance):
-            fresh.append(rows.part(measured))
-            if time.monotonic() - written > CHECKPOINT_SECONDS:
+            fresh.append(measured)
+            if time.monotonic() - written > CHECKPOINT_SECONDS or sum(m.rows for m in fresh) > CHECKPOINT_ROWS:
                 _keep(path, parts, fresh)
                 written = time.monotonic()
-    except BaseException:
+    finally:
         _keep(path, parts, fresh)
-        raise
-    _keep(path, parts, fresh)
 
 
 def _share(progress: Progress) -> Callable[[int, int], None]:
@@ -246,9 +244,9 @@ def _share(progress: Progress) -> Callable[[int, int], None]:
     return lambda done, total: progress.advance(1 / total if done else 0)
 
 
-def _keep(path: Path, parts: list[pd.DataFrame], fresh: list[rows.Columns]) -> None:
+def _keep(path: Path, parts: list[pd.DataFrame], fresh: list[engine.Measured]) -> None:
     if fresh:
-        frame = rows.joined(fresh)
+        frame = rows.part(fresh)
         results.append_part(path, len(list((path / results.PARTS).glob("[0-9]*"))), frame)
         parts.append(frame)
         fresh.clear()
