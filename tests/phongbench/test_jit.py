@@ -100,6 +100,25 @@ def test_the_users_cache_folder_is_left_alone():
     assert before == numba.config.CACHE_DIR
 
 
+def test_threads_that_compile_at_once_all_use_our_folder(tmp_path):
+    code = (
+        "from concurrent.futures import ThreadPoolExecutor\n"
+        "import numba\n"
+        "from phongbench import jit, kernels\n"
+        "from phongbench.approximations import REGISTRY\n"
+        "from phongbench.lowering import PRECISIONS\n"
+        "wanted = [(p, n) for p in PRECISIONS.values() for n in range(4)]\n"
+        "with ThreadPoolExecutor(6) as pool:\n"
+        "    list(pool.map(lambda w: kernels.values_kernel(REGISTRY['lyon'], w[0], (('n', w[1]),)), wanted))\n"
+        "assert not numba.config.CACHE_DIR\n"
+        "print(len(list(jit.cache_folder().rglob('*.nbc'))))\n"
+    )
+    environment = os.environ | {"PHONGBENCH_CACHE": str(tmp_path / "cache")}
+    found = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, env=environment, capture_output=True, check=True)
+    assert int(found.stdout) == 12
+    assert [p.name for p in tmp_path.iterdir()] == ["cache"]
+
+
 def test_the_folders_name_changes_with_the_sources(tmp_path, monkeypatch):
     monkeypatch.setenv("PHONGBENCH_CACHE", str(tmp_path))
     jit.cache_folder.cache_clear()
