@@ -15,6 +15,7 @@ from phongbench import __version__
 from phongbench.errors import (
     CorruptRunError,
     InputError,
+    InterruptedStudyError,
     LockedError,
     MeasurementError,
     PhongbenchError,
@@ -28,6 +29,7 @@ EXIT_CODES: tuple[tuple[type[PhongbenchError], int], ...] = (
     (CorruptRunError, 6),
     (InputError, 2),
     (MeasurementError, 3),
+    (InterruptedStudyError, 130),
     (PhongbenchError, 1),
 )
 DIFFERENT, SOME_CELLS_FAILED, INTERRUPTED = 1, 3, 130
@@ -62,7 +64,7 @@ class Commands(click.Group):
             click.echo(f"phongbench: {problem}", err=True)
             sys.exit(next(code for kind, code in EXIT_CODES if isinstance(problem, kind)))
         except KeyboardInterrupt:
-            click.echo("phongbench: interrupted; the same command with --out and --resume goes on", err=True)
+            click.echo("phongbench: interrupted", err=True)
             sys.exit(INTERRUPTED)
 
 

@@ -61,6 +61,10 @@ class CorruptRunError(PhongbenchError):
     """A stored run whose bytes do not match its manifest, or that is no run at all."""
 
 
+class InterruptedStudyError(PhongbenchError):
+    """The user stopped a study; what is done is kept, and `mend` names the folder to go on with."""
+
+
 class MeasurementError(PhongbenchError):
     """A timing that cannot be believed.
 

@@ -6,7 +6,8 @@ it is given, so that measuring does not depend on drawing.
 
 import os
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -15,7 +16,7 @@ import pandas as pd
 
 from phongbench import engine, results, rows, timing, warm
 from phongbench.approximations import REGISTRY
-from phongbench.errors import InputError, MeasurementError
+from phongbench.errors import InputError, InterruptedStudyError, MeasurementError
 from phongbench.lowering import PRECISIONS
 from phongbench.plan import Plan
 from phongbench.progress import Progress
@@ -111,13 +112,13 @@ def run_study(
     build_report  (run, folder) -> path of the page; None to leave the report out
     command       the words of the command line, for the provenance
     files         names of the user's own files behind the registry, for the commands a report shows
-    Raises LockedError, StorageError, InputError (the folder holds another run), CorruptRunError.
+    Raises LockedError, StorageError, InputError (the folder holds another run), CorruptRunError, InterruptedStudyError.
     """
     progress = progress or Progress()
     started = time.perf_counter()
     run_id = results.new_run_id(plan)
     path = out or results.DEFAULT_ROOT / run_id
-    with results.locked(path):
+    with results.locked(path), _resumable(path):
         parts = _begin(path, plan, fresh=fresh, resume=resume)
         manifest: dict[str, Any] = {
             "schema": results.SCHEMA,
@@ -188,6 +189,16 @@ def forecast(
         "timing": plan.timing_budget if plan.timing else 0.0,
     }
     return Forecast(len(sweep.cells), rows_expected, sweep.evaluations, 90 * rows_expected + 200_000, seconds)
+
+
+@contextmanager
+def _resumable(path: Path) -> Iterator[None]:
+    """Turn the user's interruption into an error that says how to go on."""
+    try:
+        yield
+    except KeyboardInterrupt as stop:
+        mend = f"the same command with --out {path} --resume goes on"
+        raise InterruptedStudyError("interrupted; what is done is kept", None, mend) from stop
 
 
 def _begin(path: Path, plan: Plan, *, fresh: bool, resume: bool) -> list[pd.DataFrame]:

@@ -2,6 +2,7 @@
 
 import json
 import os
+import signal
 import subprocess
 import sys
 
@@ -192,7 +193,7 @@ def test_doctor_finds_this_installation_fit(call):
 
 
 def test_every_error_has_an_exit_code():
-    assert [code for _, code in EXIT_CODES] == [4, 5, 6, 2, 3, 1]
+    assert [code for _, code in EXIT_CODES] == [4, 5, 6, 2, 3, 130, 1]
 
 
 def test_colours_are_left_out_when_asked(tmp_path):
@@ -204,3 +205,33 @@ def test_colours_are_left_out_when_asked(tmp_path):
         check=True,
     )
     assert b"\x1b[3" not in found.stdout
+
+
+def test_an_interrupted_run_leaves_with_130_and_says_how_to_go_on(tmp_path):
+    process = subprocess.Popen(
+        [
+            sys.executable,
+            "-m",
+            "phongbench",
+            "run",
+            "--no-timing",
+            "--no-report",
+            "--samples",
+            "4000000",
+            "--out",
+            "mine",
+        ],
+        cwd=tmp_path,
+        stderr=subprocess.PIPE,
+        stdout=subprocess.DEVNULL,
+    )
+    assert process.stderr is not None
+    for line in process.stderr:
+        if b"accuracy" in line:
+            break
+    process.send_signal(signal.SIGINT)
+    said = process.stderr.read().decode()
+    process.stderr.close()
+    assert process.wait() == 130
+    assert "--out mine --resume" in said
+    assert "Traceback" not in said

@@ -11,7 +11,7 @@ import pandas as pd
 import pytest
 
 from phongbench import engine, results, study
-from phongbench.errors import InputError
+from phongbench.errors import InputError, InterruptedStudyError
 from phongbench.plan import preset
 from phongbench.progress import Progress
 
@@ -64,8 +64,9 @@ def test_a_study_leaves_a_complete_run(whole, plan):
 def test_an_interrupted_study_is_resumed_with_the_same_rows(whole, plan, tmp_path, monkeypatch):
     monkeypatch.setattr(study, "CHECKPOINT_SECONDS", 0.0)
     out = tmp_path / "run"
-    with pytest.raises(KeyboardInterrupt):
+    with pytest.raises(InterruptedStudyError, match="interrupted") as caught:
         study.run_study(plan, out, progress=Killer(12))
+    assert f"--out {out} --resume" in str(caught.value)
     assert not results.load(out).complete
     kept = sum(len(frame) for frame in results.read_parts(out))
     assert kept > 0
@@ -127,7 +128,7 @@ def test_a_folder_with_a_run_is_not_overwritten(whole, plan):
 
 
 def test_only_the_same_plan_and_code_are_resumed(plan, tmp_path, monkeypatch):
-    with pytest.raises(KeyboardInterrupt):
+    with pytest.raises(InterruptedStudyError):
         study.run_study(plan, tmp_path / "run", progress=Killer(1))
     with pytest.raises(InputError, match="another plan"):
         study.run_study(replace(plan, seed=9), tmp_path / "run", resume=True)
@@ -140,7 +141,7 @@ def test_only_the_same_plan_and_code_are_resumed(plan, tmp_path, monkeypatch):
 
 def test_fresh_discards_what_was_there(whole, plan, tmp_path):
     out = tmp_path / "run"
-    with pytest.raises(KeyboardInterrupt):
+    with pytest.raises(InterruptedStudyError):
         study.run_study(replace(plan, seed=3), out, progress=Killer(1))
     again = study.run_study(plan, out, fresh=True)
     pd.testing.assert_frame_equal(again.run.accuracy, whole.run.accuracy, check_exact=True)
