@@ -3,15 +3,16 @@
 Heavy modules are imported by the command that needs them.
 """
 
-import json
 import sys
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import click
 
 from phongbench import __version__
+from phongbench.commands.answers import bench, front, recommend
+from phongbench.commands.common import DIFFERENT, ROOT, CommaList, facts, grid
+from phongbench.commands.common import show as show_data
 from phongbench.errors import (
     CorruptRunError,
     InputError,
@@ -30,25 +31,7 @@ EXIT_CODES: tuple[tuple[type[PhongbenchError], int], ...] = (
     (MeasurementError, 3),
     (PhongbenchError, 1),
 )
-DIFFERENT, SOME_CELLS_FAILED, INTERRUPTED = 1, 3, 130
-ROOT = Path("phongbench-runs")
-
-
-class CommaList(click.ParamType[Any]):
-    """Values separated by commas, as a tuple."""
-
-    def __init__(self, name: str, member: Callable[[str], Any] = str) -> None:
-        self.name, self.member = name, member
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        """`10,50,200` -> (10.0, 50.0, 200.0)."""
-        if not isinstance(value, str):
-            return value
-        words = [word.strip() for word in value.split(",") if word.strip()]
-        try:
-            return tuple(self.member(word) for word in words)
-        except ValueError:
-            self.fail(f"{value!r} is not a list of {self.name} separated by commas", param, ctx)
+SOME_CELLS_FAILED, INTERRUPTED = 3, 130
 
 
 class Commands(click.Group):
@@ -73,6 +56,7 @@ Examples:
   phongbench run --materials scene.mtl --preset standard --out my-study
   phongbench report latest --single-file          the report as one file to send around
   phongbench show latest                          what the newest run found
+  phongbench recommend --alpha 50 --max-error 1/255
 """
 
 
@@ -82,6 +66,10 @@ Examples:
 @click.version_option(__version__, prog_name="phongbench")
 def main() -> None:
     """Entry point."""
+
+
+for command in (front, recommend, bench):
+    main.add_command(command)
 
 
 @main.command(short_help="Run a study: accuracy, stability, timing, report.")
@@ -147,7 +135,7 @@ def run(
     wanted = compose(plan, preset_name, materials, timing=False if no_timing else None, **wishes).validated(registry)
     if dry_run:
         told = forecast(wanted, registry, jobs).as_dict()
-        _show(told, as_json, lambda: _facts(told))
+        show_data(told, as_json, lambda: facts(told))
         return
     with TerminalProgress(quiet=as_json) as progress:
         outcome = run_study(
@@ -155,7 +143,7 @@ def run(
             build_report=None if no_report else _build_report, command=("phongbench", *sys.argv[1:]),
             files=[f.name for f in files],
         )  # fmt: skip
-    _show(outcome.as_dict(), as_json, lambda: _told(outcome))
+    show_data(outcome.as_dict(), as_json, lambda: _told(outcome))
     for message, count in outcome.failures.items():
         click.echo(f"{count} cells failed: {message}", err=True)
     if outcome.failures:
@@ -187,7 +175,7 @@ def list_runs(as_json: bool) -> None:
         for r in results.stored(ROOT)
     ]
     if runs or as_json:
-        _show(runs, as_json, lambda: table("", ("run", "state", "preset", "path"), [tuple(r.values()) for r in runs]))
+        show_data(runs, as_json, lambda: table("", ("run", "state", "preset", "path"), [tuple(r.values()) for r in runs]))
     else:
         click.echo("no run here yet: phongbench run makes one", err=True)
 
@@ -201,11 +189,11 @@ def show(run_name: str, as_json: bool) -> None:
     from phongbench.terminal import table
 
     found = summary.summarise(results.find(run_name, ROOT))
-    _show(
+    show_data(
         found,
         as_json,
-        lambda: _facts(found["facts"]),
-        lambda: table("Least error per exponent, float32 highlight", *_grid(found["best"])),
+        lambda: facts(found["facts"]),
+        lambda: table("Least error per exponent, float32 highlight", *grid(found["best"])),
     )
 
 
@@ -219,7 +207,7 @@ def verify(run_name: str, as_json: bool) -> None:
     found = results.find(run_name, ROOT)
     problems = results.verify(found)
     lines = "\n".join(problems) or f"{found.id}: all {len(found.manifest['files'])} files are as they were written"
-    _show({"run": found.id, "problems": problems}, as_json, lambda: click.echo(lines))
+    show_data({"run": found.id, "problems": problems}, as_json, lambda: click.echo(lines))
     if problems:
         sys.exit(DIFFERENT)
 
@@ -240,8 +228,8 @@ def compare(run_a: str, run_b: str, metric: str, tolerance: float, as_json: bool
     told = found.as_dict()
     facts = {name: told[name] for name in ("metric", "equal", "changed", "only_a", "only_b")}
     largest = told["rows"][:20]
-    _show(
-        told, as_json, lambda: _facts(facts), *([lambda: table("Largest changes", *_grid(largest))] if largest else [])
+    show_data(
+        told, as_json, lambda: facts(facts), *([lambda: table("Largest changes", *grid(largest))] if largest else [])
     )
     if not found.same:
         sys.exit(DIFFERENT)
@@ -261,7 +249,7 @@ def approximations(files: tuple[Path, ...], as_json: bool) -> None:
     told = [summary.describe(spec) for spec in registry_with(files).values()]
     columns = ("name", "kind", "formula", "lambda_forms", "spaces", "beta_policies")
     lines = [[", ".join(a[c]) if isinstance(a[c], list) else a[c] for c in columns] for a in told]
-    _show(told, as_json, lambda: table("", columns, lines))
+    show_data(told, as_json, lambda: table("", columns, lines))
 
 
 @main.command(short_help="Check this installation and machine.")
@@ -275,7 +263,7 @@ def doctor(as_json: bool) -> None:
     from phongbench.terminal import table
 
     found = examine()
-    _show(
+    show_data(
         found,
         as_json,
         lambda: table("", ("check", "state", "detail"), [(c["check"], c["state"], c["detail"]) for c in found]),
@@ -290,20 +278,6 @@ def _build_report(found: Any, folder: Path) -> Path:
     return build(found, folder)
 
 
-def _show(data: Any, as_json: bool, *otherwise: Callable[[], Any]) -> None:
-    if as_json:
-        click.echo(json.dumps(data, indent=2, allow_nan=False))
-    else:
-        for tell in otherwise:
-            tell()
-
-
-def _facts(data: dict[str, Any]) -> None:
-    for name, value in data.items():
-        shown = ", ".join(f"{k} {v}" for k, v in value.items()) if isinstance(value, dict) else value
-        click.echo(f"{name:<14} {shown:,}" if isinstance(shown, int) else f"{name:<14} {shown}")
-
-
 def _told(outcome: Any) -> None:
     rate = outcome.evaluations / max(outcome.seconds["accuracy"], 1e-9) / 1e9
     click.echo(
@@ -314,7 +288,3 @@ def _told(outcome: Any) -> None:
     click.echo(f"run     {outcome.run.path}")
     if outcome.report:
         click.echo(f"report  {outcome.report}")
-
-
-def _grid(rows: list[dict[str, Any]]) -> tuple[tuple[str, ...], list[tuple[Any, ...]]]:
-    return tuple(rows[0]) if rows else (), [tuple(row.values()) for row in rows]
