@@ -175,7 +175,9 @@ def list_runs(as_json: bool) -> None:
         for r in results.stored(ROOT)
     ]
     if runs or as_json:
-        show_data(runs, as_json, lambda: table("", ("run", "state", "preset", "path"), [tuple(r.values()) for r in runs]))
+        show_data(
+            runs, as_json, lambda: table("", ("run", "state", "preset", "path"), [tuple(r.values()) for r in runs])
+        )
     else:
         click.echo("no run here yet: phongbench run makes one", err=True)
 

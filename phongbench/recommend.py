@@ -90,8 +90,9 @@ def recommend(
     for told, other in zip(found, [*found[1:], None], strict=False):
         told["why"] = _why(told, other, wish, choice.resolved)
     if miss is not None:
-        miss["why"] = f"beyond {wish.max_error:.4g} by a factor of {miss['max_abs'] / wish.max_error:.3g}: " + "; ".join(
-            (_basis(miss, wish), _cost(miss))
+        miss["why"] = (
+            f"beyond {wish.max_error:.4g} by a factor of {miss['max_abs'] / wish.max_error:.3g}: "
+            + "; ".join((_basis(miss, wish), _cost(miss)))
         )
     return {
         "basis": "laws" if run is None else "run", "run": None if run is None else run.id, "alpha": str(wish.alpha),
