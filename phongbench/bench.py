@@ -126,7 +126,9 @@ def bench(
         if rounds < clock.MIN_ROUNDS:
             need = math.ceil((clock.MIN_ROUNDS + 1) * budget_seconds / share)
             mend = "give that much, or name fewer --peers"
-            raise InputError(f"{budget_seconds:g} s are too short for this comparison: it takes {need} s", "budget", mend)
+            raise InputError(
+                f"{budget_seconds:g} s are too short for this comparison: it takes {need} s", "budget", mend
+            )
         progress.stage("timing", rounds * len(fields))
         for place in fields:
             rows += place.measured(rounds, seed, progress)
@@ -148,8 +150,9 @@ def _as_peer(ours: dict[str, Contender], block: Block) -> Peer:
         address = jit.address(c.kernel)
 
         def once() -> Array:
-            _pass(address, block.a, block.b, c.coefficients, c.table, block.out)
-            return block.out
+            out: Array = block.out
+            _pass(address, block.a, block.b, c.coefficients, c.table, out)
+            return out
 
         return once
 
@@ -222,7 +225,7 @@ class _Field:
         twins = [row for row in rows if row["by"] == TWIN]
         if any(row["verdict"] != "unresolved" for row in twins):
             self.notes.append(f"{self.block.working_set}: identical code was told apart, so no verdict is given here")
-            rows = [row | {"verdict": "unresolved"} for row in rows]
+            rows = [row if row["by"] == OURS else row | {"verdict": "unresolved"} for row in rows]
         for row in rows:
             if row["cores"] > 1.2:
                 self.notes.append(f"{row['by']} used {row['cores']:.1f} cores, not one ({self.block.working_set})")
@@ -240,11 +243,12 @@ class _Field:
         entrant, n = self.entrants[index], self.block.elements
         base = next(i for i, e in enumerate(self.entrants) if (e.by, e.work) == (OURS, entrant.work))
         ratio = clock.ratio(readings.used[:, index], readings.used[:, base])
+        verdict = "baseline" if index == base else clock.verdict(ratio)
         return {
             "work": entrant.work, "by": entrant.by, "version": entrant.version,
             "working_set": self.block.working_set, "elements": n,
             "ns": readings.least(index) / n, "ns_median": readings.median(index) / n,
-            "ratio": ratio.middle, "ratio_low": ratio.low, "ratio_high": ratio.high, "verdict": clock.verdict(ratio),
+            "ratio": ratio.middle, "ratio_low": ratio.low, "ratio_high": ratio.high, "verdict": verdict,
             "cores": entrant.cpu / max(1, entrant.wall), "error": entrant.error,
             "rounds": len(readings.used), "contaminated": int(readings.marked[index]),
         }  # fmt: skip

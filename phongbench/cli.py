@@ -228,10 +228,10 @@ def compare(run_a: str, run_b: str, metric: str, tolerance: float, as_json: bool
 
     found = compare_runs(results.find(run_a, ROOT), results.find(run_b, ROOT), metric=metric, tolerance=tolerance)
     told = found.as_dict()
-    facts = {name: told[name] for name in ("metric", "equal", "changed", "only_a", "only_b")}
+    counts = {name: told[name] for name in ("metric", "equal", "changed", "only_a", "only_b")}
     largest = told["rows"][:20]
     show_data(
-        told, as_json, lambda: facts(facts), *([lambda: table("Largest changes", *grid(largest))] if largest else [])
+        told, as_json, lambda: facts(counts), *([lambda: table("Largest changes", *grid(largest))] if largest else [])
     )
     if not found.same:
         sys.exit(DIFFERENT)

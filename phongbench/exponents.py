@@ -5,7 +5,7 @@ import re
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from phongbench.errors import InputError, UnknownNameError
+from phongbench.errors import InputError
 
 _MEND = "write 50, or 10,50,200, or 10..200"
 _CLOSE = 1e-9
@@ -39,14 +39,14 @@ class Exponents:
     def measured(self, known: Iterable[float]) -> tuple[float, ...]:
         """The known exponents that are asked about: the listed ones, or those within the range.
 
-        UnknownNameError lists the known ones where one of a list, or any of a range, is missing.
+        InputError lists the known ones where one of a list, or any of a range, is missing.
         """
         known = sorted({float(k) for k in known})
         low, high = self.values[0], self.values[-1]
         if self.continuous:
             found = [k for k in known if low * (1 - _CLOSE) <= k <= high * (1 + _CLOSE)]
             if not found:
-                raise UnknownNameError("alpha", str(self), [f"{k:g}" for k in known])
+                raise _unmeasured(str(self), known)
             return tuple(found)
         return tuple(_only(_same(value, known), value, known) for value in self.values)
 
@@ -70,12 +70,9 @@ class Exponents:
 
 
 def _exponent(word: str, text: str) -> float:
-    if not re.fullmatch(r"\s*\+?[0-9.]+(e[+-]?[0-9]+)?\s*", word, re.IGNORECASE):
+    if not re.fullmatch(r"\s*\d+(\.\d*)?(e[+-]?\d+)?\s*", word, re.IGNORECASE):
         raise InputError(f"{text!r} is not an exponent, a list or a range of them", "alpha", _MEND)
-    try:
-        value = float(word)
-    except ValueError as problem:
-        raise InputError(f"{text!r} is not an exponent, a list or a range of them", "alpha", _MEND) from problem
+    value = float(word)
     if not (math.isfinite(value) and value > 0):
         raise InputError(f"alpha = {word.strip()} is not above 0 and finite", "alpha", _MEND)
     return value
@@ -87,5 +84,11 @@ def _same(value: float, known: Iterable[float]) -> float | None:
 
 def _only(found: float | None, value: float, known: Iterable[float]) -> float:
     if found is None:
-        raise UnknownNameError("alpha", f"{value:g}", [f"{k:g}" for k in known])
+        raise _unmeasured(f"{value:g}", known)
     return found
+
+
+def _unmeasured(asked: str, known: Iterable[float]) -> InputError:
+    listed, wanted = ", ".join(f"{k:g}" for k in known), asked.replace(" .. ", ",")
+    mend = f"known: {listed}; measure it: phongbench run --alpha {wanted}"
+    return InputError(f"alpha {asked} was not measured", None, mend)

@@ -6,7 +6,9 @@ so that none replaces the power by the multiplications of one exponent. Imported
 """
 
 import os
+import sys
 from collections.abc import Callable, Mapping
+from contextlib import redirect_stdout
 from dataclasses import dataclass
 from importlib import import_module
 from types import MappingProxyType
@@ -72,14 +74,17 @@ def _numexpr(a: Array, b: Array, out: Array) -> Peer:
     numexpr = import_module("numexpr")
     numexpr.set_num_threads(1)
     alpha, beta = np.array(ALPHA, np.float32), np.array(BETA, np.float32)
-    rows = [(name, np.float32) for name in ("ax", "ay", "az", "bx", "by", "bz")]
+    rows = [(name, float) for name in ("ax", "ay", "az", "bx", "by", "bz")]  # numexpr's name of float32
     x = "(ax*bx + ay*by + az*bz)"
     y = f"(1 - beta*(1 - {x}))"
-    power = numexpr.NumExpr(f"where({x} > 0, {x}, 0)**alpha", [*rows, ("alpha", np.float32)])
-    squares = numexpr.NumExpr(f"where({y} > 0, {y}, 0)**{GAMMA}", [*rows, ("beta", np.float32)])
+    power = numexpr.NumExpr(f"where({x} > 0, {x}, 0)**alpha", [*rows, ("alpha", float)])
+    squares = numexpr.NumExpr(f"where({y} > 0, {y}, 0)**{GAMMA}", [*rows, ("beta", float)])
     return Peer(
         numexpr.__version__,
-        {PHONG: lambda: power(*a, *b, alpha, out=out), LYON: lambda: squares(*a, *b, beta, out=out)},
+        {
+            PHONG: lambda: power(*a, *b, alpha, out=out, ex_uses_vml=False),
+            LYON: lambda: squares(*a, *b, beta, out=out, ex_uses_vml=False),
+        },
     )
 
 
@@ -147,7 +152,7 @@ def _taichi(a: Array, b: Array, out: Array) -> Peer:
     """Kernels compiled by Taichi for one thread of the CPU, over the arrays as they are."""
     os.environ["ENABLE_TAICHI_HEADER_PRINT"] = "0"
     ti = import_module("taichi")
-    ti.init(arch=ti.cpu, cpu_max_num_threads=1, log_level=ti.ERROR, offline_cache=False)
+    ti.init(arch=ti.cpu, cpu_max_num_threads=1, verbose=False, log_level=ti.ERROR, offline_cache=False)
 
     def phong(a, b, alpha, out):  # type: ignore[no-untyped-def]
         for i in range(out.shape[0]):
@@ -196,7 +201,8 @@ def chosen(names: tuple[str, ...] | None) -> tuple[str, ...]:
 def prepared(name: str, a: Array, b: Array, out: Array) -> Peer | str:
     """The peer ready to work on these arrays, or why it is absent."""
     try:
-        return PEERS[name](a, b, out)
+        with redirect_stdout(sys.stderr):  # some greet; stdout is for data
+            return PEERS[name](a, b, out)
     except ModuleNotFoundError as problem:
         if problem.name != name:
             return f"cannot be imported: {problem}"

@@ -85,8 +85,8 @@ def recommend(
     notes: list[str] = []
     cells = _by_laws(wish, notes) if run is None else _by_run(run, wish, notes)
     choice = front.choose(cells, wish.max_error)
-    found = [_told(row.to_dict(), wish) for row in (choice.best, choice.runner_up) if row is not None]
-    miss = None if choice.nearest_miss is None else _told(choice.nearest_miss.to_dict(), wish)
+    found = [_told(_plain(row), wish) for row in (choice.best, choice.runner_up) if row is not None]
+    miss = None if choice.nearest_miss is None else _told(_plain(choice.nearest_miss), wish)
     for told, other in zip(found, [*found[1:], None], strict=False):
         told["why"] = _why(told, other, wish, choice.resolved)
     if miss is not None:
@@ -145,7 +145,7 @@ def _by_run(run: Run, wish: Wish, notes: list[str]) -> pd.DataFrame:
     rows = front.whole_or_any(rows[~bad & rows["max_abs"].notna()], wish.alpha)
     columns = [*front.CELL, *front.INPUT, "max_abs", "samples", "coverage"]
     worst = front.worst_of(rows[columns].rename(columns={"max_abs": "error"}))
-    worst = worst[[_applies(row, wish.alpha) for row in worst.to_dict("records")]]
+    worst = worst[[_applies(row, wish.alpha) for row in front.records(worst)]]
     times = front.times_of(timing, working_set=wish.working_set, precision=wish.precision)
     cells = front.joined(worst, front.times_at(times, wish.alpha.values))
     if cells.empty:
@@ -200,7 +200,8 @@ def _inputs(run: Run, rows: pd.DataFrame, wish: Wish, notes: list[str]) -> pd.Da
         raise InputError(f"the wrongest lengths measured are {sizes[-1]:g}, not {wish.length_error:g}", run.id, mend)
     if not math.isclose(reached[0], wish.length_error):
         notes.append(f"lengths are judged at {reached[0]:g} wrong, the nearest that was measured and not less")
-    return rows[unit | (wrong & (rows["length_error"].abs() <= reached[0]))]
+    kept: pd.DataFrame = rows[unit | (wrong & (rows["length_error"].abs() <= reached[0]))]
+    return kept
 
 
 def _applies(cell: Mapping[str, Any], alpha: Exponents) -> bool:
@@ -255,8 +256,7 @@ def _by_laws(wish: Wish, notes: list[str]) -> pd.DataFrame:
     if unknown.any():
         notes.append(f"{int(unknown.sum())} formulas are left out: the laws do not reach so large a length error there")
     cells = cells[~unknown].astype({"gamma": "Int64"})
-    none = dict.fromkeys(("ns", "samples"), np.nan)
-    return cells.assign(ratio_low=cells["ratio"], ratio_high=cells["ratio"], coverage="law", state="on", **none)
+    return cells.assign(coverage="law", ns=np.nan, samples=np.nan, ratio_low=cells["ratio"], ratio_high=cells["ratio"])
 
 
 def _lawful(wish: Wish, alphas: list[float]) -> Iterator[tuple[Any, ...]]:
@@ -282,10 +282,10 @@ def _lawful(wish: Wish, alphas: list[float]) -> Iterator[tuple[Any, ...]]:
 def _law(name: str, form: str, gamma: int | None, alpha: float, wish: Wish) -> float:
     """A law's error with its tolerance, the change by wrong lengths and the rounding added; NaN where none speaks."""
     if name == "lyon":
-        model = abs(laws.lyon_taylor(form, alpha, float(gamma or 1))) * (1.04 if gamma == 2 else 1.01)
+        model = abs(float(laws.lyon_taylor(form, alpha, float(gamma or 1)))) * (1.04 if gamma == 2 else 1.01)
     else:
-        model = abs(laws.gaussian_classic(alpha)) * 1.01 if name == "gaussian" else 0.0
-    # Rounding moves the peak by alpha half a spacing (law 11); vectors that are unit but for their own rounding, by more.
+        model = abs(float(laws.gaussian_classic(alpha))) * 1.01 if name == "gaussian" else 0.0
+    # Rounding of lambda moves the peak by alpha / 2 spacings (law 11), that of the vectors' lengths by more.
     spacing = float(np.finfo(PRECISIONS[wish.precision].dtype).eps)
     return float(model + _length_change(form, gamma, alpha, wish.length_error) + 2 * alpha * spacing)
 
@@ -307,6 +307,10 @@ def _length_change(form: str, gamma: int | None, alpha: float, size: float) -> f
 # in words
 
 
+def _plain(cell: pd.Series) -> dict[str, Any]:
+    return {str(name): value for name, value in cell.to_dict().items()}
+
+
 def _told(cell: Mapping[str, Any], wish: Wish) -> dict[str, Any]:
     """A cell as plain data."""
     spec = REGISTRY.get(str(cell["approximation"]))
@@ -315,7 +319,8 @@ def _told(cell: Mapping[str, Any], wish: Wish) -> dict[str, Any]:
     beta = spec.coefficients(setting).get("beta") if single and spec else None
     numbers = {name: None if lawful else float(cell[name]) for name in ("ns", "ratio", "ratio_low", "ratio_high")}
     return {
-        "name": front.cell_name(cell), "approximation": str(cell["approximation"]), "lambda": str(cell["lambda_form"]), "space": setting.space,
+        "name": front.cell_name(cell), "approximation": str(cell["approximation"]),
+        "lambda": str(cell["lambda_form"]), "space": setting.space,
         "gamma": setting.gamma, "beta": None if beta is None else float(beta), "beta_policy": setting.slope,
         "precision": wish.precision, "formula": spec.formula if spec else None, "max_abs": float(cell["error"]),
         "codes_8bit": 255 * float(cell["error"]), "coverage": str(cell["coverage"]),

@@ -91,13 +91,11 @@ def front_table(found: Mapping[str, Any], *, everything: bool = False) -> None:
     rows = [
         (p["name"], p["error"], 255 * p["error"], p["ratio"], _interval(p), p["ns"], p["state"]) for p in shown
     ]  # fmt: skip
-    title = (
-        f"{found['metric']} of {found['stratum']} vectors at alpha {found['alpha']} against time in "
-        f"{found['working_set']}, {found['precision']}, {found['space']} space; ratio: time / exact Phong's"
-    )
-    columns = ("formula", "error", "8-bit codes", "ratio", "interval", "ns", "state")
+    title = f"{found['stratum']} vectors, {found['precision']}, {found['space']} space, alpha {found['alpha']}"
+    columns = ("formula", found["metric"], "8-bit codes", "time / exact Phong", "interval", "ns", "state")
     table(title, columns, rows, right=columns[1:6])
-    notes = Console(stderr=True, markup=False, highlight=False)
+    notes = Console(stderr=True, markup=False, highlight=False, soft_wrap=True)
+    notes.print(f"times: working set {found['working_set']}, of run {found['run']}")
     if len(found["alphas"]) > 1:
         listed = ", ".join(f"{alpha:g}" for alpha in found["alphas"])
         notes.print(f"error: the worst at alpha {listed}, the run's in that range")
@@ -116,8 +114,8 @@ def recommendation(found: Mapping[str, Any]) -> None:
         for role, c in named
     ]
     title = f"Largest error at most {found['max_error']:.4g} at alpha {found['alpha']}, {found['precision']}"
-    columns = ("", "formula", "beta", "error", "8-bit codes", "coverage", "ratio", "interval")
-    table(title, columns, rows, right=("beta", "error", "8-bit codes", "ratio", "interval"))
+    columns = ("", "formula", "beta", "error", "8-bit codes", "coverage", "time / exact Phong", "interval")
+    table(title, columns, rows, right=("beta", "error", "8-bit codes", "time / exact Phong", "interval"))
     console = Console(markup=False, highlight=False)
     if not choices:
         console.print("nothing meets the budget")
@@ -130,14 +128,14 @@ def recommendation(found: Mapping[str, Any]) -> None:
 
 def bench_tables(found: Mapping[str, Any]) -> None:
     """The comparison with peers, one table for each kind of work, then who is absent, then the sweep."""
-    columns = ("by", "version", "ns", "ratio", "interval", "cores", "largest error", "verdict")
+    columns = ("by", "version", "ns", "time / ours", "interval", "cores", "largest error", "verdict")
     for work in dict.fromkeys((r["work"], r["working_set"], r["elements"]) for r in found["rows"]):
         mine = [r for r in found["rows"] if (r["work"], r["working_set"], r["elements"]) == work]
         rows = [
             (r["by"], r["version"], r["ns"], r["ratio"], _interval(r), r["cores"], r["error"], r["verdict"])
             for r in mine
         ]
-        title = f"{work[0]}, float32, {work[2]:,} elements ({work[1]}); ns: per element; ratio: time / phongbench's"
+        title = f"{work[0]}, float32, {work[2]:,} elements ({work[1]}), ns per element"
         table(title, columns, rows, right=columns[2:7])
     console = Console(markup=False, highlight=False)
     for name, why in found["absent"].items():

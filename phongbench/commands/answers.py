@@ -1,4 +1,4 @@
-"""What a run answers, and how fast we are: the error/time front, the formula for a budget, the comparison with peers."""
+"""What a run answers, and how fast we are: the front, the formula for a budget, the comparison with peers."""
 
 import sys
 from typing import Any
