@@ -32,6 +32,7 @@ def quiet_lock(tmp_path: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("tempfile.gettempdir", lambda: str(tmp_path))
 
 
+@pytest.mark.filterwarnings("ignore")  # other projects' warnings are theirs
 @pytest.mark.parametrize("name", PEERS)
 def test_a_peer_computes_the_same_values(name: str, vectors: tuple[Any, Any, Any]) -> None:
     if find_spec(name) is None:
