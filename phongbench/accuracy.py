@@ -1,6 +1,6 @@
 """How wrong: the metrics, and the streaming, mergeable accumulators they are read from; measure.py fills them."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -48,7 +48,7 @@ class Tally:
     counts  int64   (rows, 4)       excluded samples, non-finite values, values above one, negative values
     bins    int64   (rows, BINS)    histogram of |error| over every second chunk of pairs
     worst   float64 (rows, 9)       error, exact, value, a, b of the largest |error|
-    samples int                     pairs seen
+    samples int                     pairs seen; an array where tallies of different samples are stacked
     """
 
     def __init__(self, rows: int) -> None:
@@ -57,8 +57,17 @@ class Tally:
         self.bins = np.zeros((rows, BINS), np.int64)
         self.worst = np.zeros((rows, WORST_FIELDS))
         self.worst[:, 0] = -1.0
-        self.samples = 0
+        self.samples: int | Array = 0
         self._cumulated: Array | None = None
+
+    @staticmethod
+    def stacked(tallies: Sequence["Tally"]) -> "Tally":
+        """The rows of several tallies below one another; `samples` is then an array, one number for each row."""
+        whole = Tally(0)
+        for name in ("sums", "counts", "bins", "worst"):
+            setattr(whole, name, np.concatenate([getattr(t, name) for t in tallies]))
+        whole.samples = np.repeat([t.samples for t in tallies], [len(t.sums) for t in tallies])
+        return whole
 
     def merge(self, later: "Tally") -> None:
         """Add a tally of the same rows over the samples that follow."""
@@ -74,7 +83,7 @@ class Tally:
     @property
     def valid(self) -> Array:
         """Samples that entered the error statistics, per row."""
-        return self.samples - self.counts[:, EXCLUDED]
+        return np.asarray(self.samples - self.counts[:, EXCLUDED])
 
     def mean(self, position: int) -> Array:
         """A sum over its samples; NaN where there are none."""

@@ -11,8 +11,10 @@ import click
 
 from phongbench import __version__
 from phongbench.commands.answers import bench, front, recommend
-from phongbench.commands.common import DIFFERENT, ROOT, CommaList, facts, grid
-from phongbench.commands.common import show as show_data
+from phongbench.commands.common import DIFFERENT, ROOT, CommaList
+from phongbench.commands.common import facts as _facts
+from phongbench.commands.common import grid as _grid
+from phongbench.commands.common import show as _show
 from phongbench.errors import (
     CorruptRunError,
     InputError,
@@ -134,8 +136,9 @@ def run(
         wishes["approximations"] = tuple(registry)
     wanted = compose(plan, preset_name, materials, timing=False if no_timing else None, **wishes).validated(registry)
     if dry_run:
-        told = forecast(wanted, registry, jobs).as_dict()
-        show_data(told, as_json, lambda: facts(told))
+        with TerminalProgress(quiet=as_json) as progress:
+            told = forecast(wanted, registry, jobs, progress).as_dict()
+        _show(told, as_json, lambda: _facts(told))
         return
     with TerminalProgress(quiet=as_json) as progress:
         outcome = run_study(
@@ -143,7 +146,7 @@ def run(
             build_report=None if no_report else _build_report, command=("phongbench", *sys.argv[1:]),
             files=[f.name for f in files],
         )  # fmt: skip
-    show_data(outcome.as_dict(), as_json, lambda: _told(outcome))
+    _show(outcome.as_dict(), as_json, lambda: _told(outcome))
     for message, count in outcome.failures.items():
         click.echo(f"{count} cells failed: {message}", err=True)
     if outcome.failures:
@@ -175,9 +178,7 @@ def list_runs(as_json: bool) -> None:
         for r in results.stored(ROOT)
     ]
     if runs or as_json:
-        show_data(
-            runs, as_json, lambda: table("", ("run", "state", "preset", "path"), [tuple(r.values()) for r in runs])
-        )
+        _show(runs, as_json, lambda: table("", ("run", "state", "preset", "path"), [tuple(r.values()) for r in runs]))
     else:
         click.echo("no run here yet: phongbench run makes one", err=True)
 
@@ -191,11 +192,11 @@ def show(run_name: str, as_json: bool) -> None:
     from phongbench.terminal import table
 
     found = summary.summarise(results.find(run_name, ROOT))
-    show_data(
+    _show(
         found,
         as_json,
-        lambda: facts(found["facts"]),
-        lambda: table("Least error per exponent, float32 highlight", *grid(found["best"])),
+        lambda: _facts(found["facts"]),
+        lambda: table("Least error per exponent, float32 highlight", *_grid(found["best"])),
     )
 
 
@@ -209,7 +210,7 @@ def verify(run_name: str, as_json: bool) -> None:
     found = results.find(run_name, ROOT)
     problems = results.verify(found)
     lines = "\n".join(problems) or f"{found.id}: all {len(found.manifest['files'])} files are as they were written"
-    show_data({"run": found.id, "problems": problems}, as_json, lambda: click.echo(lines))
+    _show({"run": found.id, "problems": problems}, as_json, lambda: click.echo(lines))
     if problems:
         sys.exit(DIFFERENT)
 
@@ -228,10 +229,10 @@ def compare(run_a: str, run_b: str, metric: str, tolerance: float, as_json: bool
 
     found = compare_runs(results.find(run_a, ROOT), results.find(run_b, ROOT), metric=metric, tolerance=tolerance)
     told = found.as_dict()
-    counts = {name: told[name] for name in ("metric", "equal", "changed", "only_a", "only_b")}
+    facts = {name: told[name] for name in ("metric", "equal", "changed", "only_a", "only_b")}
     largest = told["rows"][:20]
-    show_data(
-        told, as_json, lambda: facts(counts), *([lambda: table("Largest changes", *grid(largest))] if largest else [])
+    _show(
+        told, as_json, lambda: _facts(facts), *([lambda: table("Largest changes", *_grid(largest))] if largest else [])
     )
     if not found.same:
         sys.exit(DIFFERENT)
@@ -251,7 +252,7 @@ def approximations(files: tuple[Path, ...], as_json: bool) -> None:
     told = [summary.describe(spec) for spec in registry_with(files).values()]
     columns = ("name", "kind", "formula", "lambda_forms", "spaces", "beta_policies")
     lines = [[", ".join(a[c]) if isinstance(a[c], list) else a[c] for c in columns] for a in told]
-    show_data(told, as_json, lambda: table("", columns, lines))
+    _show(told, as_json, lambda: table("", columns, lines))
 
 
 @main.command(short_help="Check this installation and machine.")
@@ -265,7 +266,7 @@ def doctor(as_json: bool) -> None:
     from phongbench.terminal import table
 
     found = examine()
-    show_data(
+    _show(
         found,
         as_json,
         lambda: table("", ("check", "state", "detail"), [(c["check"], c["state"], c["detail"]) for c in found]),

@@ -90,6 +90,11 @@ class Measured:
     cells: tuple[int, ...]
     tally: Tally
 
+    @property
+    def rows(self) -> int:
+        """Rows of the tally."""
+        return len(self.cells) * self.context.truths
+
 
 def prepare(plan: Plan, registry: Mapping[str, Approximation] = REGISTRY) -> Sweep:
     """The cells and contexts of a plan; nothing is compiled or measured yet."""
@@ -146,7 +151,7 @@ def _scale(cell: Cell, stratum: Stratum, spec: Approximation) -> float | None:
     return deficit if deficit < 2 else None
 
 
-def compile_kernels(sweep: Sweep, progress: Callable[[int, int], None] | None = None) -> None:
+def compile_kernels(sweep: Sweep, progress: Callable[[int, int], None] | None = None) -> int:
     """Compile every loop the sweep needs, or load it from the cache.
 
     Cells whose kernel fails are noted in `failures`.
@@ -170,6 +175,7 @@ def compile_kernels(sweep: Sweep, progress: Callable[[int, int], None] | None = 
             sweep.failures |= dict.fromkeys(positions, f"{type(problem).__name__}: {problem}")
     if progress:
         progress(len(wanted), len(wanted))
+    return len(wanted)
 
 
 def compile_drivers(sweep: Sweep) -> None:
@@ -208,7 +214,7 @@ def run(
                 context, start, future = pending.popleft()
                 part = future.result()
                 if progress:
-                    progress(part.tally.samples * len(context.cells))
+                    progress(min(SLAB, context.samples - start) * len(context.cells))
                 if start == 0:
                     merged = part
                 elif merged is not None:

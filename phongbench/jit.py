@@ -17,6 +17,7 @@ import os
 import shutil
 import sys
 import tempfile
+import threading
 import time
 import warnings
 from collections.abc import Callable, Iterator
@@ -61,6 +62,7 @@ FORMULA_FLAGS = {"contract"}
 #: Sums may be reordered into vector lanes; values are finite by then.
 REDUCTION_FLAGS = {"contract", "reassoc", "nsz"}
 _KEEP_SECONDS = 30 * 86400
+_ONE_AT_A_TIME = threading.RLock()
 
 #: what numba raises where it cannot compile
 CompileError = numba.core.errors.NumbaError
@@ -111,12 +113,13 @@ def _forget_old(current: Path) -> None:
 
 def _cached(decorate: Callable[[], Any]) -> Any:
     """Run a decorator with numba's cache pointed at our folder, and leave the user's setting as it was."""
-    before = numba.config.CACHE_DIR
-    numba.config.CACHE_DIR = str(cache_folder())
-    try:
-        return decorate()
-    finally:
-        numba.config.CACHE_DIR = before
+    with _ONE_AT_A_TIME:  # the setting is the process's: another thread would take or restore the wrong one
+        before = numba.config.CACHE_DIR
+        numba.config.CACHE_DIR = str(cache_folder())
+        try:
+            return decorate()
+        finally:
+            numba.config.CACHE_DIR = before
 
 
 def inline(function: F) -> F:

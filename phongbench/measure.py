@@ -39,7 +39,7 @@ from phongbench.kernels import values_at
 
 #: pairs handled together: few enough for the buffers to stay in the nearest caches, enough to hide the cost of the
 #: calls
-CHUNK = 2048
+CHUNK = 4096
 
 _BIN_SHIFT = np.int32(20)
 _FIRST_BIN = np.int32((127 + LOWEST_EXPONENT) * BINS_PER_OCTAVE - 1)

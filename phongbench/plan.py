@@ -187,9 +187,8 @@ PRESETS: Mapping[str, Plan] = {
         gammas=(1, 2, 4, 8, 16, 32, 64, 128),
         lambda_forms=tuple(LAMBDA_FORMS),
         slopes=(*ALL_SLOPES, "lagarde"),
-        length_spaces=SPACES,
         precisions=tuple(PRECISIONS),
-        samples=1 << 18,
+        samples=1 << 17,
         timing_budget=60.0,
     ),
     "full": Plan(
@@ -200,7 +199,7 @@ PRESETS: Mapping[str, Plan] = {
         slopes=(*ALL_SLOPES, "lagarde"),
         length_spaces=SPACES,
         precisions=tuple(PRECISIONS),
-        samples=1 << 22,
+        samples=1 << 20,
         timing_budget=600.0,
     ),
 }

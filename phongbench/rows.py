@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from phongbench.accuracy import EXCLUDED, METRICS, WORST_FIELDS
+from phongbench.accuracy import EXCLUDED, METRICS, WORST_FIELDS, Tally
 from phongbench.engine import Measured, Sweep
 from phongbench.results import ACCURACY_COLUMNS, WORST_COLUMNS
 from phongbench.truth import TRUTHS
@@ -19,31 +19,22 @@ from phongbench.truth import TRUTHS
 WORST_KEPT = {"unit": 3, "lengths": 1, "hostile": 1}
 
 
-Columns = dict[str, NDArray[Any]]
+def part(measured: Sequence[Measured]) -> pd.DataFrame:
+    """The numbers of some contexts: index, cell positions and truths, every metric, and the worst input of each row.
 
-
-def part(measured: Measured) -> Columns:
-    """One context's numbers, by column.
-
-    Its index, cell positions and truths, every metric, and the worst input of each row.
+    Many contexts at once, because most are small and each metric is a call.
     """
-    context, tally = measured.context, measured.tally
-    cells = np.repeat(np.array(measured.cells, np.int32), context.truths)
-    columns: Columns = {
-        "context": np.full(len(cells), context.index, np.int32),
-        "cell": cells,
-        "truth": np.tile(np.arange(context.truths, dtype=np.int8), len(measured.cells)),
-        "samples": np.full(len(cells), tally.samples, np.int64),
+    tally = Tally.stacked([m.tally for m in measured])
+    columns: dict[str, NDArray[Any]] = {
+        "context": np.concatenate([np.full(m.rows, m.context.index, np.int32) for m in measured]),
+        "cell": np.concatenate([np.repeat(np.array(m.cells, np.int32), m.context.truths) for m in measured]),
+        "truth": np.concatenate([np.tile(np.arange(m.context.truths, dtype=np.int8), len(m.cells)) for m in measured]),
+        "samples": np.asarray(tally.samples, np.int64),
     }
     columns |= {name: metric.of(tally) for name, metric in METRICS.items()}
     columns["excluded"] = tally.counts[:, EXCLUDED]
     columns |= {f"worst{i}": tally.worst[:, i] for i in range(WORST_FIELDS)}
-    return columns
-
-
-def joined(parts: Sequence[Columns]) -> pd.DataFrame:
-    """The parts below one another."""
-    return pd.DataFrame({name: np.concatenate([p[name] for p in parts]) for name in parts[0]})
+    return pd.DataFrame(columns)
 
 
 def accuracy(sweep: Sweep, parts: Sequence[pd.DataFrame]) -> pd.DataFrame:

@@ -23,8 +23,10 @@ from phongbench.provenance import collect, fingerprint_code
 from phongbench.results import Run
 from phongbench.spec import Approximation
 
-#: seconds of sweep after which finished contexts are written down
-CHECKPOINT_SECONDS = 5.0
+#: finished contexts are written down after so many seconds, or so many rows, which bounds the memory
+CHECKPOINT_SECONDS, CHECKPOINT_ROWS = 5.0, 10_000
+#: what a forecast allows for loading a compiled kernel, and for making and writing a row; measured, and rounded up
+LOAD_SECONDS, ROW_SECONDS = 0.015, 2e-5
 
 
 @dataclass
@@ -117,7 +119,7 @@ def run_study(
     path = out or results.DEFAULT_ROOT / run_id
     with results.locked(path):
         parts = _begin(path, plan, fresh=fresh, resume=resume)
-        manifest = {
+        manifest: dict[str, Any] = {
             "schema": results.SCHEMA,
             "run": _stored_id(path) or (path.name if results.RUN_ID.match(path.name) else run_id),
             "state": "partial",
@@ -137,9 +139,9 @@ def run_study(
             warm.stop(helper, at_once=True)
             raise
         progress.stage("writing the accuracy rows")
-        files = manifest["files"] = {}
-        files["accuracy.parquet"] = results.write_table(path, "accuracy", rows.accuracy(sweep, parts))
-        files["worst.parquet"] = results.write_table(path, "worst", rows.worst(sweep, parts))
+        written = manifest["files"] = {}
+        written["accuracy.parquet"] = results.write_table(path, "accuracy", rows.accuracy(sweep, parts))
+        written["worst.parquet"] = results.write_table(path, "worst", rows.worst(sweep, parts))
         outcome = Outcome(Run(path, manifest), len(sweep.cells), sweep.evaluations)
         for message in sweep.failures.values():
             outcome.failures[message] = outcome.failures.get(message, 0) + 1
@@ -147,7 +149,7 @@ def run_study(
         clock = time.perf_counter()
         warm.stop(helper, at_once=not plan.timing)
         if plan.timing:
-            files["timing.parquet"] = results.write_table(path, "timing", _time(sweep, progress))
+            written["timing.parquet"] = results.write_table(path, "timing", _time(sweep, progress))
         outcome.seconds["timing"] = time.perf_counter() - clock
         manifest["state"] = "complete"
         manifest["failures"] = outcome.failures
@@ -163,17 +165,26 @@ def run_study(
     return outcome
 
 
-def forecast(plan: Plan, registry: Mapping[str, Approximation] = REGISTRY, jobs: int | None = None) -> Forecast:
-    """Cells, bytes and seconds of a plan, the latter from a short trial of the real sweep on this machine."""
+def forecast(
+    plan: Plan,
+    registry: Mapping[str, Approximation] = REGISTRY,
+    jobs: int | None = None,
+    progress: Progress | None = None,
+) -> Forecast:
+    """Cells, bytes and seconds of a plan, the latter from a short trial of the real sweep on this machine.
+
+    The trial compiles what the run will then find in the cache, so the seconds are those of a run on a warm cache.
+    """
+    progress = progress or Progress()
     sweep = engine.prepare(plan, registry)
     rows_expected = sum(len(c.cells) * c.truths for c in sweep.contexts)
-    started = time.perf_counter()
-    engine.compile_kernels(sweep)
-    compiling = time.perf_counter() - started
+    progress.stage("compiling", 1.0)
+    loaded = engine.compile_kernels(sweep, _share(progress))
+    progress.stage("trying every stratum")
     rate = engine.trial_rates(sweep)
     sweeping = sum(c.evaluations / rate[c.stratum.name] for c in sweep.contexts) / (jobs or default_jobs())
     seconds = {
-        "accuracy": compiling + sweeping + 4e-6 * rows_expected,
+        "accuracy": LOAD_SECONDS * loaded + sweeping + ROW_SECONDS * rows_expected,
         "timing": plan.timing_budget if plan.timing else 0.0,
     }
     return Forecast(len(sweep.cells), rows_expected, sweep.evaluations, 90 * rows_expected + 200_000, seconds)
@@ -212,27 +223,30 @@ def _stored_id(path: Path) -> str | None:
 def _sweep(sweep: engine.Sweep, path: Path, parts: list[pd.DataFrame], jobs: int, progress: Progress) -> None:
     """Run what is left of the sweep, appending to `parts` in memory and on disk."""
     progress.stage("compiling", 1.0)
-    engine.compile_kernels(sweep, lambda done, total: progress.advance(1 / total if done else 0))
+    engine.compile_kernels(sweep, _share(progress))
     done = {int(index) for frame in parts for index in frame["context"].unique()}
     progress.stage("accuracy", float(sweep.evaluations))
     progress.advance(float(sum(c.evaluations for c in sweep.contexts if c.index in done)))
-    fresh: list[rows.Columns] = []
+    fresh: list[engine.Measured] = []
     written = time.monotonic()
     try:
         for measured in engine.run(sweep, jobs=jobs, done=done, progress=progress.advance):
-            fresh.append(rows.part(measured))
-            if time.monotonic() - written > CHECKPOINT_SECONDS:
+            fresh.append(measured)
+            if time.monotonic() - written > CHECKPOINT_SECONDS or sum(m.rows for m in fresh) > CHECKPOINT_ROWS:
                 _keep(path, parts, fresh)
                 written = time.monotonic()
-    except BaseException:
+    finally:
         _keep(path, parts, fresh)
-        raise
-    _keep(path, parts, fresh)
 
 
-def _keep(path: Path, parts: list[pd.DataFrame], fresh: list[rows.Columns]) -> None:
+def _share(progress: Progress) -> Callable[[int, int], None]:
+    """Steps of a stage whose whole is 1, from (done, total)."""
+    return lambda done, total: progress.advance(1 / total if done else 0)
+
+
+def _keep(path: Path, parts: list[pd.DataFrame], fresh: list[engine.Measured]) -> None:
     if fresh:
-        frame = rows.joined(fresh)
+        frame = rows.part(fresh)
         results.append_part(path, len(list((path / results.PARTS).glob("[0-9]*"))), frame)
         parts.append(frame)
         fresh.clear()

@@ -16,11 +16,10 @@ def integer_power(cosine: float, exponent: int) -> float:
 
     Formula  max(0, cosine) ** exponent
     Source   PHONG_1975
-    Domain   exact up to rounding, whose relative part grows like the exponent; every alpha is another program; where
-             the result is below the smallest normal number the products run through subnormals, which is slow on common
-             CPUs
+    Domain   exact up to rounding, whose relative part grows like the exponent, and exactly 0 below 2^-120; every alpha
+             is another program
     """
-    return powers.whole_power(powers.positive_part(cosine), exponent)
+    return powers.whole_power(powers.above_underflow(cosine, exponent), exponent)
 
 
 SPEC = Approximation(

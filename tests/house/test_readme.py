@@ -1,27 +1,37 @@
-"""The README keeps its promises: commands that run, links that lead somewhere, numbers that a program wrote."""
+"""README and CONTRIBUTING keep their promises: commands and examples that run, numbers that a program wrote."""
 
 import re
 import shlex
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from click.testing import CliRunner
+from click.testing import CliRunner, Result
 
-from phongbench.cli import main
+from phongbench import approximations
+from phongbench.cli import EXIT_CODES, main
+from phongbench.spec import Approximation
+from phongbench.testing import CHECKS
 
-README = Path(__file__).resolve().parents[2] / "README.md"
+ROOT = Path(__file__).resolve().parents[2]
+README, CONTRIBUTING = ROOT / "README.md", ROOT / "CONTRIBUTING.md"
 GENERATED = {"verdict", "front", "speed", "throughput", "machine"}
 MARKED = re.compile(r"<!-- generated: (\w+) -->(.*?)<!-- /generated: (\w+) -->", re.DOTALL)
-CONSOLE = re.compile(r"^```console\n(.*?)^```$", re.DOTALL | re.MULTILINE)
+TINY = ("--alpha", "10", "--gamma", "8", "--precision", "float32", "--samples", "2000")
 
 
-def commands(program: str) -> list[str]:
-    """The commands of that program shown in the README's console blocks."""
-    lines = [line for block in CONSOLE.findall(README.read_text()) for line in block.splitlines()]
+def blocks(file: Path, language: str) -> list[str]:
+    """The fenced blocks of that language in a Markdown file."""
+    return re.findall(rf"^```{language}\n(.*?)^```$", file.read_text(), re.DOTALL | re.MULTILINE)
+
+
+def commands(program: str, *files: Path) -> list[str]:
+    """The commands of that program shown in console blocks."""
+    lines = [line for file in files for block in blocks(file, "console") for line in block.splitlines()]
     return [line.removeprefix("$ ") for line in lines if line.startswith(f"$ {program} ")]
 
 
-@pytest.mark.parametrize("command", commands("phongbench"))
+@pytest.mark.parametrize("command", commands("phongbench", README))
 def test_a_command_shown_is_understood(command: str) -> None:
     # --help is answered only after every command and option of the line was found, and before anything runs.
     arguments = shlex.split(command, comments=True)[1:]
@@ -29,14 +39,14 @@ def test_a_command_shown_is_understood(command: str) -> None:
     assert result.exit_code == 0, result.output
 
 
-@pytest.mark.parametrize("command", commands("make"))
+@pytest.mark.parametrize("command", commands("make", README, CONTRIBUTING))
 def test_a_goal_shown_exists(root: Path, command: str) -> None:
     goals = re.findall(r"^([a-z]+):.*## ", (root / "Makefile").read_text(), re.MULTILINE)
     assert shlex.split(command, comments=True)[1] in goals
 
 
 def test_the_first_commands_are_run_and_test() -> None:
-    assert [command.split("#")[0].strip() for command in commands("make")[:2]] == ["make run", "make test"]
+    assert [command.split("#")[0].strip() for command in commands("make", README)[:2]] == ["make run", "make test"]
 
 
 def test_every_generated_part_is_there_once_and_filled() -> None:
@@ -47,6 +57,74 @@ def test_every_generated_part_is_there_once_and_filled() -> None:
     assert [opened for opened, body, _ in parts if not body] == []
 
 
-def test_every_link_into_the_repository_leads_to_a_file(root: Path) -> None:
-    links = re.findall(r"\]\((?!https?:|#)([^)#\s]+)", README.read_text())
-    assert not [link for link in links if not (root / link).exists()]
+@pytest.mark.parametrize("file", [README, CONTRIBUTING], ids=lambda file: file.name)
+def test_every_link_into_the_repository_leads_to_a_file_and_a_heading(root: Path, file: Path) -> None:
+    for target, anchor in re.findall(r"\]\((?!https?:)([^)#\s]*)#?([^)\s]*)\)", file.read_text()):
+        page = root / target if target else file
+        assert page.exists(), target
+        if anchor:
+            headings = re.findall(r"^#+ (.*)$", page.read_text(), re.MULTILINE)
+            assert anchor in [heading.lower().replace(" ", "-") for heading in headings]
+
+
+def test_every_picture_shown_is_there_and_small(root: Path) -> None:
+    shown = re.findall(r'(?:src|srcset)="([^"]+)"', README.read_text())
+    assert shown
+    assert all((root / name).stat().st_size <= 100_000 for name in shown)
+
+
+def test_the_table_of_exit_codes_is_that_of_the_command() -> None:
+    told = {int(code) for code in re.findall(r"^\| (\d+) \|", README.read_text().split("| exit code |")[1], re.M)}
+    assert told == {0, 1, 3, 130} | {code for _, code in EXIT_CODES}
+
+
+# the examples, run
+
+
+@pytest.fixture
+def call(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., Result]:
+    """Run a command in an empty folder that holds the file shown in CONTRIBUTING as rational.py."""
+    (tmp_path / "rational.py").write_text(blocks(CONTRIBUTING, "python")[0])
+    monkeypatch.chdir(tmp_path)
+    return lambda *words: CliRunner().invoke(main, list(words))
+
+
+def test_the_commands_of_the_readme_for_an_own_formula_run(call: Callable[..., Result], tmp_path: Path) -> None:
+    listed, measured = [shlex.split(c, comments=True)[1:] for c in commands("phongbench", README) if "--with" in c]
+    assert "rational" in call(*listed).stdout
+    found = call(*measured, *TINY, "--timing-budget", "2", "--out", "study")
+    assert found.exit_code == 0, found.stderr
+    assert "rational" in (tmp_path / "study" / "report" / "index.html").read_text()
+    [script] = [block for block in blocks(README, "python") if "read_parquet" in block]
+    exec(compile(script, "README.md", "exec"), {})
+
+
+def test_the_plan_file_of_the_readme_is_taken(call: Callable[..., Result], tmp_path: Path) -> None:
+    (tmp_path / "plan.toml").write_text(blocks(README, "toml")[0] + 'approximations = ["lyon"]\n')
+    found = call("run", "plan.toml", *TINY, "--dry-run")
+    assert found.exit_code == 0, found.stderr
+
+
+def test_materials_give_the_exponents_of_a_study(call: Callable[..., Result], tmp_path: Path) -> None:
+    (tmp_path / "scene.mtl").write_text("newmtl gold\nNs 51.2\nnewmtl chalk\nNs 0\n")
+    found = call("run", "--materials", "scene.mtl", "--only", "lyon", *TINY[2:], "--no-timing", "--out", "study")
+    assert found.exit_code == 0, found.stderr
+    assert "51.2" in call("show", "study").stdout
+
+
+@pytest.mark.parametrize("check", CHECKS, ids=lambda check: check.__name__.removeprefix("check_"))
+def test_the_example_of_contributing_passes_every_check(
+    call: Callable[..., Result], check: Callable[[Approximation], None]
+) -> None:
+    (spec,) = approximations.load_file("rational.py")
+    check(spec)
+
+
+def test_the_example_of_contributing_is_taken_as_one_of_ours(
+    call: Callable[..., Result], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # One file in the folder and one name in FAMILIES: the rest is what the package does with each of its own.
+    monkeypatch.setattr(approximations, "__path__", [*approximations.__path__, str(tmp_path)])
+    (spec,) = approximations._specs("rational")
+    assert spec.name == "rational"
+    assert spec.kernel.__module__ == "phongbench.approximations.rational"

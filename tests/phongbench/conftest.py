@@ -16,7 +16,7 @@ def _swept(plan: Plan, jobs: int = 2) -> pd.DataFrame:
     """The accuracy rows of a plan."""
     sweep = engine.prepare(plan)
     engine.compile_kernels(sweep)
-    return rows.accuracy(sweep, [rows.joined([rows.part(m) for m in engine.run(sweep, jobs=jobs)])])
+    return rows.accuracy(sweep, [rows.part(list(engine.run(sweep, jobs=jobs)))])
 
 
 @pytest.fixture(scope="session")

@@ -195,7 +195,7 @@ def test_a_formula_that_fails_fails_alone():
     engine.compile_kernels(sweep)
     assert {sweep.cells[i].setting.alpha for i in sweep.failures} == {50.0}
     assert all("ZeroDivisionError" in message for message in sweep.failures.values())
-    frame = rows.accuracy(sweep, [rows.joined([rows.part(m) for m in engine.run(sweep)])])
+    frame = rows.accuracy(sweep, [rows.part(list(engine.run(sweep)))])
     assert set(frame[frame["approximation"] == "broken"]["alpha"]) == {10.0}
     assert set(frame[frame["approximation"] == "phong"]["alpha"]) == {10.0, 50.0}
 
@@ -203,7 +203,7 @@ def test_a_formula_that_fails_fails_alone():
 def test_worst_inputs_reproduce_their_error(small_plan):
     sweep = engine.prepare(small_plan)
     engine.compile_kernels(sweep)
-    worst = rows.worst(sweep, [rows.joined([rows.part(m) for m in engine.run(sweep)])])
+    worst = rows.worst(sweep, [rows.part(list(engine.run(sweep)))])
     assert (
         worst.groupby(["approximation", "lambda_form", "space", "alpha", "gamma", "precision", "gated"], dropna=False)
         .size()

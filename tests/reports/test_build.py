@@ -215,3 +215,10 @@ def test_categories_and_plain_strings_give_the_same_report(run: Any, report: Pat
     categories = run.accuracy.astype(dict.fromkeys(strings, "category"))
     phongbench_reports.build(type(run)(run.path, run.manifest, categories, run.timing, run.worst), tmp_path)
     assert contents(tmp_path) == contents(report)
+
+
+def test_float64_whose_rounding_was_not_measured_makes_a_page(made_up: Callable[..., Any], tmp_path: Path) -> None:
+    found = made_up(tmp_path / "run", alphas=(10.0, 50.0), gammas=(8, 32), precisions=("float32", "float64"))
+    found.accuracy.loc[found.accuracy["precision"] == "float64", "rounding_max"] = float("nan")
+    text = phongbench_reports.build(found, tmp_path / "report").read_text(encoding="utf-8")
+    assert not re.search(r"\bnan\b", text.lower())

@@ -68,9 +68,9 @@ def draw(study: Study) -> Plate | Absent:
         return Absent("The run holds no rows on vectors of the wrong length.", "Run with the stratum lengths.")
     found = [name for name in ("float32", "float16", "float64") if (data["precision"] == name).any()]
     names = list(dict.fromkeys(data["label"]))
-    height = 1.45 + 0.2 * len(names)
-    margins = {"bottom": 0.78 / height, "top": 1 - 0.42 / height}
-    figure, panels = sheet(height, 1, len(found), left=0.225, right=0.985, wspace=0.06, sharey=True, **margins)
+    height = 1.7 + 0.2 * len(names)
+    margins = {"bottom": 0.78 / height, "top": 1 - 0.67 / height}
+    figure, panels = sheet(height, 1, len(found), left=0.24, right=0.985, wspace=0.06, sharey=True, **margins)
     for axes, name in zip(panels, found, strict=True):
         log_axis(axes.xaxis, labels=6)
         axes.set_xlim(*LIMITS)
@@ -78,15 +78,8 @@ def draw(study: Study) -> Plate | Absent:
         _panel(axes, data[data["precision"] == name], names)
         axes.set_title(name)
         axes.set_xlabel("largest absolute error of the part")
-    panels[-1].legend(
-        loc="lower right",
-        bbox_to_anchor=(1.0, 1.0),
-        ncols=3,
-        fontsize=8,
-        columnspacing=1.0,
-        handletextpad=0.2,
-        borderaxespad=0.1,
-    )
+    marks = panels[-1].get_legend_handles_labels()
+    figure.legend(*marks, loc="upper right", ncols=3, fontsize=8, columnspacing=1.0, handletextpad=0.2)
     told = basis(data)
     one = percent(float(data["length_error"].iloc[0]))
     footnote(
@@ -110,7 +103,8 @@ def _alt(data: pd.DataFrame) -> str:
     rows = data[data["precision"] == data["precision"].max()] if data.empty else data[data["precision"] == "float32"]
     rows = rows if len(rows) else data
     parts = "; ".join(
-        f"{row['label']}: " + ", ".join(f"{name} {number(row[part])}" for part, (name, _, _) in PARTS.items())
+        f"{row['label']}: "
+        + ", ".join(f"{name} {number(row[part])}" for part, (name, _, _) in PARTS.items() if row[part] == row[part])
         for row in records(rows.head(12))
     )
     return f"Dot chart of the parts of each formula's error on a log axis. {rows['precision'].iloc[0]}: {parts}."

@@ -1,0 +1,152 @@
+"""`make docs`: fills the generated parts of README.md, the only way a number gets in there.
+
+A part stands between `<!-- generated: NAME -->` and `<!-- /generated: NAME -->`. Everything is measured first and
+written last, so a run that fails leaves README and pictures as they were.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Mapping, Sequence
+from contextlib import ExitStack
+from pathlib import Path
+
+import click
+
+from phongbench import results
+from phongbench.errors import InputError, MeasurementError, PhongbenchError
+from phongbench.results import Run
+from phongbench_reports import readme
+from phongbench_reports.build import write
+from phongbench_reports.readme import PICTURES, Wall
+from phongbench_reports.study import Study
+
+NAMES = ("verdict", "front", "speed", "throughput", "machine")
+CHECKOUT = Path(__file__).resolve().parents[2]
+README = "README.md"
+#: bytes a picture may have: a repository keeps every version of it
+LARGEST_PICTURE = 100_000
+_PART = re.compile(r"(<!-- generated: (?P<name>\w+) -->\n)(?P<body>.*?)(<!-- /generated: (?P=name) -->)", re.DOTALL)
+
+
+def parts_of(text: str) -> dict[str, str]:
+    """The generated parts of a text, name to body; InputError unless every one of NAMES is there once and no other."""
+    found = [(part["name"], part["body"].strip()) for part in _PART.finditer(text)]
+    if sorted(name for name, _ in found) != sorted(NAMES):
+        there = ", ".join(name for name, _ in found) or "none"
+        raise InputError(f"the generated parts are {there}", README, f"keep the marks of {', '.join(NAMES)}, each once")
+    return dict(found)
+
+
+def filled(text: str, bodies: Mapping[str, str]) -> str:
+    """The text with its generated parts replaced; all else stays as it is."""
+    parts_of(text)
+    return _PART.sub(lambda part: f"{part[1]}\n{bodies[part['name']].strip()}\n\n{part[4]}", text)
+
+
+def problems(root: Path) -> list[str]:
+    """What is missing in the structure of README and pictures; an empty list if nothing is."""
+    text = _readme(root)
+    told = [f"the part {name} is empty" for name, body in parts_of(text).items() if not body]
+    for name in sorted(set(re.findall(r'(?:src|srcset)="([^"]+)"', text))):
+        file = root / name
+        if not file.is_file():
+            told.append(f"{name} is shown and not there")
+        elif file.stat().st_size > LARGEST_PICTURE:
+            told.append(f"{name} has {file.stat().st_size} bytes, more than {LARGEST_PICTURE}")
+    return told
+
+
+def _readme(root: Path) -> str:
+    try:
+        return (root / README).read_text(encoding="utf-8")
+    except OSError as problem:
+        raise InputError(f"cannot be read: {problem.strerror}", str(root / README), "run it in a checkout") from problem
+
+
+def fill(root: Path, run: Run, rates: Mapping[str, float], walls: Sequence[Wall] = ()) -> None:
+    """Write README's generated parts and the pictures from a finished run and what was measured beside it."""
+    study = Study(run)
+    shown, files = readme.front(study)
+    bodies = {
+        "verdict": readme.verdict(study),
+        "front": shown,
+        "speed": readme.speed(study),
+        "throughput": readme.throughput(rates, walls),
+        "machine": readme.machine(run),
+    }
+    large = [f"{name}: {len(content)} bytes" for name, content in files.items() if len(content) > LARGEST_PICTURE]
+    if large:
+        raise InputError(f"a picture is too large: {', '.join(large)}", str(PICTURES), f"at most {LARGEST_PICTURE}")
+    text = filled(_readme(root), bodies)
+    for name, content in files.items():
+        write(root / PICTURES / name, content)
+    write(root / README, text.encode("utf-8"))
+
+
+def study_as_command(name: str, folder: Path, cache: Path, extra: Sequence[str] = ()) -> Wall:
+    """Run the quick study in a process of its own, with its kernels cached in `cache`."""
+    command = [sys.executable, "-m", "phongbench", "run", "--preset", "quick", "--out", str(folder), "--json", *extra]
+    started = time.perf_counter()
+    done = subprocess.run(
+        command,
+        check=False,
+        stdout=subprocess.PIPE,
+        cwd=folder.parent,
+        env={**os.environ, "PHONGBENCH_CACHE": str(cache)},
+    )
+    seconds = time.perf_counter() - started
+    if done.returncode:
+        raise MeasurementError(
+            f"the {name} study ended with exit code {done.returncode}", "phongbench run", "see above"
+        )
+    return Wall(name, json.loads(done.stdout), seconds)
+
+
+def _measured(root: Path, run_name: str | None) -> None:
+    from phongbench.yardstick import throughput as measure_throughput
+
+    walls: list[Wall] = []
+    with ExitStack() as stack:
+        if run_name is None:
+            folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="phongbench-docs-")))
+            for name in ("cold", "warm"):
+                click.echo(f"the quick study, {name}", err=True)
+                walls.append(study_as_command(name, folder / name, folder / "cache"))
+            run_name = str(folder / "warm")
+        run = results.find(run_name, results.DEFAULT_ROOT)
+        click.echo("the sweep against plain NumPy", err=True)
+        rates = measure_throughput()
+        click.echo("drawing", err=True)
+        fill(root, run, rates, walls)
+    click.echo(f"{README}: {', '.join(NAMES)}", err=True)
+
+
+@click.command()
+@click.option("--run", "run_name", metavar="RUN", help="Use this finished run; wall times of the study are left out.")
+@click.option(
+    "--check", is_flag=True, help="Only tell whether every generated part is there and filled; exit 1 if not."
+)
+@click.option("--root", type=click.Path(path_type=Path), default=CHECKOUT, help="The checkout.  [default: this one]")
+def main(run_name: str | None, check: bool, root: Path) -> None:
+    """Fill the generated parts of README.md by measuring on this machine; let nothing else run meanwhile."""
+    try:
+        if not check:
+            _measured(root, run_name)
+        found = problems(root)
+    except PhongbenchError as problem:
+        raise click.ClickException(str(problem)) from problem
+    for line in found:
+        click.echo(f"{README}: {line}; `make docs` fills it", err=True)
+    if found:
+        sys.exit(1)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,159 @@
+"""`make docs` fills the README's marked parts from rows, touches nothing else, and writes all of it or nothing."""
+
+import re
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree as ET
+
+import pandas as pd
+import pytest
+from click.testing import CliRunner
+
+from phongbench import provenance
+from phongbench.errors import InputError, MeasurementError
+from phongbench.plan import preset
+from phongbench.study import run_study
+from phongbench_reports import docs, readme
+from phongbench_reports.study import Study
+
+RATES = {"evaluations_per_second": 5.1e8, "numpy_evaluations_per_second": 1.05e7, "ratio": 48.57}
+DOCUMENT = {"cells": 5000, "evaluations": 23_456_000_000, "seconds": {"accuracy": 30.04, "timing": 8, "report": 2.5}}
+EMPTY = "before\n" + "\n".join(f"<!-- generated: {n} -->\n<!-- /generated: {n} -->\nbetween" for n in docs.NAMES) + "\n"
+
+
+@pytest.fixture(scope="module")
+def made(made_up: Callable[..., Any], tmp_path_factory: pytest.TempPathFactory) -> Any:
+    """A made-up run of this machine and of a changed quick preset."""
+    found = made_up(tmp_path_factory.mktemp("run"))
+    plan = replace(preset("quick"), alphas=(10.0, 20.0, 50.0, 128.0, 200.0), samples=131072).validated()
+    manifest = {**found.manifest, "plan": plan.as_dict(), "provenance": provenance.collect(1, ()).as_dict()}
+    run = replace(found, manifest=manifest)
+    object.__setattr__(run, "plan", plan)
+    return run
+
+
+@pytest.fixture
+def checkout(tmp_path: Path) -> Path:
+    """A folder with a README whose parts are empty."""
+    (tmp_path / "README.md").write_text(EMPTY)
+    return tmp_path
+
+
+def lines_of(part: str) -> list[list[str]]:
+    """The cells of a Markdown table, headings and rule first."""
+    return [[cell.strip() for cell in line.strip("|").split("|")] for line in part.splitlines() if line[:1] == "|"]
+
+
+def test_every_part_is_filled_and_the_rest_stays(made: Any, checkout: Path) -> None:
+    docs.fill(checkout, made, RATES, [readme.Wall("cold", DOCUMENT, 45.0), readme.Wall("warm", DOCUMENT, 25.0)])
+    text = (checkout / "README.md").read_text()
+    assert all(docs.parts_of(text).values())
+    assert docs.problems(checkout) == []
+    assert re.sub(r"(?s)(<!-- generated: \w+ -->\n).*?(<!-- /)", r"\1\2", text) == EMPTY
+
+
+def test_the_same_rows_give_the_same_bytes(made: Any, checkout: Path) -> None:
+    def written() -> list[bytes]:
+        docs.fill(checkout, made, RATES)
+        return [file.read_bytes() for file in sorted(checkout.rglob("*")) if file.is_file()]
+
+    assert written() == written()
+
+
+def test_the_verdict_is_the_reports_at_a_few_exponents(made: Any) -> None:
+    headings, _, *rows = lines_of(readme.verdict(Study(made)))
+    assert headings[:2] == ["α", "formula"]
+    assert [row[0] for row in rows] == ["10", "20", "50", "128", "200"]
+    assert "within 1/255" in readme.verdict(Study(made)).lower()
+
+
+def test_speed_shows_a_formula_once_and_the_twin(made: Any) -> None:
+    part = readme.speed(Study(made))
+    names = [row[0] for row in lines_of(part)[2:]]
+    assert len(set(names)) == len(names)
+    assert {"phong", "schlick", "lyon · cross · γ8"} <= set(names)
+    assert not {"copy", "triad", "dot", "aa-twin"} & set(names)
+    assert "A/A twin" in part
+
+
+def test_pictures_are_small_and_well_formed_and_exist_for_light_and_dark(made: Any) -> None:
+    shown, files = readme.front(Study(made))
+    assert set(files) == {"front.svg", "front-dark.svg"}
+    for name, content in files.items():
+        assert len(content) <= docs.LARGEST_PICTURE
+        assert ET.fromstring(content).tag.endswith("svg")
+        assert f"reports/pictures/{name}" in shown
+    assert files["front.svg"] != files["front-dark.svg"]
+
+
+def test_shortening_keeps_what_is_written_in_a_picture() -> None:
+    short = readme.slim(b'<svg><path d="M 1.23456 -0.00012\n L 2 3.5"/>\n<text x="0.5000">0.00392</text></svg>')
+    assert short == b'<svg><path d="M 1.23 -0 L 2 3.5"/>\n<text x="0.5">0.00392</text></svg>'
+
+
+def test_throughput_tells_rates_and_wall_times_where_they_were_measured() -> None:
+    assert ["phongbench", "510 million", "48.6"] in lines_of(readme.throughput(RATES))
+    assert "cold" not in readme.throughput(RATES)
+    part = readme.throughput(RATES, [readme.Wall("cold", DOCUMENT, 45.04)])
+    assert ["cold", "30.0 s", "8.0 s", "2.5 s", "45.0 s"] in lines_of(part)
+
+
+def test_the_machine_is_named_and_no_path_or_host(made: Any) -> None:
+    part = readme.machine(made)
+    assert "changed by options" in part
+    assert "numba" in part
+    assert str(Path.home()) not in part
+
+
+def test_a_run_without_timing_is_refused_and_changes_nothing(made: Any, checkout: Path) -> None:
+    silent = replace(made, timing=pd.DataFrame(columns=made.timing.columns))
+    with pytest.raises(InputError, match="no timing"):
+        docs.fill(checkout, silent, RATES)
+    assert [file.name for file in checkout.rglob("*")] == ["README.md"]
+    assert (checkout / "README.md").read_text() == EMPTY
+
+
+@pytest.mark.parametrize("text", ["", EMPTY.replace("<!-- /generated: speed -->", ""), EMPTY + EMPTY])
+def test_lost_or_doubled_marks_are_refused(text: str) -> None:
+    with pytest.raises(InputError, match="generated parts"):
+        docs.filled(text, dict.fromkeys(docs.NAMES, "new"))
+
+
+def test_check_tells_what_is_empty_and_exits_with_1(checkout: Path) -> None:
+    found = CliRunner().invoke(docs.main, ["--check", "--root", str(checkout)])
+    assert found.exit_code == 1
+    assert found.stderr.count("is empty") == len(docs.NAMES)
+    assert (checkout / "README.md").read_text() == EMPTY
+
+
+def test_check_misses_a_picture_that_is_shown(checkout: Path) -> None:
+    (checkout / "README.md").write_text(docs.filled(EMPTY, dict.fromkeys(docs.NAMES, '<img src="gone.svg">')))
+    assert docs.problems(checkout) == ["gone.svg is shown and not there"]
+
+
+def test_a_folder_without_readme_is_refused_in_a_line(tmp_path: Path) -> None:
+    found = CliRunner().invoke(docs.main, ["--check", "--root", str(tmp_path)])
+    assert found.exit_code == 1
+    assert "run it in a checkout" in found.stderr
+
+
+def test_a_stored_run_fills_the_readme(
+    checkout: Path, tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    plan = replace(
+        preset("quick"), alphas=(10.0,), gammas=(8,), approximations=("lyon",), precisions=("float32",),
+        strata=("highlight",), samples=2000, timing_budget=2.0,
+    ).validated()  # fmt: skip
+    folder = tmp_path_factory.mktemp("stored") / "run"
+    run_study(plan, folder)
+    monkeypatch.setattr("phongbench.yardstick.throughput", lambda: RATES)
+    found = CliRunner().invoke(docs.main, ["--run", str(folder), "--root", str(checkout)])
+    assert found.exit_code == 0, found.output
+    assert "lyon" in docs.parts_of((checkout / "README.md").read_text())["verdict"]
+
+
+def test_a_study_that_fails_is_told_with_its_exit_code(tmp_path: Path) -> None:
+    with pytest.raises(MeasurementError, match="exit code 2"):
+        docs.study_as_command("cold", tmp_path / "cold", tmp_path / "cache", ["--alpha", "-1"])
