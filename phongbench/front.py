@@ -18,6 +18,7 @@ import pandas as pd
 from phongbench.errors import InputError, UnknownNameError
 from phongbench.exponents import Exponents
 from phongbench.lowering import FLOAT16, FLOAT32
+from phongbench.provenance import fingerprint_machine
 from phongbench.results import Run, intact
 
 #: What names a cell of the front.
@@ -226,6 +227,7 @@ def points(
 ) -> dict[str, Any]:
     """The front of a stored run as plain data: what was asked, and `points`, fastest first.
 
+    ns     None in every point where the run was timed on another kind of machine
     space  reflect, or half: formulas of (N, H) agree with Phong on coplanar vectors only, where they were measured
     Raises CorruptRunError for a run whose bytes have changed, and InputError for one that is partial or was not timed.
     """
@@ -237,10 +239,12 @@ def points(
         accuracy[accuracy["space"] == space], timing,
         alpha=asked, metric=metric, stratum=stratum, precision=precision, working_set=working_set,
     )  # fmt: skip
+    if not of_this_machine(run):
+        found["ns"] = np.nan
     return {
         "run": run.id, "alpha": str(asked), "alphas": list(asked.measured(accuracy["alpha"].unique())),
         "metric": metric, "stratum": stratum, "precision": precision, "working_set": working_set, "space": space,
-        "timed_precision": timed_precision(precision),
+        "timed_precision": timed_precision(precision), "same_machine": of_this_machine(run),
         "points": [{"name": cell_name(row), **row} for row in records(found)],
     }  # fmt: skip
 
@@ -258,6 +262,11 @@ def records(cells: pd.DataFrame) -> list[dict[str, Any]]:
     """Rows as plain data for JSON: None for what is missing."""
     rows = cells.astype(object).where(cells.notna(), None)
     return [{str(name): value for name, value in row.items()} for row in rows.to_dict("records")]
+
+
+def of_this_machine(run: Run) -> bool:
+    """False if the run was timed on another kind of machine: its nanoseconds mean nothing here, only its ratios."""
+    return run.manifest["provenance"].get("machine_fingerprint") in (None, fingerprint_machine())
 
 
 def timed(run: Run) -> pd.DataFrame:

@@ -6,11 +6,11 @@ so that none replaces the power by the multiplications of one exponent. Imported
 """
 
 import os
-import sys
 from collections.abc import Callable, Mapping
 from contextlib import redirect_stdout
 from dataclasses import dataclass
 from importlib import import_module
+from io import StringIO
 from types import MappingProxyType
 from typing import Any
 
@@ -201,7 +201,7 @@ def chosen(names: tuple[str, ...] | None) -> tuple[str, ...]:
 def prepared(name: str, a: Array, b: Array, out: Array) -> Peer | str:
     """The peer ready to work on these arrays, or why it is absent."""
     try:
-        with redirect_stdout(sys.stderr):  # some greet; stdout is for data
+        with redirect_stdout(StringIO()):  # some greet; stdout is for data
             return PEERS[name](a, b, out)
     except ModuleNotFoundError as problem:
         if problem.name != name:

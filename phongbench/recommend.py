@@ -23,7 +23,6 @@ from phongbench.contenders import TWIN
 from phongbench.errors import InputError, UnknownNameError
 from phongbench.exponents import Exponents
 from phongbench.lowering import FLOAT16, PRECISIONS
-from phongbench.provenance import fingerprint_machine
 from phongbench.results import DEFAULT_ROOT, Run
 from phongbench.spec import SPACES, Setting
 
@@ -152,7 +151,7 @@ def _by_run(run: Run, wish: Wish, notes: list[str]) -> pd.DataFrame:
         mend = f"time it: phongbench run --precision {wish.precision}"
         raise InputError(f"no formula in {wish.precision} was timed in {wish.working_set}", run.id, mend)
     _warn(run, timing, wish, notes)
-    return cells
+    return cells if front.of_this_machine(run) else cells.assign(ns=np.nan)
 
 
 def _alphas(run: Run, accuracy: pd.DataFrame, wish: Wish, notes: list[str]) -> tuple[float, ...]:
@@ -226,8 +225,8 @@ def _warn(run: Run, timing: pd.DataFrame, wish: Wish, notes: list[str]) -> None:
     twin = timing[(timing["approximation"] == TWIN) & (timing["working_set"] == wish.working_set)]
     if (twin["verdict"] != "unresolved").any():
         notes.append("the run told identical code apart, so no claim to be faster is made: time it again when quiet")
-    if run.manifest["provenance"].get("machine_fingerprint") not in (None, fingerprint_machine()):
-        notes.append("the run was timed on another kind of machine; only its ratios to exact Phong are shown here")
+    if not front.of_this_machine(run):
+        notes.append("the run was timed on another kind of machine: its ratios hold there, nanoseconds are left out")
     if wish.space == "half":
         notes.append("formulas of (N, H) were measured on coplanar vectors, and agree with Phong only there")
 
@@ -317,7 +316,8 @@ def _told(cell: Mapping[str, Any], wish: Wish) -> dict[str, Any]:
     setting, lawful = _setting(cell, wish.alpha.values[0]), cell["coverage"] == "law"
     single = len(wish.alpha.values) == 1 and spec is not None
     beta = spec.coefficients(setting).get("beta") if single and spec else None
-    numbers = {name: None if lawful else float(cell[name]) for name in ("ns", "ratio", "ratio_low", "ratio_high")}
+    times = {name: None if lawful else cell[name] for name in ("ns", "ratio", "ratio_low", "ratio_high")}
+    numbers = {name: None if value is None or pd.isna(value) else float(value) for name, value in times.items()}
     return {
         "name": front.cell_name(cell), "approximation": str(cell["approximation"]),
         "lambda": str(cell["lambda_form"]), "space": setting.space,

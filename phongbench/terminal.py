@@ -96,6 +96,8 @@ def front_table(found: Mapping[str, Any], *, everything: bool = False) -> None:
     table(title, columns, rows, right=columns[1:6])
     notes = Console(stderr=True, markup=False, highlight=False, soft_wrap=True)
     notes.print(f"times: working set {found['working_set']}, of run {found['run']}")
+    if not found["same_machine"]:
+        notes.print("the run was timed on another kind of machine: its ratios hold there, its nanoseconds are left out")
     if len(found["alphas"]) > 1:
         listed = ", ".join(f"{alpha:g}" for alpha in found["alphas"])
         notes.print(f"error: the worst at alpha {listed}, the run's in that range")
@@ -145,7 +147,8 @@ def bench_tables(found: Mapping[str, Any]) -> None:
     sweep = found["sweep"]
     console.print(
         f"accuracy sweep: {sweep['evaluations_per_second'] / 1e9:.2f} billion evaluations a second and core, "
-        f"{sweep['ratio']:.0f} times plain NumPy over the same cells"
+        f"{sweep['ratio']:.0f} times plain NumPy over the same cells",
+        soft_wrap=True,
     )
 
 

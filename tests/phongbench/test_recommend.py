@@ -155,6 +155,17 @@ def test_a_run_that_told_its_twin_apart_makes_no_claim(stored: Stored, monkeypat
     assert any("identical code" in n for n in recommend(run, alpha=50, max_error=0.05)["notes"])
 
 
+def test_a_run_of_another_machine_answers_in_ratios_only(stored: Stored) -> None:
+    run = stored(provenance={"machine_fingerprint": "another"})
+    found = recommend(run, alpha=50, max_error=0.05)
+    assert found["choices"][0]["ns"] is None
+    assert found["choices"][0]["ratio"] == pytest.approx(0.24)
+    assert any("another kind of machine" in note for note in found["notes"])
+    told = points(run, alpha=50)
+    assert not told["same_machine"]
+    assert {p["ns"] for p in told["points"]} == {None}
+
+
 @pytest.mark.parametrize(
     ("asked", "said"),
     [
