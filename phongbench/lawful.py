@@ -1,4 +1,4 @@
-"""What the closed-form laws can say about a budget where there is no run: errors with their tolerances, and work counted.
+"""What the closed-form laws say about a budget where there is no run: errors with their tolerances, and work counted.
 
 Only Lyon's own slope, the classic Gaussian and exact powers have laws, for unit vectors and for slightly wrong lengths.
 An answer from here is a bound: model error, change by lengths and rounding are added up, each at its largest.
