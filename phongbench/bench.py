@@ -19,9 +19,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from phongbench import __version__, clock, contenders, jit, kernels, peers, yardstick
+from phongbench import __version__, clock, contenders, jit, kernels, peers, sampling, yardstick
 from phongbench.approximations import REGISTRY
-from phongbench.blocks import Block, memory_sizes, tick
+from phongbench.blocks import _spin as spin
+from phongbench.blocks import elements_of, memory_sizes, tick
 from phongbench.contenders import Contender, Subject
 from phongbench.errors import InputError
 from phongbench.lowering import FLOAT32
@@ -46,7 +47,33 @@ pairs_at = jit.function_at(kernels.pairs_signature)
 
 @jit.driver
 def _pass(address: int, a: Array, b: Array, coefficients: Array, table: Array, out: Array) -> None:
-    pairs_at(address, a)(a, b, coefficients, table, out)
+    pairs_at(address, out)(a, b, coefficients, table, out)
+
+
+class Arena:
+    """The arrays everybody works on: inputs of the highlight stratum, laid out as the timing laboratory lays them out.
+
+    All rows are parts of one aligned piece of memory. They can be written to, which some peers insist on.
+    """
+
+    def __init__(self, total_bytes: int, seed: int) -> None:
+        self.elements = elements_of(total_bytes, FLOAT32)
+        row = self.elements * FLOAT32.carrier.itemsize
+        raw = np.zeros(contenders.ROWS * row + 64, np.uint8)
+        start = -raw.ctypes.data % 64
+        rows = raw[start : start + contenders.ROWS * row].view(np.float32).reshape(contenders.ROWS, self.elements)
+        self.a, self.b = rows[:3], rows[3:6]
+        self.out: Array = rows[6]
+        highlight = next(s for s in sampling.STRATA if s.name == "highlight")
+        self.a[:], self.b[:] = sampling.pairs(
+            highlight, FLOAT32, seed=seed, start=0, count=self.elements, scale=1 / ALPHA
+        )
+        self.scratch = np.zeros(16, np.int64)
+
+    def spin(self) -> float:
+        """Nanoseconds of a fixed chain of instructions, by its second run: the first may follow 512-bit vectors."""
+        spin(self.scratch)
+        return float(spin(self.scratch))
 
 
 @dataclass
@@ -119,7 +146,6 @@ def bench(
     with machine_lock():
         progress.stage("compiling")
         ours = _ours()
-        Block.prepare(FLOAT32, ours[PHONG])
         fields = [_Field(name, sizes[name], ours, wanted, seed, absent, notes) for name in working_sets]
         share = budget_seconds / max(1e-9, sum(f.round_seconds for f in fields))
         rounds = min(MOST_ROUNDS, math.floor(share) - 1)
@@ -145,14 +171,13 @@ def _ours() -> dict[str, Contender]:
     return {PHONG: contenders.compiled(phong), LYON: contenders.compiled(lyon)}
 
 
-def _as_peer(ours: dict[str, Contender], block: Block) -> Peer:
+def _as_peer(ours: dict[str, Contender], arena: Arena) -> Peer:
     def passing(c: Contender) -> Callable[[], Array]:
         address = jit.address(c.kernel)
 
         def once() -> Array:
-            out: Array = block.out
-            _pass(address, block.a, block.b, c.coefficients, c.table, out)
-            return out
+            _pass(address, arena.a, arena.b, c.coefficients, c.table, arena.out)
+            return arena.out
 
         return once
 
@@ -172,12 +197,12 @@ class _Field:
         absent: dict[str, str],
         notes: list[str],
     ) -> None:
-        self.block = Block(working_set, FLOAT32, list(ours.values()), total_bytes, seed)
+        self.working_set, self.arena = working_set, Arena(total_bytes, seed)
         self.notes = notes
-        us = _as_peer(ours, self.block)
+        us = _as_peer(ours, self.arena)
         found: dict[str, Peer] = {OURS: us, TWIN: us}
         for name in wanted:
-            peer = peers.prepared(name, self.block.a, self.block.b, self.block.out)
+            peer = peers.prepared(name, self.arena.a, self.arena.b, self.arena.out)
             if isinstance(peer, str):
                 absent[name] = peer
             else:
@@ -187,13 +212,13 @@ class _Field:
         self.entrants = [e for e in self.entrants if self._right(e)]
         for entrant in self.entrants:
             entrant.calibrate(step)
-        self.usual_spin = float(np.percentile([self.block.spin() for _ in range(51)], 25))
+        self.usual_spin = float(np.percentile([self.arena.spin() for _ in range(51)], 25))
 
     def _right(self, entrant: Entrant) -> bool:
         """Whether its values are right to float32's rounding; a wrong one gets no row, and is told of."""
-        self.block.out.fill(np.nan)
+        self.arena.out.fill(np.nan)
         values = np.asarray(entrant.once())
-        x = (self.block.a.astype(np.float64) * self.block.b).sum(axis=0)
+        x = (self.arena.a.astype(np.float64) * self.arena.b).sum(axis=0)
         base = x if entrant.work == PHONG else 1 - ALPHA / GAMMA * (1 - x)
         exact = np.maximum(base, 0) ** (ALPHA if entrant.work == PHONG else GAMMA)
         error = float(np.abs(values - exact).max()) if values.shape == exact.shape else math.nan
@@ -201,7 +226,7 @@ class _Field:
         if values.dtype == np.float32 and error <= TOLERANCE:
             return True
         self.notes.append(
-            f"{entrant.by}, {entrant.work}, {self.block.working_set}: left out, its values are wrong (largest error "
+            f"{entrant.by}, {entrant.work}, {self.working_set}: left out, its values are wrong (largest error "
             f"{error:.3g}, allowed {TOLERANCE:.3g}, {values.dtype})"
         )
         return False
@@ -224,29 +249,29 @@ class _Field:
         rows = [self._row(i, readings) for i in kept]
         twins = [row for row in rows if row["by"] == TWIN]
         if any(row["verdict"] != "unresolved" for row in twins):
-            self.notes.append(f"{self.block.working_set}: identical code was told apart, so no verdict is given here")
+            self.notes.append(f"{self.working_set}: identical code was told apart, so no verdict is given here")
             rows = [row if row["by"] == OURS else row | {"verdict": "unresolved"} for row in rows]
         for row in rows:
             if row["cores"] > 1.2:
-                self.notes.append(f"{row['by']} used {row['cores']:.1f} cores, not one ({self.block.working_set})")
+                self.notes.append(f"{row['by']} used {row['cores']:.1f} cores, not one ({self.working_set})")
         return rows
 
     def _epoch(self, witness: clock.Witness, index: int) -> clock.Epoch:
         entrant = self.entrants[index]
-        before = witness.see(self.block.spin())
+        before = witness.see(self.arena.spin())
         entrant.once()
         nanoseconds = entrant.epoch(entrant.repeats) / entrant.repeats
-        after = witness.see(self.block.spin())
+        after = witness.see(self.arena.spin())
         return clock.Epoch(nanoseconds, clock.disturbed(before, after, self.usual_spin))
 
     def _row(self, index: int, readings: clock.Readings) -> dict[str, Any]:
-        entrant, n = self.entrants[index], self.block.elements
+        entrant, n = self.entrants[index], self.arena.elements
         base = next(i for i, e in enumerate(self.entrants) if (e.by, e.work) == (OURS, entrant.work))
         ratio = clock.ratio(readings.used[:, index], readings.used[:, base])
         verdict = "baseline" if index == base else clock.verdict(ratio)
         return {
             "work": entrant.work, "by": entrant.by, "version": entrant.version,
-            "working_set": self.block.working_set, "elements": n,
+            "working_set": self.working_set, "elements": n,
             "ns": readings.least(index) / n, "ns_median": readings.median(index) / n,
             "ratio": ratio.middle, "ratio_low": ratio.low, "ratio_high": ratio.high, "verdict": verdict,
             "cores": entrant.cpu / max(1, entrant.wall), "error": entrant.error,

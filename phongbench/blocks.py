@@ -228,8 +228,3 @@ class Block:
         if self.digest() != self.digests[index]:
             lying.add(index)
         return Epoch(float(nanoseconds), clock.disturbed(before, after, self.usual_spin))
-
-    def spin(self) -> float:
-        """Nanoseconds of the fixed chain of instructions, by its second run: the first may follow 512-bit vectors."""
-        _spin(self.scratch)
-        return float(_spin(self.scratch))
