@@ -32,8 +32,8 @@ check: $(DEV) ## lint, format, types, layers
 	$(PY) -m mypy
 	$(PY) -c 'from importlinter.cli import lint_imports_command; lint_imports_command()' --no-logo --no-cache
 
-bench: $(TEST) ## sweep throughput against a plain NumPy sweep of the same cells
-	$(PY) -m phongbench.yardstick
+bench: $(TEST) ## our kernels and sweep against NumPy and every other installed peer
+	$(PY) -m phongbench bench
 
 docs: $(TEST) ## fill the generated parts of README.md; the only way a number gets in there
 	$(PY) -m phongbench_reports.docs

@@ -3,15 +3,18 @@
 Heavy modules are imported by the command that needs them.
 """
 
-import json
 import sys
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import click
 
 from phongbench import __version__
+from phongbench.commands.answers import bench, front, recommend
+from phongbench.commands.common import DIFFERENT, ROOT, CommaList
+from phongbench.commands.common import facts as _facts
+from phongbench.commands.common import grid as _grid
+from phongbench.commands.common import show as _show
 from phongbench.errors import (
     CorruptRunError,
     InputError,
@@ -32,25 +35,7 @@ EXIT_CODES: tuple[tuple[type[PhongbenchError], int], ...] = (
     (InterruptedStudyError, 130),
     (PhongbenchError, 1),
 )
-DIFFERENT, SOME_CELLS_FAILED, INTERRUPTED = 1, 3, 130
-ROOT = Path("phongbench-runs")
-
-
-class CommaList(click.ParamType[Any]):
-    """Values separated by commas, as a tuple."""
-
-    def __init__(self, name: str, member: Callable[[str], Any] = str) -> None:
-        self.name, self.member = name, member
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        """`10,50,200` -> (10.0, 50.0, 200.0)."""
-        if not isinstance(value, str):
-            return value
-        words = [word.strip() for word in value.split(",") if word.strip()]
-        try:
-            return tuple(self.member(word) for word in words)
-        except ValueError:
-            self.fail(f"{value!r} is not a list of {self.name} separated by commas", param, ctx)
+SOME_CELLS_FAILED, INTERRUPTED = 3, 130
 
 
 class Commands(click.Group):
@@ -75,6 +60,7 @@ Examples:
   phongbench run --materials scene.mtl --preset standard --out my-study
   phongbench report latest --single-file          the report as one file to send around
   phongbench show latest                          what the newest run found
+  phongbench recommend --alpha 50 --max-error 1/255
 """
 
 
@@ -84,6 +70,10 @@ Examples:
 @click.version_option(__version__, prog_name="phongbench")
 def main() -> None:
     """Entry point."""
+
+
+for command in (front, recommend, bench):
+    main.add_command(command)
 
 
 @main.command(short_help="Run a study: accuracy, stability, timing, report.")
@@ -293,20 +283,6 @@ def _build_report(found: Any, folder: Path) -> Path:
     return build(found, folder)
 
 
-def _show(data: Any, as_json: bool, *otherwise: Callable[[], Any]) -> None:
-    if as_json:
-        click.echo(json.dumps(data, indent=2, allow_nan=False))
-    else:
-        for tell in otherwise:
-            tell()
-
-
-def _facts(data: dict[str, Any]) -> None:
-    for name, value in data.items():
-        shown = ", ".join(f"{k} {v}" for k, v in value.items()) if isinstance(value, dict) else value
-        click.echo(f"{name:<14} {shown:,}" if isinstance(shown, int) else f"{name:<14} {shown}")
-
-
 def _told(outcome: Any) -> None:
     rate = outcome.evaluations / max(outcome.seconds["accuracy"], 1e-9) / 1e9
     click.echo(
@@ -317,7 +293,3 @@ def _told(outcome: Any) -> None:
     click.echo(f"run     {outcome.run.path}")
     if outcome.report:
         click.echo(f"report  {outcome.report}")
-
-
-def _grid(rows: list[dict[str, Any]]) -> tuple[tuple[str, ...], list[tuple[Any, ...]]]:
-    return tuple(rows[0]) if rows else (), [tuple(row.values()) for row in rows]

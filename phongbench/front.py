@@ -7,13 +7,19 @@ the join leaves both out. Ratios are time / time of exact Phong in the same run,
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
 from phongbench.errors import InputError, UnknownNameError
+from phongbench.exponents import Exponents
+from phongbench.lowering import FLOAT16, FLOAT32
+from phongbench.provenance import fingerprint_machine
+from phongbench.results import Run, intact
 
 #: What names a cell of the front.
 CELL = ["approximation", "lambda_form", "space", "beta_policy", "gamma", "precision"]
@@ -28,6 +34,8 @@ METRICS = [
 #: have rows named "integer-power-64" and so on.
 WHOLE_POWER, WHOLE_EXPONENT = "integer-power", 50
 COLUMNS = [*CELL, "error", "ns", "ratio", "ratio_low", "ratio_high", "state"]
+#: What names an input to a cell.
+INPUT = ["alpha", "stratum", "perturbation", "length_error"]
 
 
 @dataclass(frozen=True)
@@ -37,7 +45,7 @@ class Choice:
     best          row of `front` or None   cheapest cell whose error is within the budget
     runner_up     row of `front` or None   the next cheapest one
     resolved      bool                     the intervals of best and runner_up do not overlap
-    nearest_miss  row of `front` or None   cell with the smallest error beyond the budget
+    nearest_miss  row of `front` or None   cell with the smallest error beyond the budget, of those faster than `best`
     """
 
     best: pd.Series | None
@@ -49,7 +57,7 @@ class Choice:
 def errors_at(
     accuracy: pd.DataFrame,
     *,
-    alpha: float,
+    alpha: float | Exponents,
     metric: str = "max_abs",
     stratum: str = "highlight",
     precision: str = "float32",
@@ -57,7 +65,8 @@ def errors_at(
 ) -> pd.DataFrame:
     """Cells with unit vectors and the a.b > 0 gate, and their error: columns CELL + `error`, sorted by name.
 
-    alpha   float   must be one the run swept
+    alpha   one that the run swept, or several: a cell's error is its worst over those of the run's that are asked
+            about, and a cell that takes only some of them is left out
     Unknown names raise InputError, listing the known ones.
     """
     if metric not in METRICS:
@@ -66,13 +75,29 @@ def errors_at(
         known = sorted(accuracy[column].astype(str).unique())
         if wanted not in known:
             raise UnknownNameError(column, wanted, known)
-    near = np.isclose(accuracy["alpha"].to_numpy(dtype=np.float64), alpha, rtol=1e-9, atol=0.0)
-    if not near.any():
-        raise UnknownNameError("alpha", f"{alpha:g}", [f"{a:g}" for a in sorted(accuracy["alpha"].unique())])
+    asked = Exponents.of(alpha)
+    alphas = asked.measured(accuracy["alpha"].unique())
     unit = (accuracy["perturbation"] == "none") & (accuracy["length_error"] == 0.0) & accuracy["gated"].astype(bool)
-    asked = (accuracy["stratum"] == stratum) & (accuracy["precision"] == precision) & (accuracy["truth"] == truth)
-    rows: pd.DataFrame = accuracy.loc[near & unit & asked, [*CELL, metric]].rename(columns={metric: "error"})
-    return rows.sort_values(CELL, kind="stable").drop_duplicates(CELL).reset_index(drop=True)
+    meant = (accuracy["stratum"] == stratum) & (accuracy["precision"] == precision) & (accuracy["truth"] == truth)
+    rows = accuracy.loc[unit & meant & accuracy["alpha"].isin(alphas), [*CELL, *INPUT, metric]]
+    return worst_of(whole_or_any(rows, asked).rename(columns={metric: "error"}))
+
+
+def whole_or_any(rows: pd.DataFrame, asked: Exponents) -> pd.DataFrame:
+    """The rows; without integer powers where every exponent of a range is meant, since they take whole ones only."""
+    return rows[rows["approximation"] != WHOLE_POWER] if asked.continuous else rows
+
+
+def worst_of(rows: pd.DataFrame) -> pd.DataFrame:
+    """Each cell's row with the largest `error`, sorted by name; cells that lack an input others have are left out.
+
+    rows  columns CELL, INPUT, `error` and any others; an error that is no number counts as the largest
+    """
+    first = rows.sort_values([*CELL, "error"], kind="stable").drop_duplicates([*CELL, *INPUT])
+    inputs = len(first[INPUT].drop_duplicates())
+    groups = first.groupby(CELL, dropna=False, observed=True, sort=True)
+    complete = first[groups["error"].transform("size") == inputs]
+    return complete.drop_duplicates(CELL, keep="last").reset_index(drop=True)
 
 
 def multiplications(exponent: int) -> int:
@@ -104,17 +129,33 @@ def _integer_power_at(times: pd.DataFrame, alpha: float) -> pd.DataFrame:
     return kept.assign(approximation=kept["approximation"].replace(renamed))
 
 
-def times_of(timing: pd.DataFrame, *, working_set: str = "l1") -> pd.DataFrame:
+def times_of(timing: pd.DataFrame, *, working_set: str = "l1", precision: str | None = None) -> pd.DataFrame:
     """One timing row per kernel of a working set: columns KERNEL + ns, ratio, ratio_low, ratio_high.
 
     `ns` is ns_min, the minimum over clean epochs. Where several thread counts were timed, the smallest counts.
+    precision  only its kernels; float16 is emulated and never timed, so float32 stands for it: same work, same order
     """
     known = sorted(timing["working_set"].astype(str).unique())
     if len(timing) and working_set not in known:
         raise UnknownNameError("working set", working_set, known)
     rows = timing[timing["working_set"] == working_set].sort_values([*KERNEL, "threads", "ratio"], kind="stable")
     rows = rows.drop_duplicates(KERNEL).rename(columns={"ns_min": "ns"})
+    if precision is not None:
+        rows = rows[rows["precision"] == timed_precision(precision)].assign(precision=precision)
     return rows[[*KERNEL, "ns", "ratio", "ratio_low", "ratio_high"]]
+
+
+def timed_precision(precision: str) -> str:
+    """The precision whose times stand for this one's."""
+    return FLOAT32.name if precision == FLOAT16.name else precision
+
+
+def times_at(times: pd.DataFrame, alphas: tuple[float, ...]) -> pd.DataFrame:
+    """The times of kernels over several exponents: only integer powers' depend on them, and their slowest counts."""
+    each = pd.concat([_integer_power_at(times, alpha) for alpha in alphas], ignore_index=True)
+    slowest = each.sort_values([*KERNEL, "ratio"], kind="stable")
+    everywhere = slowest.groupby(KERNEL, dropna=False, observed=True)["ns"].transform("size") == len(alphas)
+    return slowest[everywhere].drop_duplicates(KERNEL, keep="last").reset_index(drop=True)
 
 
 def states(error: npt.ArrayLike, low: npt.ArrayLike, high: npt.ArrayLike, kernel: npt.ArrayLike) -> list[str]:
@@ -144,34 +185,103 @@ def front(
     accuracy: pd.DataFrame,
     timing: pd.DataFrame,
     *,
-    alpha: float,
+    alpha: float | Exponents,
     metric: str = "max_abs",
     stratum: str = "highlight",
     precision: str = "float32",
     working_set: str = "l1",
     truth: str = "angle",
 ) -> pd.DataFrame:
-    """Cells at one alpha with error, time and whether they lie on the error/time front.
+    """Cells at one alpha, or over several, with error, time and whether they lie on the error/time front.
 
     accuracy, timing   rows as in accuracy.parquet and timing.parquet
     returns            columns COLUMNS, fastest first; a cell without a timing row, an error or an interval is left out
     """
     wrong = errors_at(accuracy, alpha=alpha, metric=metric, stratum=stratum, precision=precision, truth=truth)
-    times = _integer_power_at(times_of(timing, working_set=working_set), alpha)
+    alphas = Exponents.of(alpha).measured(accuracy["alpha"].unique())
+    times = times_at(times_of(timing, working_set=working_set, precision=precision), alphas)
+    return joined(wrong, times)
+
+
+def joined(wrong: pd.DataFrame, times: pd.DataFrame) -> pd.DataFrame:
+    """The front of cells with an `error` and of kernels with times; other columns of the cells are kept at the end."""
     cells = wrong.merge(times, on=KERNEL, how="inner")
     cells = cells.dropna(subset=["error", "ratio", "ratio_low", "ratio_high"]).reset_index(drop=True)
     kernel = cells.groupby(KERNEL, dropna=False, observed=True, sort=True).ngroup()
     cells["state"] = pd.Series(
         states(cells["error"], cells["ratio_low"], cells["ratio_high"], kernel), index=cells.index, dtype="str"
     )
-    return cells.sort_values(["ratio", "error", *CELL], kind="stable").reset_index(drop=True)[COLUMNS]
+    more = [name for name in wrong.columns if name not in (*COLUMNS, *INPUT)]
+    return cells.sort_values(["ratio", "error", *CELL], kind="stable").reset_index(drop=True)[[*COLUMNS, *more]]
+
+
+def points(
+    run: Run,
+    *,
+    alpha: float | str | Exponents,
+    metric: str = "max_abs",
+    stratum: str = "highlight",
+    precision: str = "float32",
+    working_set: str = "l1",
+    space: str = "reflect",
+) -> dict[str, Any]:
+    """The front of a stored run as plain data: what was asked, and `points`, fastest first.
+
+    ns     None in every point where the run was timed on another kind of machine
+    space  reflect, or half: formulas of (N, H) agree with Phong on coplanar vectors only, where they were measured
+    Raises CorruptRunError for a run whose bytes have changed, and InputError for one that is partial or was not timed.
+    """
+    asked, accuracy, timing = Exponents.of(alpha), intact(run).accuracy, timed(run)
+    known = sorted(accuracy["space"].astype(str).unique())
+    if space not in known:
+        raise UnknownNameError("space", space, known)
+    found = front(
+        accuracy[accuracy["space"] == space], timing,
+        alpha=asked, metric=metric, stratum=stratum, precision=precision, working_set=working_set,
+    )  # fmt: skip
+    if not of_this_machine(run):
+        found["ns"] = np.nan
+    return {
+        "run": run.id, "alpha": str(asked), "alphas": list(asked.measured(accuracy["alpha"].unique())),
+        "metric": metric, "stratum": stratum, "precision": precision, "working_set": working_set, "space": space,
+        "timed_precision": timed_precision(precision), "same_machine": of_this_machine(run),
+        "points": [{"name": cell_name(row), **row} for row in records(found)],
+    }  # fmt: skip
+
+
+def cell_name(cell: Mapping[str, Any]) -> str:
+    """A cell's name for people: "lyon, cross, gamma 8, minimax"; Taylor slopes and reflect space go without saying."""
+    form = [cell["lambda_form"]] if cell["lambda_form"] != "none" else []
+    gamma = [] if pd.isna(cell["gamma"]) else [f"gamma {int(cell['gamma'])}"]
+    policy = [cell["beta_policy"]] if cell["beta_policy"] not in ("none", "taylor") else []
+    half = ["half space"] if cell["space"] == "half" else []
+    return ", ".join([str(cell["approximation"]), *form, *gamma, *policy, *half])
+
+
+def records(cells: pd.DataFrame) -> list[dict[str, Any]]:
+    """Rows as plain data for JSON: None for what is missing."""
+    rows = cells.astype(object).where(cells.notna(), None)
+    return [{str(name): value for name, value in row.items()} for row in rows.to_dict("records")]
+
+
+def of_this_machine(run: Run) -> bool:
+    """False if the run was timed on another kind of machine: its nanoseconds mean nothing here, only its ratios."""
+    return run.manifest["provenance"].get("machine_fingerprint") in (None, fingerprint_machine())
+
+
+def timed(run: Run) -> pd.DataFrame:
+    """The run's timing rows; InputError says which command makes them where there are none."""
+    if run.timing.empty:
+        mend = "time it: phongbench run without --no-timing, or with a larger --timing-budget SECONDS"
+        raise InputError("the run has no timing rows", run.id, mend)
+    return run.timing
 
 
 def cheapest(
     accuracy: pd.DataFrame,
     timing: pd.DataFrame,
     *,
-    alpha: float,
+    alpha: float | Exponents,
     max_error: float,
     metric: str = "max_abs",
     stratum: str = "highlight",
@@ -203,6 +313,8 @@ def choose(cells: pd.DataFrame, max_error: float) -> Choice:
     fits = one_each[one_each["error"] <= max_error]
     misses = cells[cells["error"] > max_error].sort_values(["error", "ratio", *CELL], kind="stable")
     best = fits.iloc[0] if len(fits) else None
+    if best is not None:
+        misses = misses[misses["ratio"] < best["ratio"]]
     second = fits.iloc[1] if len(fits) > 1 else None
     resolved = best is not None and second is not None and bool(best["ratio_high"] < second["ratio_low"])
     return Choice(best, second, resolved, misses.iloc[0] if len(misses) else None)

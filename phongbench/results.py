@@ -192,6 +192,17 @@ def verify(run: Run) -> list[str]:
     return problems
 
 
+def intact(run: Run) -> Run:
+    """The run, for building on it: InputError if it is partial, CorruptRunError if a byte has changed."""
+    if not run.complete:
+        mend = "finish it: phongbench run --resume --out with its folder"
+        raise InputError("the run is partial: it was interrupted", str(run.path), mend)
+    problems = verify(run)
+    if problems:
+        raise CorruptRunError("; ".join(problems), str(run.path), _REMEDY)
+    return run
+
+
 @contextmanager
 def locked(path: Path) -> Iterator[None]:
     """Hold a run's folder; LockedError if another process does. The folder is made if it is missing."""

@@ -3,7 +3,7 @@
 NO_COLOR is honoured.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from types import TracebackType
 from typing import Any
 
@@ -82,3 +82,76 @@ def text_of(value: Any) -> str:
     if value is None or value != value:
         return ""
     return f"{value:.4g}" if isinstance(value, float) else str(value)
+
+
+def front_table(found: Mapping[str, Any], *, everything: bool = False) -> None:
+    """A front as a table, fastest first; what is off it is only counted, unless everything is wanted."""
+    points = found["points"]
+    shown = [p for p in points if everything or p["state"] != "off"]
+    rows = [
+        (p["name"], p["error"], 255 * p["error"], p["ratio"], _interval(p), p["ns"], p["state"]) for p in shown
+    ]  # fmt: skip
+    title = f"{found['stratum']} vectors, {found['precision']}, {found['space']} space, alpha {found['alpha']}"
+    columns = ("formula", found["metric"], "8-bit codes", "time / exact Phong", "interval", "ns", "state")
+    table(title, columns, rows, right=columns[1:6])
+    notes = Console(stderr=True, markup=False, highlight=False, soft_wrap=True)
+    notes.print(f"times: working set {found['working_set']}, of run {found['run']}")
+    if not found["same_machine"]:
+        notes.print("the run was timed on another kind of machine: its ratios hold there, its nanoseconds are left out")
+    if len(found["alphas"]) > 1:
+        listed = ", ".join(f"{alpha:g}" for alpha in found["alphas"])
+        notes.print(f"error: the worst at alpha {listed}, the run's in that range")
+    if found["timed_precision"] != found["precision"]:
+        notes.print(f"{found['precision']} is emulated and not timed: times are those of {found['timed_precision']}")
+    if len(shown) < len(points):
+        notes.print(f"{len(points) - len(shown)} more are off the front: --all shows them")
+
+
+def recommendation(found: Mapping[str, Any]) -> None:
+    """The answer to a budget: a table of choices, then each one's reason, then what to bear in mind."""
+    miss, choices = found["nearest_miss"], found["choices"]
+    named = [*zip(("best", "next"), choices, strict=False), *([("nearest miss", miss)] if miss else [])]
+    rows = [
+        (role, c["name"], c["beta"], c["max_abs"], c["codes_8bit"], c["coverage"], c["ratio"], _interval(c))
+        for role, c in named
+    ]
+    title = f"Largest error at most {found['max_error']:.4g} at alpha {found['alpha']}, {found['precision']}"
+    columns = ("", "formula", "beta", "error", "8-bit codes", "coverage", "time / exact Phong", "interval")
+    table(title, columns, rows, right=("beta", "error", "8-bit codes", "time / exact Phong", "interval"))
+    console = Console(markup=False, highlight=False)
+    if not choices:
+        console.print("nothing meets the budget")
+    for role, choice in named:
+        console.print(f"{role}: {choice['why']}", soft_wrap=True)
+    for note in found["notes"]:
+        console.print(f"note: {note}", soft_wrap=True)
+    console.print(f"from {found['run']}" if found["run"] else "from the laws, without a run")
+
+
+def bench_tables(found: Mapping[str, Any]) -> None:
+    """The comparison with peers, one table for each kind of work, then who is absent, then the sweep."""
+    columns = ("by", "version", "ns", "time / ours", "interval", "cores", "largest error", "verdict")
+    for work in dict.fromkeys((r["work"], r["working_set"], r["elements"]) for r in found["rows"]):
+        mine = [r for r in found["rows"] if (r["work"], r["working_set"], r["elements"]) == work]
+        rows = [
+            (r["by"], r["version"], r["ns"], r["ratio"], _interval(r), r["cores"], r["error"], r["verdict"])
+            for r in mine
+        ]
+        title = f"{work[0]}, float32, {work[2]:,} elements ({work[1]}), ns per element"
+        table(title, columns, rows, right=columns[2:7])
+    console = Console(markup=False, highlight=False)
+    for name, why in found["absent"].items():
+        console.print(f"{name} is absent: {why}", soft_wrap=True)
+    for note in found["notes"]:
+        console.print(f"note: {note}", soft_wrap=True)
+    sweep = found["sweep"]
+    console.print(
+        f"accuracy sweep: {sweep['evaluations_per_second'] / 1e9:.2f} billion evaluations a second and core, "
+        f"{sweep['ratio']:.0f} times plain NumPy over the same cells",
+        soft_wrap=True,
+    )
+
+
+def _interval(row: Mapping[str, Any]) -> str:
+    low, high = row["ratio_low"], row["ratio_high"]
+    return "" if low is None or high is None else f"{low:.3g} .. {high:.3g}"

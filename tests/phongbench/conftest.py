@@ -2,11 +2,13 @@
 
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
+from typing import Any
 
 import pandas as pd
 import pytest
 
-from phongbench import engine, rows
+from phongbench import engine, results, rows
 from phongbench.plan import Plan, preset
 
 
@@ -53,3 +55,54 @@ def law_rows() -> pd.DataFrame:
 def swept() -> Callable[..., pd.DataFrame]:
     """The accuracy rows of a plan, by (plan, jobs=2)."""
     return _swept
+
+
+def timing_of(accuracy: pd.DataFrame, ratio: Callable[[Any], float]) -> pd.DataFrame:
+    """Made-up timing rows for every kernel of some accuracy rows: one working set, intervals of 1 %."""
+    kernel = ["approximation", "lambda_form", "space", "gamma"]
+    rows = accuracy[kernel].drop_duplicates().assign(
+        beta_policy="none", precision="float32", working_set="l1", elements=1024, threads=1, verdict="unresolved",
+        dot_ratio=1.0, bandwidth_fraction=0.5, rounds=24, contaminated=0,
+    )  # fmt: skip
+    rows["ratio"] = [ratio(row) for row in rows.itertuples()]
+    twin = rows.iloc[:1].assign(approximation="aa-twin", ratio=1.0)
+    rows = pd.concat([rows, twin], ignore_index=True)
+    rows["ratio_low"], rows["ratio_high"] = 0.99 * rows["ratio"], 1.01 * rows["ratio"]
+    rows["ns_min"] = rows["ns_median"] = 0.6 * rows["ratio"]
+    return rows[list(results.TIMING_COLUMNS)]
+
+
+def usual_ratio(row: Any) -> float:
+    """Plausible times: squarings and crosses cost, exponentials cost more."""
+    form = {"dot": 0.0, "difference": 0.05, "cross": 0.1, "none": 0.0}[row.lambda_form]
+    name = {"phong": 1.0, "gaussian": 0.5}.get(row.approximation, 0.2)
+    return name + form + (0.0 if pd.isna(row.gamma) else 0.02 * float(row.gamma) / 4)
+
+
+@pytest.fixture
+def stored(small_plan: Plan, small_rows: pd.DataFrame, tmp_path: Path) -> Callable[..., results.Run]:
+    """A factory of stored runs: (name, accuracy=.., ratio=.., timed=True) in tmp_path/phongbench-runs."""
+
+    def store(
+        name: str = "20260101-000000-0123abcd",
+        *,
+        accuracy: pd.DataFrame = small_rows,
+        ratio: Callable[[Any], float] = usual_ratio,
+        timed: bool = True,
+        **manifest: Any,
+    ) -> results.Run:
+        folder = tmp_path / "phongbench-runs" / name
+        folder.mkdir(parents=True)
+        tables = {"accuracy": accuracy} | ({"timing": timing_of(accuracy, ratio)} if timed else {})
+        files = {f"{table}.parquet": results.write_table(folder, table, frame) for table, frame in tables.items()}
+        results.write_manifest(
+            folder,
+            {
+                "schema": results.SCHEMA, "run": name, "state": "complete", "plan": small_plan.as_dict(), "seed": 1,
+                "code": "0", "provenance": {}, "files": files,
+            }
+            | manifest,
+        )  # fmt: skip
+        return results.load(folder)
+
+    return store

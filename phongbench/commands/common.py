@@ -1,0 +1,50 @@
+"""What commands share: types of options, where runs lie, how answers are printed."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import click
+
+ROOT = Path("phongbench-runs")
+#: exit code of a comparison, a verification or a question whose answer is no
+DIFFERENT = 1
+
+
+class CommaList(click.ParamType[Any]):
+    """Values separated by commas, as a tuple."""
+
+    def __init__(self, name: str, member: Callable[[str], Any] = str) -> None:
+        self.name, self.member = name, member
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """`10,50,200` -> (10.0, 50.0, 200.0)."""
+        if not isinstance(value, str):
+            return value
+        words = [word.strip() for word in value.split(",") if word.strip()]
+        try:
+            return tuple(self.member(word) for word in words)
+        except ValueError:
+            self.fail(f"{value!r} is not a list of {self.name} separated by commas", param, ctx)
+
+
+def show(data: Any, as_json: bool, *otherwise: Callable[[], Any]) -> None:
+    """Print one JSON document, or call what prints the same for people."""
+    if as_json:
+        click.echo(json.dumps(data, indent=2, allow_nan=False))
+    else:
+        for tell in otherwise:
+            tell()
+
+
+def facts(data: dict[str, Any]) -> None:
+    """Print names and values below one another."""
+    for name, value in data.items():
+        shown = ", ".join(f"{k} {v}" for k, v in value.items()) if isinstance(value, dict) else value
+        click.echo(f"{name:<14} {shown:,}" if isinstance(shown, int) else f"{name:<14} {shown}")
+
+
+def grid(rows: list[dict[str, Any]]) -> tuple[tuple[str, ...], list[tuple[Any, ...]]]:
+    """Column names and rows of a table."""
+    return tuple(rows[0]) if rows else (), [tuple(row.values()) for row in rows]
