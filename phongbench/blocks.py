@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from phongbench import clock, contenders, jit, sampling
+from phongbench import clock, contenders, jit, kernels, sampling
 from phongbench.clock import Epoch
 from phongbench.contenders import Contender
 from phongbench.errors import MeasurementError
@@ -141,11 +141,12 @@ class Block:
         start = -raw.ctypes.data % 64
         arena = raw[start : start + contenders.ROWS * row].view(self.precision.carrier)
         rows = arena.reshape(contenders.ROWS, self.elements)
-        self.a, self.b, self.out = rows[:3], rows[3:6], rows[6]
+        a, b, self.out = rows[:3], rows[3:6], rows[6]
         highlight = next(s for s in sampling.STRATA if s.name == "highlight")
-        self.a[:], self.b[:] = sampling.pairs(
+        a[:], b[:] = sampling.pairs(
             highlight, self.precision, seed=seed, start=0, count=self.elements, scale=1 / contenders.ALPHA
         )
+        self.a, self.b = kernels.read_only(a), kernels.read_only(b)
 
     def enlarge(self, scale: float, total_bytes: int, seed: int) -> None:
         """Take larger buffers after calibration; passes are expected to take that much longer."""

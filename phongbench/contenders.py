@@ -113,7 +113,8 @@ def compiled(subject: Subject) -> Contender:
     try:
         spec.check(setting)
         started = time.perf_counter()
-        kernel = kernels.pairs_kernel(spec, subject.lambda_form, precision, kernels.known_values(spec, setting))
+        known, gated = kernels.known_values(spec, setting), kernels.needs_gate(spec, subject.lambda_form, setting)
+        kernel = kernels.pairs_kernel(spec, subject.lambda_form, precision, known, gated=gated)
         took = 1e3 * (time.perf_counter() - started)
         row, table = kernels.coefficient_row(spec, setting, precision), kernels.table_row(spec, setting, precision)
     except (KernelError, jit.CompileError, ArithmeticError, LookupError, ValueError) as problem:
