@@ -289,6 +289,22 @@ def entry(table: Any, index: Any) -> Any:
     return table[index]
 
 
+def _load_of_three(context: Any, builder: Any, sig: Any, a: Any) -> Any:
+    rows, i, component = a
+    data = context.make_array(sig.args[0])(context, builder, rows).data
+    return builder.load(builder.gep(data, [builder.add(builder.mul(i, ir.Constant(i.type, 3)), component)]))
+
+
+@_operation(lambda rows, i, component: (rows.dtype, (rows, types.intp, types.intp)), _load_of_three)
+def of_three(rows: Any, i: Any, component: Any) -> Any:
+    """rows[i, component] of a C-contiguous array of shape (n, 3).
+
+    Only the constant 3 lets LLVM load whole vectors and sort them; with the array's own stride it falls back to single
+    values.
+    """
+    return rows[i, component]
+
+
 #: entries that a kernel's table may have
 MAX_TABLE = 1024
 

@@ -237,7 +237,7 @@ def _of_rows(v: Any, component: int, i: int) -> Any:
 
 @jit.inline
 def _of_vectors(v: Any, component: int, i: int) -> Any:
-    return v[i, component]
+    return jit.of_three(v, i, component)
 
 
 #: layout -> the axis of components, and how one is read
