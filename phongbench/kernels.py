@@ -248,6 +248,17 @@ _SURE = 0.99
 
 
 @cache
+def bound_parts(
+    spec: Approximation, form: str, precision: Precision, known: tuple[tuple[str, int], ...]
+) -> tuple[Body, Body]:
+    """For loops of other shapes: the kernel as a function of (coordinate, c0, c1, c2, c3, table), and the coordinate as
+    one of the six components, both compiled into whatever calls them.
+    """
+    body = vectors.dot if form == "none" else vectors.LAMBDA_FORMS[form]
+    return _bound(spec.kernel, _wiring(spec), precision, known), lower(body, precision)
+
+
+@cache
 def _pairs_kernel(
     kernel: Body,
     wiring: tuple[str, ...],
