@@ -289,6 +289,21 @@ def entry(table: Any, index: Any) -> Any:
     return table[index]
 
 
+def _store(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
+    array, index, value = arguments
+    builder.store(value, builder.gep(context.make_array(sig.args[0])(context, builder, array).data, [index]))
+    return context.get_dummy_value()
+
+
+@_operation(lambda array, index, value: (types.none, (array, types.intp, array.dtype)), _store)
+def put(array: Any, index: Any, value: Any) -> None:
+    """array[index] = value for an index that is known to be inside.
+
+    Where numba cannot see that an index is not negative, it looks at every one, and the loop does not vectorise.
+    """
+    array[index] = value
+
+
 def _load_of_three(context: Any, builder: Any, sig: Any, a: Any) -> Any:
     rows, i, component = a
     data = context.make_array(sig.args[0])(context, builder, rows).data

@@ -56,23 +56,34 @@ def _skip_kernel(bound: Body, coordinate: Body, form: str, precision: Precision)
     zero, cosine = precision.constant(0.0), lower(vectors.dot, precision)
     sign, none, last, width = precision.constant(1.0 if form == "none" else -1.0), np.int32(0), MAX_COEFFICIENTS, BLOCK
 
+    entry, put = jit.entry, jit.put
+
     def skipping(a: Array, b: Array, coefficients: Array, table: Array, out: Array) -> None:
         c0, c1, c2, c3, dark = coefficients[0], coefficients[1], coefficients[2], coefficients[3], coefficients[last]
         local = jit.on_stack(table)
-        for start in range(0, len(out), width):
-            end = min(start + width, len(out))
+        ax, ay, az, bx, by, bz = a[0], a[1], a[2], b[0], b[1], b[2]
+        whole = len(out) // width * width
+        for start in range(0, whole, width):
             lit = none
-            for i in range(start, end):
-                x = coordinate(a[0, i], a[1, i], a[2, i], b[0, i], b[1, i], b[2, i])
+            for j in range(width):
+                i = start + j
+                x = coordinate(entry(ax, i), entry(ay, i), entry(az, i), entry(bx, i), entry(by, i), entry(bz, i))
                 lit |= np.int32(sign * x > sign * dark)
             if lit != none:
-                for i in range(start, end):
-                    ax, ay, az, bx, by, bz = a[0, i], a[1, i], a[2, i], b[0, i], b[1, i], b[2, i]
-                    value = bound(coordinate(ax, ay, az, bx, by, bz), c0, c1, c2, c3, local)
-                    out[i] = value if cosine(ax, ay, az, bx, by, bz) > zero else zero
+                for j in range(width):
+                    i = start + j
+                    px, py, pz, qx, qy, qz = (
+                        entry(ax, i), entry(ay, i), entry(az, i), entry(bx, i), entry(by, i), entry(bz, i),
+                    )  # fmt: skip
+                    value = bound(coordinate(px, py, pz, qx, qy, qz), c0, c1, c2, c3, local)
+                    put(out, i, value if cosine(px, py, pz, qx, qy, qz) > zero else zero)
             else:
-                for i in range(start, end):
-                    out[i] = zero
+                for j in range(width):
+                    put(out, start + j, zero)
+        for i in range(whole, len(out)):
+            px, py, pz, qx, qy, qz = ax[i], ay[i], az[i], bx[i], by[i], bz[i]
+            value = bound(coordinate(px, py, pz, qx, qy, qz), c0, c1, c2, c3, local)
+            out[i] = value if cosine(px, py, pz, qx, qy, qz) > zero else zero
 
     return jit.elementwise(kernels.pairs_signature(precision.carrier), skipping)
 

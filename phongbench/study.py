@@ -4,7 +4,6 @@ This is what `phongbench run` calls. It writes results and speaks through a Prog
 it is given, so that measuring does not depend on drawing.
 """
 
-import os
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -13,7 +12,7 @@ from typing import Any
 
 import pandas as pd
 
-from phongbench import engine, results, rows, timing, warm
+from phongbench import engine, replicas, results, rows, skipping, timing, warm
 from phongbench.approximations import REGISTRY
 from phongbench.errors import InputError, MeasurementError
 from phongbench.lowering import PRECISIONS
@@ -83,7 +82,7 @@ class Forecast:
 
 def default_jobs() -> int:
     """The cores this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    return timing.cores()
 
 
 def run_study(
@@ -255,11 +254,20 @@ def _time(sweep: engine.Sweep, progress: Progress) -> pd.DataFrame:
         last = done / max(total, 1)
 
     problems: list[MeasurementError] = []
-    frame = timing.measure(
-        subjects, budget_seconds=sweep.plan.timing_budget, seed=sweep.plan.seed, progress=step, problems=problems
+    notes: list[str] = []
+    frame = replicas.measure(
+        subjects,
+        processes=sweep.plan.processes,
+        budget_seconds=sweep.plan.timing_budget,
+        seed=sweep.plan.seed,
+        threads=(1, 2) if timing.cores() > 1 else (1,),
+        lit=skipping.LIT if sweep.plan.skipping else (),
+        progress=step,
+        problems=problems,
+        notes=notes,
     )
-    for problem in problems:
-        progress.note(f"not timed: {problem}")
+    for note in (*notes, *(f"not timed: {problem}" for problem in problems)):
+        progress.note(note)
     return _in_every_space(frame, specs)
 
 

@@ -35,7 +35,7 @@ from phongbench.lowering import FLOAT32, PRECISIONS, Precision
 from phongbench.provenance import cache_sizes
 from phongbench.readout import COLUMNS
 
-__all__ = ["COLUMNS", "WORKING_SETS", "Subject", "cores", "measure", "subjects"]
+__all__ = ["COLUMNS", "WORKING_SETS", "Subject", "check", "compile_all", "cores", "measure", "subjects"]
 
 Progress = Callable[[int, int, str], None]
 #: working sets in which several threads are timed, and the one in which skipping is: large enough that branches are
@@ -77,7 +77,7 @@ def measure(
     Raises InputError where the budget cannot give the rounds an interval needs, saying what can; LockedError while
     another timing runs.
     """
-    _check(budget_seconds, working_sets, threads)
+    check(budget_seconds, working_sets, threads)
     if not timed:
         return readout.frame([])
     found: list[MeasurementError] = []
@@ -98,7 +98,8 @@ def measure(
     return readout.frame(rows)
 
 
-def _check(budget: float, working_sets: Sequence[str], threads: Sequence[int]) -> None:
+def check(budget: float, working_sets: Sequence[str], threads: Sequence[int]) -> None:
+    """InputError or UnknownNameError where a measurement of these cannot be."""
     if not (math.isfinite(budget) and budget > 0):
         raise InputError(f"{budget} s is no time", "timing budget", "give seconds above 0, or leave timing out")
     if not working_sets:
