@@ -238,7 +238,7 @@ class Readings:
 
 
 def contested(intervals: Sequence[Interval]) -> list[int]:
-    """Places of the intervals that overlap their neighbour in the order of their medians: whose order is not decided."""
+    """Places of the intervals that overlap a neighbour in the order of the medians: which is shorter is not decided."""
     order = sorted(range(len(intervals)), key=lambda i: (intervals[i].middle, i))
     unsure = set()
     for left, right in pairwise(order):

@@ -7,7 +7,7 @@ import numpy as np
 from phongbench import clock, jit
 
 _SPINS = 2000
-#: what `run` leaves in its scratch: [0:3] its own, then the spin before, start and end of the timed passes, the spin after
+#: what `run` leaves in its scratch: [0:3] its own; the spin before; start and end of the timed passes; the spin after
 SCRATCH = 7
 SPIN_BEFORE, STARTED, ENDED, SPIN_AFTER = 3, 4, 5, 6
 #: a flag of the meeting has a cache line to itself

@@ -152,7 +152,8 @@ def reduction(function: F) -> F:
 def _interleaved() -> Iterator[None]:
     """While it lasts, LLVM computes INTERLEAVE vectors side by side, so that one chain fills the waits of another.
 
-    By itself it does so for the shortest loops only. The option belongs to the process, hence the lock and the way back.
+    By itself it does so for the shortest loops only. The option belongs to the process: hence the lock, and the way
+    back.
     """
     with global_compiler_lock:
         llvm.set_option("phongbench", f"-force-vector-interleave={INTERLEAVE}")
@@ -167,7 +168,9 @@ def elementwise(signature: Any, function: Callable[..., Any]) -> Any:
     if DISABLED:
         return function
     with _interleaved():
-        return _cached(lambda: numba.cfunc(signature, cache=True, error_model="numpy", fastmath=FORMULA_FLAGS)(function))
+        return _cached(
+            lambda: numba.cfunc(signature, cache=True, error_model="numpy", fastmath=FORMULA_FLAGS)(function)
+        )
 
 
 def code(loop: Any) -> tuple[str, str]:

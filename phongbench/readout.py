@@ -92,7 +92,7 @@ def _one(same: pd.DataFrame) -> dict[str, Any]:
     if math.isinf(across.low):
         across = Interval(middle, float(logs["ratio_low"].min()), float(logs["ratio_high"].max()))
     found = Interval(math.exp(middle), math.exp(min(low, across.low)), math.exp(max(high, across.high)))
-    row: dict[str, Any] = same.iloc[0].to_dict()
+    row: dict[str, Any] = {str(name): value for name, value in same.iloc[0].items()}
     for name in ("ns_median", "dot_ratio", "bandwidth_fraction"):
         row[name] = float(same[name].median())
     for name in ("rounds", "contaminated", "processes"):

@@ -48,7 +48,8 @@ def limit(spec: Approximation, setting: Setting, precision: Precision) -> float:
 
 def skip_kernel(spec: Approximation, form: str, setting: Setting, precision: Precision) -> Any:
     """`kernels.pairs_kernel` in blocks that may be skipped; its coefficients are followed by `limit`."""
-    return _skip_kernel(*kernels.bound_parts(spec, form, precision, kernels.known_values(spec, setting)), form, precision)
+    bound, coordinate = kernels.bound_parts(spec, form, precision, kernels.known_values(spec, setting))
+    return _skip_kernel(bound, coordinate, form, precision)
 
 
 @cache

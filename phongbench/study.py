@@ -136,9 +136,10 @@ def run_study(
             warm.stop(helper, at_once=True)
             raise
         progress.stage("writing the accuracy rows")
-        files = manifest["files"] = {}
-        files["accuracy.parquet"] = results.write_table(path, "accuracy", rows.accuracy(sweep, parts))
-        files["worst.parquet"] = results.write_table(path, "worst", rows.worst(sweep, parts))
+        stored: dict[str, Any] = {}
+        manifest["files"] = stored
+        stored["accuracy.parquet"] = results.write_table(path, "accuracy", rows.accuracy(sweep, parts))
+        stored["worst.parquet"] = results.write_table(path, "worst", rows.worst(sweep, parts))
         outcome = Outcome(Run(path, manifest), len(sweep.cells), sweep.evaluations)
         for message in sweep.failures.values():
             outcome.failures[message] = outcome.failures.get(message, 0) + 1
@@ -146,7 +147,7 @@ def run_study(
         clock = time.perf_counter()
         warm.stop(helper, at_once=not plan.timing)
         if plan.timing:
-            files["timing.parquet"] = results.write_table(path, "timing", _time(sweep, progress))
+            stored["timing.parquet"] = results.write_table(path, "timing", _time(sweep, progress))
         outcome.seconds["timing"] = time.perf_counter() - clock
         manifest["state"] = "complete"
         manifest["failures"] = outcome.failures

@@ -269,8 +269,8 @@ class _Laboratory:
                     open_blocks.remove(at)
                     continue
                 further = clock.run_rounds(
-                    lambda k, at=at, members=members: blocks[at].epoch(witness, lying[at], members[k]),
-                    len(members), pacing.FURTHER_ROUNDS, rng, repeat=partial(_before, end),
+                    partial(_member, block, witness, lying[at], members), len(members), pacing.FURTHER_ROUNDS, rng,
+                    repeat=partial(_before, end),
                 )  # fmt: skip
                 taken[at] = taken[at].with_further(further, members)
 
@@ -309,6 +309,10 @@ def _undecided(block: Block, readings: Readings) -> list[int]:
     intervals = [readings.ratio(i, place[contenders.BASELINE]) for i in formulas]
     unsure = {formulas[k] for k in clock.contested(intervals)}
     return sorted(unsure | {place[contenders.BASELINE], place[contenders.DOT]}) if unsure else []
+
+
+def _member(block: Block, witness: clock.Witness, lying: set[int], members: list[int], number: int) -> clock.Epoch:
+    return block.epoch(witness, lying, members[number])
 
 
 def _before(deadline: float) -> bool:
