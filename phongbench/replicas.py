@@ -18,7 +18,7 @@ import pandas as pd
 from phongbench import readout, timing
 from phongbench.approximations import REGISTRY, registry_with
 from phongbench.contenders import Subject
-from phongbench.errors import MeasurementError
+from phongbench.errors import InputError, MeasurementError, PhongbenchError
 from phongbench.lock import machine_lock
 from phongbench.lowering import PRECISIONS
 from phongbench.spec import Setting
@@ -67,7 +67,7 @@ def measure(
     return readout.merged(frames)
 
 
-def _parts(problem: MeasurementError) -> list[str | None]:
+def _parts(problem: PhongbenchError) -> list[str | None]:
     return [problem.what, problem.where, problem.mend]
 
 
@@ -93,11 +93,14 @@ def _in_a_process(task: dict[str, Any]) -> tuple[dict[str, Any], pd.DataFrame]:
         last = done.stderr.decode(errors="replace").strip().splitlines()[-1:] or ["no message"]
         raise MeasurementError(f"a timing process failed: {last[0]}", "timing", "run again; if it stays, report it")
     head, _, table = done.stdout.partition(b"\n")
-    return json.loads(head), pd.read_parquet(io.BytesIO(table)).astype(readout.TYPES)
+    told = json.loads(head)
+    if "refused" in told:
+        raise InputError(*told["refused"])
+    return told, pd.read_parquet(io.BytesIO(table)).astype(readout.TYPES)
 
 
 def _work(task: dict[str, Any]) -> bytes:
-    """What a child answers: a line of JSON with problems and notes, then the table as Parquet."""
+    """What a child answers: a line of JSON with problems and notes or the refusal, then the table as Parquet."""
     registry = registry_with([Path(name) for name in task["files"]])
     timed = [
         Subject(
@@ -111,9 +114,12 @@ def _work(task: dict[str, Any]) -> bytes:
     ]
     problems: list[MeasurementError] = []
     notes: list[str] = []
-    frame = timing.measure(
-        timed, budget_seconds=task["budget"], problems=problems, notes=notes, locked=True, **task["options"]
-    )
+    try:
+        frame = timing.measure(
+            timed, budget_seconds=task["budget"], problems=problems, notes=notes, locked=True, **task["options"]
+        )
+    except InputError as refusal:
+        return json.dumps({"refused": _parts(refusal)}).encode() + b"\n"
     table = io.BytesIO()
     frame.to_parquet(table)
     return json.dumps({"problems": [_parts(p) for p in problems], "notes": notes}).encode() + b"\n" + table.getvalue()
