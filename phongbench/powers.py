@@ -91,7 +91,8 @@ def _exp2_ratio(r: Any) -> Any:
     return np.where(r == 0, np.log(2), np.expm1(safe * np.log(2)) / safe)
 
 
-#: the float32 polynomials are as short as an error of 3e-7 in a power allows; 2^0 is 1 exactly
+#: the float32 polynomials are as short as an error of 3e-7 in a power allows: two terms more of the one and one of the
+#: other give 8e-8 and cost a tenth of the power's time; 2^0 is 1 exactly
 LOG2_RATIO = through_chebyshev_nodes(_log2_ratio, np.sqrt(0.5) - 1, np.sqrt(2) - 1, 7)
 EXP2 = (1.0, *through_chebyshev_nodes(_exp2_ratio, -0.5, 0.5, 4))
 #: 2 artanh(s) / ln 2 = s * sum of these times s^2k; exact rationals, enough of them for float64 where s <= 0.1716

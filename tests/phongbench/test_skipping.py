@@ -59,6 +59,7 @@ def test_skipping_changes_no_bit_on_hostile_vectors_and_odd_counts(name: str, fo
     assert plain.tobytes() == out.tobytes()
 
 
+@pytest.mark.skipif(jit.DISABLED, reason="pairs are hashed out of integers that wrap around")
 @pytest.mark.parametrize("lit", skipping.LIT)
 def test_the_share_of_lit_pairs_is_what_it_says_and_they_lie_together(lit: float) -> None:
     a, b = skipping.inputs(lit)(FLOAT32, 1, 4096)

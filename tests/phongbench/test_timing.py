@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from phongbench import blocks, clock, contenders, jit, readout, skipping, timing
+from phongbench import blocks, clock, contenders, jit, laboratory, pacing, readout, skipping, timing
 from phongbench.approximations import REGISTRY
 from phongbench.clock import Epoch
 from phongbench.contenders import Contender, Subject
@@ -304,7 +304,7 @@ def test_skipping_has_rows_of_its_own_at_each_share_of_lit_pairs() -> None:
 
 @compiled_only
 def test_a_small_budget_leaves_out_skipping_first_and_then_several_threads(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(timing.pacing, "fits", lambda costs, seconds: False)
+    monkeypatch.setattr(pacing, "fits", lambda costs, seconds: False)
     notes: list[str] = []
     threads = (1, 2) if timing.cores() > 1 else (1,)
     rows = timing.measure([LYON], budget_seconds=2.0, working_sets=["l1"], lit=(0.5,), threads=threads, notes=notes)
@@ -329,7 +329,7 @@ def test_undecided_are_the_formulas_that_overlap_with_baseline_and_dot() -> None
     rng = np.random.default_rng(0)
     used = times * rng.lognormal(sigma=0.01, size=(24, 8))
     readings = clock.Readings(used, np.ones(used.shape, np.bool_), np.zeros(8, np.int64), [])
-    assert [timed[i].name for i in timing._undecided(block, readings)] == ["phong", "dot", "near", "nearer"]
+    assert [timed[i].name for i in laboratory._undecided(block, readings)] == ["phong", "dot", "near", "nearer"]
 
 
 # when it says nothing
