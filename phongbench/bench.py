@@ -21,16 +21,17 @@ from numpy.typing import NDArray
 
 from phongbench import __version__, clock, contenders, jit, kernels, peers, sampling, yardstick
 from phongbench.approximations import REGISTRY
-from phongbench.blocks import _spin as spin
-from phongbench.blocks import elements_of, memory_sizes, tick
+from phongbench.blocks import elements_of, memory_sizes
 from phongbench.contenders import Contender, Subject
+from phongbench.epochs import spin, tick
 from phongbench.errors import InputError
+from phongbench.lock import machine_lock
 from phongbench.lowering import FLOAT32
+from phongbench.pacing import GOOD_ROUNDS, MOST_ROUNDS
 from phongbench.peers import ALPHA, GAMMA, LYON, PHONG, WORKS, Peer
 from phongbench.progress import Progress
 from phongbench.provenance import cache_sizes, machine
 from phongbench.spec import Setting
-from phongbench.timing import GOOD_ROUNDS, MOST_ROUNDS, machine_lock
 
 Array = NDArray[Any]
 
@@ -42,12 +43,10 @@ EPOCH_NS = 300_000
 #: float32 rounding of a.b, magnified by the exponent
 TOLERANCE = 8 * ALPHA * float(np.finfo(np.float32).eps)
 
-pairs_at = jit.function_at(kernels.pairs_signature)
-
 
 @jit.driver
 def _pass(address: int, a: Array, b: Array, coefficients: Array, table: Array, out: Array) -> None:
-    pairs_at(address, out)(a, b, coefficients, table, out)
+    kernels.pairs_at(address, out)(a, b, coefficients, table, out)
 
 
 class Arena:

@@ -1,15 +1,18 @@
-"""Kernels over one set of buffers, and the compiled epoch that times one of them without any Python inside.
+"""Kernels over one set of buffers: allocation, calibration, verification, and one epoch with its evidence.
 
-Nothing here decides anything about rounds or statistics; see timing.py and clock.py.
+Nothing here decides anything about rounds or statistics; see timing.py, pacing.py and clock.py.
 """
 
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from phongbench import clock, contenders, jit, sampling
+from phongbench import clock, contenders, epochs, kernels, sampling
 from phongbench.clock import Epoch
 from phongbench.contenders import Contender
 from phongbench.errors import MeasurementError
@@ -17,75 +20,19 @@ from phongbench.lowering import Precision
 from phongbench.provenance import MEMORY_CAP, Caches
 
 Array = NDArray[Any]
+#: (precision, seed, count) -> a, b of shape (3, count)
+Inputs = Callable[[Precision, int, int], tuple[Array, Array]]
 
 WORKING_SETS = ("l1", "l2", "memory")
-#: nanoseconds of an epoch that are not its loop: Python, counters, and two spins
-OVERHEAD_NS = 70_000
-_SPINS = 2000
+#: nanoseconds of an epoch that are not its loop: Python, counters, and two spins; and what a second thread adds
+OVERHEAD_NS, MEETING_NS = 70_000, 120_000
 #: one untimed pass for so many timed ones
 _WARM = 10
+#: threads that start further apart than this did not run together
+_APART_NS = 5_000
 #: how many values are compared with plain Python, and which share of them may differ: a table's value may land beyond
 #: a step
 _CHECKED, _STRAY = 512, 0.01
-
-
-# compiled: an epoch, a spin, a digest
-
-
-@jit.driver
-def _read_clock(readings: Any, scratch: Any) -> None:
-    for i in range(len(readings)):
-        readings[i] = jit.nanoseconds(scratch)
-
-
-def tick() -> float:
-    """The smallest step of the clock that epochs are timed with, in nanoseconds; reading it takes about that long."""
-    readings = np.zeros(1000, np.int64)
-    _read_clock(readings, np.zeros(6, np.int64))
-    return clock.tick(readings)
-
-
-@jit.driver
-def _spin(scratch: Any) -> Any:
-    """Nanoseconds that a fixed chain of dependent instructions takes: longer when something else uses the core."""
-    started = jit.nanoseconds(scratch)
-    x = scratch[2] | 1
-    for _ in range(_SPINS):
-        x ^= x << 13
-        x ^= x >> 7
-        x ^= x << 17
-    scratch[2] = x
-    return jit.nanoseconds(scratch) - started
-
-
-@jit.driver
-def _run(
-    kernel: Any, a: Any, b: Any, coefficients: Any, table: Any, out: Any, warm: int, repeats: int, scratch: Any
-) -> None:
-    """An epoch: spin, untimed passes, timed passes, spin. scratch[3:6] receives the three times.
-
-    The last spin comes after one that is not looked at: for some microseconds after 512-bit instructions a core runs
-    at half its pace (1.5 times 3 us here), so the first spin would accuse every vectorised kernel and acquit scalar
-    ones.
-    """
-    scratch[3] = _spin(scratch)
-    for _ in range(warm):
-        kernel(a, b, coefficients, table, out)
-    started = jit.nanoseconds(scratch)
-    for _ in range(repeats):
-        kernel(a, b, coefficients, table, out)
-    scratch[4] = jit.nanoseconds(scratch) - started
-    _spin(scratch)
-    scratch[5] = _spin(scratch)
-
-
-@jit.driver
-def _digest(words: Any) -> Any:
-    """A checksum of the bits, dependent on their places."""
-    total = np.int64(0)
-    for i in range(len(words)):
-        total += words[i] * (2 * i + 1)
-    return total
 
 
 def elements_of(total_bytes: float, precision: Precision) -> int:
@@ -109,15 +56,56 @@ def memory_sizes(caches: Caches) -> tuple[int, ...]:
     return tuple(size for size in (largest >> k for k in range(16)) if size >= floor)
 
 
+def highlight_pairs(precision: Precision, seed: int, count: int) -> tuple[Array, Array]:
+    """Pairs of the highlight stratum at shininess ALPHA: what kernels are timed on."""
+    stratum = next(s for s in sampling.STRATA if s.name == "highlight")
+    return sampling.pairs(stratum, precision, seed=seed, start=0, count=count, scale=1 / contenders.ALPHA)
+
+
+@dataclass(frozen=True)
+class Share:
+    """What one thread works on: its own inputs, output and scratch, in one aligned piece of memory."""
+
+    a: Array
+    b: Array
+    out: Array
+    scratch: NDArray[np.int64]
+
+    @staticmethod
+    def of(a: Array, b: Array) -> "Share":
+        """A share with a copy of these inputs."""
+        row = a.shape[1] * a.itemsize
+        raw = np.zeros(contenders.ROWS * row + 64, np.uint8)
+        start = -raw.ctypes.data % 64
+        rows = raw[start : start + contenders.ROWS * row].view(a.dtype).reshape(contenders.ROWS, a.shape[1])
+        rows[:3], rows[3:6] = a, b
+        left, right = kernels.read_only(rows[:3]), kernels.read_only(rows[3:6])
+        return Share(left, right, rows[6], np.zeros(epochs.SCRATCH, np.int64))
+
+    def digest(self) -> int:
+        """Checksum of the output."""
+        return int(epochs.digest(self.out.view(np.int64)))
+
+
 class Block:
-    """All contenders of one precision over one set of buffers."""
+    """All contenders of one precision over one set of buffers.
+
+    lit  the share of pairs that are lit, where that is what the block is about; see skipping.py
+    """
 
     def __init__(
-        self, working_set: str, precision: Precision, group: list[Contender], total_bytes: int, seed: int
+        self,
+        working_set: str,
+        precision: Precision,
+        group: list[Contender],
+        total_bytes: int,
+        seed: int,
+        inputs: Inputs = highlight_pairs,
+        lit: float | None = None,
     ) -> None:
-        self.working_set, self.precision, self.contenders = working_set, precision, group
-        self.cached = working_set != "memory"
-        self.scratch = np.zeros(6, np.int64)
+        self.working_set, self.precision, self.contenders, self.inputs = working_set, precision, group, inputs
+        self.lit, self.cached = lit, working_set != "memory"
+        self.crew: ThreadPoolExecutor | None = None
         self.allocate(total_bytes, seed)
         self.repeats = 1
         self.pass_ns: NDArray[np.float64] = np.zeros(len(group))
@@ -129,34 +117,63 @@ class Block:
         """Compile the drivers for this precision."""
         block = Block("l1", precision, [contender], 1, 0)
         block.nanoseconds(0, 1)
-        block.digest()
-        _spin(block.scratch)
-        tick()
+        block.shares[0].digest()
+        epochs.spin(block.shares[0].scratch)
+        epochs.tick()
+
+    @property
+    def threads(self) -> int:
+        """The most threads any contender runs on."""
+        return max(c.threads for c in self.contenders)
 
     def allocate(self, total_bytes: int, seed: int) -> None:
-        """Inputs of the highlight stratum, in one aligned piece of memory."""
+        """Inputs for every thread, equal but in memory of its own."""
         self.elements = elements_of(total_bytes, self.precision)
-        row = self.elements * self.precision.carrier.itemsize
-        raw = np.zeros(contenders.ROWS * row + 64, np.uint8)
-        start = -raw.ctypes.data % 64
-        arena = raw[start : start + contenders.ROWS * row].view(self.precision.carrier)
-        rows = arena.reshape(contenders.ROWS, self.elements)
-        self.a, self.b, self.out = rows[:3], rows[3:6], rows[6]
-        highlight = next(s for s in sampling.STRATA if s.name == "highlight")
-        self.a[:], self.b[:] = sampling.pairs(
-            highlight, self.precision, seed=seed, start=0, count=self.elements, scale=1 / contenders.ALPHA
-        )
+        a, b = self.inputs(self.precision, seed, self.elements)
+        self.shares = [Share.of(a, b) for _ in range(self.threads)]
 
     def enlarge(self, scale: float, total_bytes: int, seed: int) -> None:
         """Take larger buffers after calibration; passes are expected to take that much longer."""
+        self.shares = []
         self.allocate(total_bytes, seed)
         self.pass_ns = self.pass_ns * scale
 
-    def nanoseconds(self, index: int, repeats: int) -> int:
-        """Nanoseconds of that many passes; the spins before and after are left in scratch."""
+    def keep(self, kept: list[int]) -> None:
+        """Leave out all contenders but these."""
+        self.contenders, self.pass_ns = [self.contenders[i] for i in kept], self.pass_ns[kept]
+        self.digests = [self.digests[i] for i in kept] if self.digests else []
+        self.shares = self.shares[: self.threads]
+
+    def close(self) -> None:
+        """Let go of the further threads."""
+        if self.crew:
+            self.crew.shutdown()
+            self.crew = None
+
+    def nanoseconds(self, index: int, repeats: int) -> float:
+        """Nanoseconds of that many passes, from the first start to the last end; with several threads, over their
+        number.
+
+        Spins are left in each scratch.
+        """
         c = self.contenders[index]
-        _run(c.kernel, self.a, self.b, c.coefficients, c.table, self.out, self.warm(repeats), repeats, self.scratch)
-        return int(self.scratch[4])
+        meeting = np.zeros(c.threads * epochs.STRIDE, np.int64)
+
+        def work(me: int) -> None:
+            mine = self.shares[me]
+            epochs.run(
+                c.kernel, mine.a, mine.b, c.coefficients, c.table, mine.out, self.warm(repeats), repeats,
+                mine.scratch, meeting, me,
+            )  # fmt: skip
+
+        if c.threads > 1 and self.crew is None:
+            self.crew = ThreadPoolExecutor(self.threads - 1)
+        others = [self.crew.submit(work, me) for me in range(1, c.threads)] if self.crew else []
+        work(0)
+        for other in others:
+            other.result()
+        stamps = np.array([share.scratch[[epochs.STARTED, epochs.ENDED]] for share in self.shares[: c.threads]])
+        return float(stamps[:, 1].max() - stamps[:, 0].min()) / c.threads
 
     def warm(self, repeats: int) -> int:
         """Untimed passes before so many timed ones: they bring inputs back into the cache, and the core to its pace."""
@@ -169,33 +186,37 @@ class Block:
         stay below an epoch, but not below the least number of ticks.
         """
         for index in range(len(self.contenders)):
-            once = max(1, self.nanoseconds(index, 1))
+            once = max(1.0, self.nanoseconds(index, 1))
             few = max(1, round(0.2 * clock.EPOCH_NS / once)) if self.cached else 1
             self.pass_ns[index] = clock.agreed(partial(self._reading, index, few))
         bare = (contenders.COPY, contenders.TRIAD)
-        formulas = [ns for c, ns in zip(self.contenders, self.pass_ns, strict=True) if c.name not in bare]
+        alone = [(c.name, ns) for c, ns in zip(self.contenders, self.pass_ns, strict=True) if c.threads == 1]
+        formulas = [ns for name, ns in alone if name not in bare]
         least = clock.repeats_for(float(self.pass_ns.min()), tick, 0.0)
         self.repeats = max(clock.repeats_for(min(formulas), tick), least)
-        self.usual_spin = float(np.percentile([_spin(self.scratch) for _ in range(51)], 25))
+        scratch = self.shares[0].scratch
+        self.usual_spin = float(np.percentile([epochs.spin(scratch) for _ in range(51)], 25))
 
     def _reading(self, index: int, repeats: int) -> float:
-        return max(1, self.nanoseconds(index, repeats)) / repeats
+        return max(1.0, self.nanoseconds(index, repeats)) / repeats
 
     def verify(self, found: list[MeasurementError]) -> None:
         """Run every kernel once and compare it with plain Python; what differs is left out, and reported."""
         kept: list[int] = []
-        self.digests = []
-        a, b = (rows[:, :_CHECKED].astype(np.float64) for rows in (self.a, self.b))
+        digests: list[int] = []
+        a, b = (rows[:, :_CHECKED].astype(np.float64) for rows in (self.shares[0].a, self.shares[0].b))
         for index, c in enumerate(self.contenders):
-            self.out.fill(np.nan)
+            for share in self.shares:
+                share.out.fill(np.nan)
             self.nanoseconds(index, 1)
-            wrong = float(np.mean(~(np.abs(self.out[:_CHECKED] - c.plain(a, b)) <= c.tolerance)))
+            wrong = float(np.mean(~(np.abs(self.shares[0].out[:_CHECKED] - c.plain(a, b)) <= c.tolerance)))
             if wrong > _STRAY:
                 found.append(self.void(c, f"{wrong:.0%} of its values differ from the plain formula"))
             else:
                 kept.append(index)
-                self.digests.append(self.digest())
-        self.contenders, self.pass_ns = [self.contenders[i] for i in kept], self.pass_ns[kept]
+                digests.append(self.digest())
+        self.keep(kept)
+        self.digests = digests
 
     def void(self, c: Contender, why: str) -> MeasurementError:
         """The problem that takes this contender's row away."""
@@ -207,24 +228,32 @@ class Block:
     @property
     def where(self) -> str:
         """The block's name for people."""
-        return f"{self.working_set}, {self.precision.name}"
+        return f"{self.working_set}, {self.precision.name}" + ("" if self.lit is None else f", {self.lit:.0%} lit")
 
-    def digest(self) -> int:
-        """Checksum of the output buffer."""
-        return int(_digest(self.out.view(np.int64)))
+    def digest(self, share: int = 0) -> int:
+        """Checksum of a thread's output."""
+        return self.shares[share].digest()
+
+    def seconds_of(self, indices: list[int]) -> float:
+        """What a round of these contenders is expected to take."""
+        passes = self.repeats + self.warm(self.repeats)
+        threads = np.array([self.contenders[i].threads for i in indices])
+        total = float((self.pass_ns[indices] * threads * passes + OVERHEAD_NS + MEETING_NS * (threads > 1)).sum())
+        return (total if self.cached else 1.15 * total) / 1e9  # reading a large output to check it
 
     @property
     def round_seconds(self) -> float:
-        """What a round is expected to take."""
-        passes = self.repeats + self.warm(self.repeats)
-        total = float((self.pass_ns * passes + OVERHEAD_NS).sum())
-        return (total if self.cached else 1.15 * total) / 1e9  # reading a large output to check it
+        """What a round of all contenders is expected to take."""
+        return self.seconds_of(list(range(len(self.contenders))))
 
     def epoch(self, witness: clock.Witness, lying: set[int], index: int) -> Epoch:
-        """One reading with its evidence; its output is compared with the verified one."""
+        """One reading with its evidence; its outputs are compared with the verified one."""
         before = witness.see(0.0)
         nanoseconds = self.nanoseconds(index, self.repeats)
-        after = witness.see(float(max(self.scratch[3], self.scratch[5])))
-        if self.digest() != self.digests[index]:
+        used = [share.scratch for share in self.shares[: self.contenders[index].threads]]
+        after = witness.see(float(max(max(s[epochs.SPIN_BEFORE], s[epochs.SPIN_AFTER]) for s in used)))
+        if any(self.digest(me) != self.digests[index] for me in range(len(used))):
             lying.add(index)
-        return Epoch(float(nanoseconds), clock.disturbed(before, after, self.usual_spin))
+        starts = [int(s[epochs.STARTED]) for s in used]
+        apart = max(starts) - min(starts) > _APART_NS
+        return Epoch(nanoseconds, apart or clock.disturbed(before, after, self.usual_spin))

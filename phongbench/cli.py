@@ -258,22 +258,37 @@ def approximations(files: tuple[Path, ...], as_json: bool) -> None:
 
 
 @main.command(short_help="Check this installation and machine.")
+@click.option("--timing", is_flag=True, help="Time identical code against itself, again and again, and count alarms.")
+@click.option("--repeats", type=click.IntRange(min=10), default=200, show_default=True, help="How often, for --timing.")
+@click.option(
+    "--working-set", "working_sets", type=CommaList("names"), default="l1", show_default=True, help="Where, e.g. l1,l2."
+)
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON document.")
-def doctor(as_json: bool) -> None:
+def doctor(timing: bool, repeats: int, working_sets: tuple[str, ...], as_json: bool) -> None:
     """Check what a study needs: compiler, kernel cache, vector width, disk, report packages.
 
-    Exit 1 if something is missing.
+    With --timing, check the timing instead: the share of false alarms on identical code must be at most 1 %.
+
+    Exit 1 if something is missing, or the alarms are too many.
     """
-    from phongbench.doctor import examine
     from phongbench.terminal import table
 
-    found = examine()
-    _show(
-        found,
-        as_json,
-        lambda: table("", ("check", "state", "detail"), [(c["check"], c["state"], c["detail"]) for c in found]),
-    )
-    if any(c["state"] == "bad" for c in found):
+    if timing:
+        from phongbench.alarms import count
+
+        told = [alarms.as_dict() for alarms in count(repeats, working_sets=working_sets)]
+        _show(told, as_json, lambda: table("Identical code, timed against itself", *_grid(told)))
+    else:
+        from phongbench.doctor import examine
+
+        found = examine()
+        told = [{**c, "good": c["state"] != "bad"} for c in found]
+        _show(
+            found,
+            as_json,
+            lambda: table("", ("check", "state", "detail"), [(c["check"], c["state"], c["detail"]) for c in found]),
+        )
+    if not all(row["good"] for row in told):
         sys.exit(DIFFERENT)
 
 

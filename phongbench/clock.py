@@ -6,9 +6,10 @@ Nothing here knows a kernel; everything takes its readings as arguments, so a ma
 import math
 import os
 import resource
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -190,7 +191,7 @@ class Readings:
     """All epochs of a block.
 
     used      float (rounds, kernels)  nanoseconds that count: the first undisturbed reading of a round, else the
-                                       repeated one
+                                       repeated one; NaN where a round left the kernel out
     clean     bool (rounds, kernels)   whether that reading is undisturbed
     marked    int (kernels,)           disturbed epochs, the repeated ones included
     every     list of (round, kernel, Epoch)  every reading, in the order taken: none is ever dropped
@@ -209,9 +210,41 @@ class Readings:
         """The median over undisturbed epochs, or over all where none is undisturbed."""
         return float(np.median(self._clean_ones(kernel)))
 
+    def rounds(self, kernel: int) -> int:
+        """In how many rounds the kernel was timed."""
+        return int(np.isfinite(self.used[:, kernel]).sum())
+
+    def ratio(self, kernel: int, other: int) -> Interval:
+        """The kernel's time over another's, from the rounds that hold both."""
+        both = np.isfinite(self.used[:, kernel]) & np.isfinite(self.used[:, other])
+        return ratio(self.used[both, kernel], self.used[both, other])
+
+    def with_further(self, further: "Readings", members: Sequence[int]) -> "Readings":
+        """These readings with rounds appended in which only the members were timed, in that order."""
+        used = np.full((len(further.used), self.used.shape[1]), np.nan)
+        clean = np.zeros(used.shape, np.bool_)
+        marked = self.marked.copy()
+        columns = list(members)
+        used[:, columns], clean[:, columns] = further.used, further.clean
+        marked[columns] += further.marked
+        every = [(len(self.used) + n, columns[k], epoch) for n, k, epoch in further.every]
+        return Readings(
+            np.concatenate([self.used, used]), np.concatenate([self.clean, clean]), marked, [*self.every, *every]
+        )
+
     def _clean_ones(self, kernel: int) -> Floats:
         column, clean = self.used[:, kernel], self.clean[:, kernel]
-        return column[clean] if clean.any() else column
+        return column[clean] if clean.any() else column[np.isfinite(column)]
+
+
+def contested(intervals: Sequence[Interval]) -> list[int]:
+    """Places of the intervals that overlap a neighbour in the order of the medians: which is shorter is not decided."""
+    order = sorted(range(len(intervals)), key=lambda i: (intervals[i].middle, i))
+    unsure = set()
+    for left, right in pairwise(order):
+        if intervals[left].high >= intervals[right].low:
+            unsure |= {left, right}
+    return sorted(unsure)
 
 
 def run_rounds(
@@ -251,4 +284,5 @@ def run_rounds(
         used.append(times)
         clean.append(quiet)
         after_round(number + 1)
-    return Readings(np.array(used), np.array(clean), marked, every)
+    size = (len(used), kernels)
+    return Readings(np.array(used).reshape(size), np.array(clean, np.bool_).reshape(size), marked, every)

@@ -21,9 +21,14 @@ from phongbench.spec import MAX_COEFFICIENTS, Approximation, Setting
 
 Array = NDArray[Any]
 
-BASELINE, TWIN, LIBM, COPY, TRIAD, DOT = "phong", "aa-twin", "phong-libm", "copy", "triad", "dot"
+BASELINE, TWIN, LIBM = "phong", "aa-twin", "phong-libm"
+COPY, TRIAD, DOT, FMA = "copy", "triad", "dot", "fma"
 #: rows that are not formulas: what the machine can do at best, and the baseline again under another name
-CEILINGS = (COPY, TRIAD, DOT)
+CEILINGS = (COPY, TRIAD, DOT, FMA)
+#: fused multiply-adds of the row `fma`, one after the other for each element: as much arithmetic as a short formula has
+CHAIN = 8
+#: what is timed on several threads too: (name, gamma)
+THREADED = ((BASELINE, None), (DOT, None), ("lyon", 8))
 #: the shininess at which kernels are timed, and a second one for integer powers, which alone depend on it
 ALPHA, FURTHER_ALPHAS = 50.0, (64.0, 1000.0)
 #: rows of the arrays a formula reads and writes
@@ -98,6 +103,7 @@ class Contender:
     tolerance: float
     rows: int = ROWS
     compile_ms: float = 0.0
+    threads: int = 1
 
     @property
     def name(self) -> str:
@@ -113,7 +119,8 @@ def compiled(subject: Subject) -> Contender:
     try:
         spec.check(setting)
         started = time.perf_counter()
-        kernel = kernels.pairs_kernel(spec, subject.lambda_form, precision, kernels.known_values(spec, setting))
+        known, gated = kernels.known_values(spec, setting), kernels.needs_gate(spec, subject.lambda_form, setting)
+        kernel = kernels.pairs_kernel(spec, subject.lambda_form, precision, known, gated=gated)
         took = 1e3 * (time.perf_counter() - started)
         row, table = kernels.coefficient_row(spec, setting, precision), kernels.table_row(spec, setting, precision)
     except (KernelError, jit.CompileError, ArithmeticError, LookupError, ValueError) as problem:
@@ -140,6 +147,24 @@ def companions(precision: Precision, registry: Any = REGISTRY) -> Iterator[Conte
     yield _bare(COPY, precision, 0.0, lambda a, b: a[0], rows=2)
     yield _bare(TRIAD, precision, ALPHA * rounding, lambda a, b: a[0] + ALPHA * b[0], rows=3)
     yield _bare(DOT, precision, rounding, lambda a, b: (a * b).sum(axis=0))
+    yield _bare(FMA, precision, CHAIN * rounding, _chained, rows=2)
+
+
+def _chained(a: Array, b: Array) -> Array:
+    value = a[0]
+    for _ in range(CHAIN):
+        value = value * a[0] + 1 / ALPHA
+    return np.asarray(value)
+
+
+def on_threads(group: Iterable[Contender], counts: Iterable[int]) -> list[Contender]:
+    """The members of THREADED again, for each number of threads above 1."""
+    return [
+        replace(c, threads=count, compile_ms=0.0)
+        for count in sorted(set(counts) - {1})
+        for c in group
+        if (c.name, c.key[3]) in THREADED
+    ]
 
 
 def _tolerance(exponent: float, precision: Precision) -> float:
@@ -167,7 +192,7 @@ def _bare(
     kernel = _bare_kernel(name, precision)
     took = 1e3 * (time.perf_counter() - started)
     row = np.zeros(MAX_COEFFICIENTS, precision.carrier)
-    row[0] = precision.constant(ALPHA)
+    row[0], row[1] = precision.constant(ALPHA), precision.constant(1 / ALPHA)
     key = (name, "none", "reflect", None, precision.name)
     return Contender(key, kernel, row, np.zeros(1, precision.carrier), plain, tolerance, rows, took)
 
@@ -196,5 +221,18 @@ def _bare_kernel(name: str, precision: Precision) -> Any:
         for i in range(len(out)):
             out[i] = dot(a[0, i], a[1, i], a[2, i], b[0, i], b[1, i], b[2, i])
 
-    body = {LIBM: libm, COPY: copy, TRIAD: triad, DOT: product}[name]
+    def chain(a: Any, b: Any, coefficients: Any, table: Any, out: Any) -> None:
+        step = coefficients[1]
+        for i in range(len(out)):
+            x = a[0, i]
+            y = x * x + step
+            y = y * x + step
+            y = y * x + step
+            y = y * x + step
+            y = y * x + step
+            y = y * x + step
+            y = y * x + step
+            out[i] = y * x + step
+
+    body = {LIBM: libm, COPY: copy, TRIAD: triad, DOT: product, FMA: chain}[name]
     return jit.elementwise(kernels.pairs_signature(precision.carrier), body)

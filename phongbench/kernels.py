@@ -4,6 +4,7 @@ Every loop is compiled once for (approximation, precision, known arguments) and 
 compiled again for another alpha, beta or lambda form.
 """
 
+import math
 from collections.abc import Callable
 from functools import cache
 from typing import Any
@@ -13,7 +14,7 @@ from numpy.typing import NDArray
 
 from phongbench import jit, vectors
 from phongbench.errors import InputError
-from phongbench.lowering import FLOAT64, Body, Precision, lower
+from phongbench.lowering import FLOAT32, FLOAT64, Body, Precision, lower
 from phongbench.spec import MAX_COEFFICIENTS, Approximation, Setting
 
 Array = NDArray[Any]
@@ -32,8 +33,8 @@ def values_signature(dtype: Any) -> Any:
 
 
 def pairs_signature(dtype: Any) -> Any:
-    """(a, b, coefficients, table, out): a and b of shape (3, n), components in rows."""
-    row, block = jit.array_type(dtype), jit.array_type(dtype, 2)
+    """(a, b, coefficients, table, out): a and b of shape (3, n) or (n, 3), which may be read-only."""
+    row, block = jit.array_type(dtype), jit.array_type(dtype, 2, readonly=True)
     return jit.signature(block, block, row, row, row)
 
 
@@ -45,6 +46,7 @@ def coordinates_signature(dtype: Any) -> Any:
 
 #: inside drivers: (address, array) -> the compiled loop at that address, for arrays of that dtype
 values_at, coordinates_at = jit.function_at(values_signature), jit.function_at(coordinates_signature)
+pairs_at = jit.function_at(pairs_signature)
 
 
 def values_kernel(spec: Approximation, precision: Precision, known: tuple[tuple[str, int], ...] = ()) -> Any:
@@ -55,12 +57,70 @@ def values_kernel(spec: Approximation, precision: Precision, known: tuple[tuple[
     return _values_kernel(spec.kernel, _wiring(spec), precision, known)
 
 
-def pairs_kernel(spec: Approximation, form: str, precision: Precision, known: tuple[tuple[str, int], ...] = ()) -> Any:
+def pairs_kernel(
+    spec: Approximation,
+    form: str,
+    precision: Precision,
+    known: tuple[tuple[str, int], ...] = (),
+    *,
+    layout: str = "soa",
+    gated: bool = True,
+) -> Any:
     """A compiled loop from vectors to highlight.
 
-    Out[i] = kernel(lambda form of a[:, i], b[:, i]) where a.b > 0, else 0.
+    Out[i] = kernel(lambda form of the i-th pair) where a.b > 0, else 0.
+
+    layout  "soa": a and b of shape (3, n), a row per component; "aos": of shape (n, 3), a row per vector
+    gated   False where `needs_gate` says that the test of a.b changes nothing
     """
-    return _pairs_kernel(spec.kernel, _wiring(spec), form, precision, known)
+    return _pairs_kernel(spec.kernel, _wiring(spec), form, precision, known, layout, gated)
+
+
+def needs_gate(spec: Approximation, form: str, setting: Setting) -> bool:
+    """False if a kernel is dark wherever a.b is not positive, by itself.
+
+    In form `dot` lambda is then at least 1, whatever the lengths, so a support that ends before 1 is enough, if NaN is
+    dark too. In the other forms it is not: short vectors have a small lambda at every angle.
+    """
+    if form != "dot" or spec.cutoff is None or spec.cutoff(setting) > _SURE:
+        return True
+    return bool(spec.bound(setting)(math.nan) != 0)
+
+
+def highlights(
+    spec: Approximation,
+    form: str,
+    setting: Setting,
+    a: Array,
+    b: Array,
+    *,
+    precision: Precision = FLOAT32,
+    layout: str = "soa",
+) -> Array:
+    """Highlights of pairs, computed by the timed kernel itself.
+
+    a, b     (3, n) or, for layout "aos", (n, 3)  directions; read-only arrays are welcome, other dtypes are converted
+    returns  (n,)                                 in the precision's carrier
+    """
+    spec.check(setting)
+    a, b = (np.ascontiguousarray(v, dtype=precision.carrier) for v in (a, b))
+    if a.shape != b.shape or a.ndim != 2 or a.shape[_AXIS[layout]] != 3:
+        wanted = {"soa": "(3, n)", "aos": "(n, 3)"}[layout]
+        raise InputError(f"pairs of shape {a.shape} and {b.shape}", None, f"both must be {wanted}")
+    out = np.empty(a.shape[1 - _AXIS[layout]], precision.carrier)
+    kernel = pairs_kernel(
+        spec, form, precision, known_values(spec, setting), layout=layout, gated=needs_gate(spec, form, setting)
+    )
+    row, table = coefficient_row(spec, setting, precision), table_row(spec, setting, precision)
+    _call_pairs(jit.address(kernel), read_only(a), read_only(b), row, table, out)
+    return out
+
+
+def read_only(array: Array) -> Array:
+    """A view that cannot be written through: one type for compiled callers, whatever arrays they are given."""
+    view = array.view()
+    view.flags.writeable = False
+    return view
 
 
 def known_values(spec: Approximation, setting: Setting) -> tuple[tuple[str, int], ...]:
@@ -134,6 +194,11 @@ def _call(address: int, coordinate: Array, gate: Array, coefficients: Array, tab
     values_at(address, coordinate)(coordinate, gate, coefficients, table, out)
 
 
+@jit.driver
+def _call_pairs(address: int, a: Array, b: Array, coefficients: Array, table: Array, out: Array) -> None:
+    pairs_at(address, out)(a, b, coefficients, table, out)
+
+
 def _wiring(spec: Approximation) -> tuple[str, ...]:
     """The kernel's run-time arguments after the coordinate, as names of the loop: c0, c1, ... and table."""
     names = {name: f"c{i}" for i, name in enumerate(spec.scalars)} | {"table": "table"}
@@ -165,21 +230,56 @@ def _values_kernel(
     return jit.elementwise(values_signature(precision.carrier), values)
 
 
+@jit.inline
+def _of_rows(v: Any, component: int, i: int) -> Any:
+    return v[component, i]
+
+
+@jit.inline
+def _of_vectors(v: Any, component: int, i: int) -> Any:
+    return jit.of_three(v, i, component)
+
+
+#: layout -> the axis of components, and how one is read
+_AXIS, _PART = {"soa": 0, "aos": 1}, {"soa": _of_rows, "aos": _of_vectors}
+LAYOUTS = tuple(_AXIS)
+#: a support that ends here ends before 90 degrees, with room for rounding
+_SURE = 0.99
+
+
+@cache
+def bound_parts(
+    spec: Approximation, form: str, precision: Precision, known: tuple[tuple[str, int], ...]
+) -> tuple[Body, Body]:
+    """For loops of other shapes: the kernel as a function of (coordinate, c0, c1, c2, c3, table), and the coordinate as
+    one of the six components, both compiled into whatever calls them.
+    """
+    body = vectors.dot if form == "none" else vectors.LAMBDA_FORMS[form]
+    return _bound(spec.kernel, _wiring(spec), precision, known), lower(body, precision)
+
+
 @cache
 def _pairs_kernel(
-    kernel: Body, wiring: tuple[str, ...], form: str, precision: Precision, known: tuple[tuple[str, int], ...]
+    kernel: Body,
+    wiring: tuple[str, ...],
+    form: str,
+    precision: Precision,
+    known: tuple[tuple[str, int], ...],
+    layout: str,
+    gated: bool,
 ) -> Any:
     bound, zero = _bound(kernel, wiring, precision, known), precision.constant(0.0)
-    cosine = lower(vectors.dot, precision)
+    cosine, part = lower(vectors.dot, precision), _PART[layout]
     coordinate = cosine if form == "none" else lower(vectors.LAMBDA_FORMS[form], precision)
 
     def pairs(a: Array, b: Array, coefficients: Array, table: Array, out: Array) -> None:
         c0, c1, c2, c3 = coefficients[0], coefficients[1], coefficients[2], coefficients[3]
         local = jit.on_stack(table)
         for i in range(len(out)):
-            ax, ay, az, bx, by, bz = a[0, i], a[1, i], a[2, i], b[0, i], b[1, i], b[2, i]
+            ax, ay, az = part(a, 0, i), part(a, 1, i), part(a, 2, i)
+            bx, by, bz = part(b, 0, i), part(b, 1, i), part(b, 2, i)
             value = bound(coordinate(ax, ay, az, bx, by, bz), c0, c1, c2, c3, local)
-            out[i] = value if cosine(ax, ay, az, bx, by, bz) > zero else zero
+            out[i] = value if not gated or cosine(ax, ay, az, bx, by, bz) > zero else zero
 
     return jit.elementwise(pairs_signature(precision.carrier), pairs)
 

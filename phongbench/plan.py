@@ -60,6 +60,8 @@ class Plan:
     seed            any whole number >= 0
     timing          measure time too
     timing_budget   seconds the timing may take
+    processes       fresh processes that share the timing; 1 for the study's own
+    skipping        time kernels that skip dark blocks of pairs, too
     """
 
     preset: str = "quick"
@@ -76,6 +78,8 @@ class Plan:
     seed: int = 1
     timing: bool = True
     timing_budget: float = 8.0
+    processes: int = 1
+    skipping: bool = False
 
     def as_dict(self) -> dict[str, Any]:
         """Plain data that JSON holds; `from_dict` is its inverse."""
@@ -137,6 +141,8 @@ class Plan:
             raise InputError(
                 f"timing budget = {self.timing_budget} s is not positive", None, "use --no-timing to skip timing"
             )
+        if not 1 <= self.processes <= 64:
+            raise InputError(f"processes = {self.processes} is not in 1 .. 64", None, "8 give an interval across them")
         return replace(
             self,
             alphas=tuple(sorted({float(a) for a in self.alphas})),
@@ -190,6 +196,8 @@ PRESETS: Mapping[str, Plan] = {
         precisions=tuple(PRECISIONS),
         samples=1 << 17,
         timing_budget=60.0,
+        processes=2,
+        skipping=True,
     ),
     "full": Plan(
         preset="full",
@@ -201,6 +209,8 @@ PRESETS: Mapping[str, Plan] = {
         precisions=tuple(PRECISIONS),
         samples=1 << 20,
         timing_budget=600.0,
+        processes=8,
+        skipping=True,
     ),
 }
 

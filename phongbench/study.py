@@ -4,7 +4,6 @@ This is what `phongbench run` calls. It writes results and speaks through a Prog
 it is given, so that measuring does not depend on drawing.
 """
 
-import os
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -14,7 +13,7 @@ from typing import Any
 
 import pandas as pd
 
-from phongbench import engine, results, rows, timing, warm
+from phongbench import engine, replicas, results, rows, skipping, timing, warm
 from phongbench.approximations import REGISTRY
 from phongbench.errors import InputError, InterruptedStudyError, MeasurementError
 from phongbench.lowering import PRECISIONS
@@ -86,7 +85,7 @@ class Forecast:
 
 def default_jobs() -> int:
     """The cores this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    return timing.cores()
 
 
 def run_study(
@@ -140,9 +139,10 @@ def run_study(
             warm.stop(helper, at_once=True)
             raise
         progress.stage("writing the accuracy rows")
-        written = manifest["files"] = {}
-        written["accuracy.parquet"] = results.write_table(path, "accuracy", rows.accuracy(sweep, parts))
-        written["worst.parquet"] = results.write_table(path, "worst", rows.worst(sweep, parts))
+        stored: dict[str, Any] = {}
+        manifest["files"] = stored
+        stored["accuracy.parquet"] = results.write_table(path, "accuracy", rows.accuracy(sweep, parts))
+        stored["worst.parquet"] = results.write_table(path, "worst", rows.worst(sweep, parts))
         outcome = Outcome(Run(path, manifest), len(sweep.cells), sweep.evaluations)
         for message in sweep.failures.values():
             outcome.failures[message] = outcome.failures.get(message, 0) + 1
@@ -150,7 +150,7 @@ def run_study(
         clock = time.perf_counter()
         warm.stop(helper, at_once=not plan.timing)
         if plan.timing:
-            written["timing.parquet"] = results.write_table(path, "timing", _time(sweep, progress))
+            stored["timing.parquet"] = results.write_table(path, "timing", _time(sweep, progress))
         outcome.seconds["timing"] = time.perf_counter() - clock
         manifest["state"] = "complete"
         manifest["failures"] = outcome.failures
@@ -280,11 +280,20 @@ def _time(sweep: engine.Sweep, progress: Progress) -> pd.DataFrame:
         last = done / max(total, 1)
 
     problems: list[MeasurementError] = []
-    frame = timing.measure(
-        subjects, budget_seconds=sweep.plan.timing_budget, seed=sweep.plan.seed, progress=step, problems=problems
+    notes: list[str] = []
+    frame = replicas.measure(
+        subjects,
+        processes=sweep.plan.processes,
+        budget_seconds=sweep.plan.timing_budget,
+        seed=sweep.plan.seed,
+        threads=(1, 2) if timing.cores() > 1 else (1,),
+        lit=skipping.LIT if sweep.plan.skipping else (),
+        progress=step,
+        problems=problems,
+        notes=notes,
     )
-    for problem in problems:
-        progress.note(f"not timed: {problem}")
+    for note in (*notes, *(f"not timed: {problem}" for problem in problems)):
+        progress.note(note)
     return _in_every_space(frame, specs)
 
 

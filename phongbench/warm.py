@@ -10,7 +10,7 @@ import json
 import subprocess
 import sys
 
-from phongbench import engine, jit, timing
+from phongbench import engine, jit, skipping, timing
 from phongbench.lowering import PRECISIONS
 from phongbench.plan import Plan
 
@@ -51,7 +51,8 @@ def compile_for(plan: Plan) -> None:
             timing.subjects(
                 (sweep.registry[c.approximation], c.lambda_form, c.setting, PRECISIONS[c.precision])
                 for c in sweep.cells
-            )
+            ),
+            lit=skipping.LIT if plan.skipping else (),
         )
 
 

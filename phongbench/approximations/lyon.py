@@ -18,7 +18,7 @@ def lyon(cosine_deficit: float, beta: float, n: int) -> float:
     Domain   exactly 0 beyond lambda = 1 / beta; a negative lambda (dot form, over-long vectors) gives values above 1;
              where alpha < gamma the support reaches past 90 degrees, so light leaks unless a.b > 0 is asked for
     """
-    return powers.squared(powers.positive_part(1.0 - beta * cosine_deficit), n)
+    return powers.squared(1.0 - beta * cosine_deficit, n)
 
 
 def beta(setting: Setting) -> float:

@@ -22,7 +22,7 @@ def lyon_quadratic(cosine_deficit: float, beta: float, curvature: float, turn: f
     """
     v = beta * cosine_deficit
     v = v if v < turn else turn
-    return powers.squared(powers.positive_part(1.0 - v * (1.0 - curvature * v)), n)
+    return powers.squared(1.0 - v * (1.0 - curvature * v), n)
 
 
 def coefficients(setting: Setting) -> dict[str, float]:

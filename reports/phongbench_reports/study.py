@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 #: The exponents single-exponent figures prefer: the middle of the classic range, and where lengths begin to hurt.
 HEADLINE_ALPHA, STABILITY_ALPHA = 50.0, 128.0
 #: Rows of the timing table that are ceilings or checks, not highlights.
-CEILINGS = ("copy", "triad", "dot")
+CEILINGS = ("copy", "triad", "dot", "fma")
 TWIN = "aa-twin"
 
 

@@ -201,3 +201,28 @@ def test_rounds_end_when_told_and_repeat_only_while_there_is_time() -> None:
     assert found.used.shape == (9, 4)
     assert len(found.every) == 36
     assert told == list(range(1, 10))
+
+
+# further rounds
+
+
+def test_intervals_that_overlap_a_neighbour_in_the_order_of_medians_are_contested() -> None:
+    spans = [(1.0, 0.9, 1.1), (5.0, 4.9, 5.1), (1.15, 1.05, 1.3), (2.0, 1.9, 2.1)]
+    assert clock.contested([clock.Interval(*span) for span in spans]) == [0, 2]
+    assert clock.contested([]) == clock.contested([clock.Interval(1.0, 0.5, 2.0)]) == []
+
+
+def test_further_rounds_of_some_kernels_leave_the_others_as_they_were() -> None:
+    first = clock.Readings(
+        np.array([[1.0, 2.0, 4.0]] * 9), np.ones((9, 3), np.bool_), np.array([0, 1, 2]), [(0, 0, Epoch(1.0, False))]
+    )
+    more = clock.Readings(
+        np.array([[8.0, 1.0]] * 3), np.ones((3, 2), np.bool_), np.array([5, 0]), [(1, 0, Epoch(8.0, False))]
+    )
+    joined = first.with_further(more, [2, 0])
+    assert [joined.rounds(k) for k in range(3)] == [12, 9, 12]
+    assert joined.marked.tolist() == [0, 1, 7]
+    assert joined.least(2) == 4.0
+    assert joined.median(1) == 2.0
+    assert joined.ratio(1, 0).middle == pytest.approx(2.0)
+    assert joined.every[-1] == (10, 2, Epoch(8.0, False))

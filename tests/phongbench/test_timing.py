@@ -11,11 +11,12 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from phongbench import blocks, clock, contenders, jit, timing
+from phongbench import blocks, clock, contenders, jit, laboratory, pacing, readout, skipping, timing
 from phongbench.approximations import REGISTRY
 from phongbench.clock import Epoch
 from phongbench.contenders import Contender, Subject
 from phongbench.errors import InputError, LockedError, MeasurementError, UnknownNameError
+from phongbench.lock import LOCK_NAME, machine_lock
 from phongbench.lowering import FLOAT16, FLOAT32, FLOAT64
 from phongbench.provenance import Caches
 from phongbench.spec import Setting
@@ -74,7 +75,7 @@ def test_a_setting_that_is_not_accepted_at_the_usual_alpha_keeps_its_own() -> No
 @compiled_only
 def test_every_block_holds_the_exact_powers_and_the_ceilings() -> None:
     names = [c.name for c in contenders.companions(FLOAT32)]
-    assert {"phong", "aa-twin", "phong-libm", "copy", "triad", "dot"} <= set(names)
+    assert {"phong", "aa-twin", "phong-libm", "copy", "triad", "dot", "fma"} <= set(names)
     assert ("integer-power" in names) == ("integer-power" in REGISTRY)
     twin, phong = (next(c for c in contenders.companions(FLOAT32) if c.name == n) for n in ("aa-twin", "phong"))
     assert twin.kernel is phong.kernel
@@ -105,47 +106,7 @@ def test_memory_is_beyond_the_last_cache_where_the_cap_allows_it(caches: Caches,
     assert [size / MIB for size in blocks.memory_sizes(caches)] == sizes
 
 
-# how long
-
-
-def test_a_generous_budget_takes_the_largest_memory_and_many_rounds() -> None:
-    assert timing.plan_rounds([("l1", 0.01), ("memory", 0.1)], 1e4, [8.0, 4.0, 2.0, 1.0]) == ([64, 64], 8.0)
-
-
-def test_a_budget_that_is_just_enough_gives_24_rounds_everywhere() -> None:
-    rounds, scale = timing.plan_rounds([("l1", 0.01), ("l2", 0.01), ("memory", 0.1)], 3.1, [8.0, 1.0])
-    assert (rounds, scale) == ([24, 24, 24], 1.0)
-
-
-def test_memory_gives_way_first() -> None:
-    rounds, scale = timing.plan_rounds([("l1", 0.01), ("l2", 0.01), ("memory", 0.1)], 2.0, [8.0, 1.0])
-    assert (rounds, scale) == ([24, 24, 13], 1.0)
-
-
-def test_a_plan_stays_within_its_seconds() -> None:
-    costs = [("l1", 0.013), ("l2", 0.017), ("memory", 0.11), ("memory", 0.2)]
-    for seconds in np.geomspace(3.3, 400.0, 60):
-        plan = timing.plan_rounds(costs, seconds, [8.0, 4.0, 2.0, 1.0])
-        assert isinstance(plan, tuple)
-        rounds, scale = plan
-        spent = sum(
-            r * cost * (scale if name == "memory" else 1) for r, (name, cost) in zip(rounds, costs, strict=True)
-        )
-        assert spent <= seconds
-        assert all(r >= clock.MIN_ROUNDS for r in rounds)
-
-
-def test_too_little_tells_what_is_needed() -> None:
-    needed = timing.plan_rounds([("l1", 0.01), ("memory", 0.1)], 1.0, [1.0])
-    assert needed == pytest.approx(0.095 + 0.95)
-
-
-@pytest.mark.parametrize(
-    ("sets", "rounds"), [(["l1", "l2"], [13, 13]), (["l1", "memory"], [19, 8]), (["memory"], [28])]
-)
-def test_a_small_budget_gives_fewer_rounds_rather_than_nothing(sets: list[str], rounds: list[int]) -> None:
-    costs = [(name, {"l1": 0.01, "l2": 0.01, "memory": 0.01}[name]) for name in sets]
-    assert timing.plan_rounds(costs, 0.3, [1.0]) == (rounds, 1.0)
+# what is asked
 
 
 @pytest.mark.parametrize("budget", [0.0, -1.0, float("nan"), float("inf")])
@@ -165,11 +126,12 @@ def test_an_unknown_working_set_lists_the_known_ones() -> None:
         timing.measure([LYON], budget_seconds=1, working_sets=["l3"])
 
 
-def test_no_working_set_and_other_thread_counts_are_refused() -> None:
+def test_no_working_set_and_impossible_thread_counts_are_refused() -> None:
     with pytest.raises(InputError, match="nothing to time"):
         timing.measure([LYON], budget_seconds=1, working_sets=[])
-    with pytest.raises(InputError, match="one thread"):
-        timing.measure([LYON], budget_seconds=1, threads=(1, 2))
+    for threads in ((2,), (1, 1000), (0, 1)):
+        with pytest.raises(InputError, match="cannot be timed on"):
+            timing.measure([LYON], budget_seconds=1, threads=threads)
 
 
 @compiled_only
@@ -201,7 +163,7 @@ def analysed(durations: dict[str, float], *, noise: float = 0.02, seed: int = 3)
         pace["now"] = float(rng.uniform(1.0, 3.0))
 
     readings = clock.run_rounds(epoch, len(timed), 24, rng, after_round=next_round)
-    return {row["approximation"]: row for row in timing.withheld(timing.analyse(timed, readings, 10))}
+    return {row["approximation"]: row for row in readout.withheld(readout.analyse(timed, readings, 10))}
 
 
 def test_known_durations_give_the_right_verdicts() -> None:
@@ -278,10 +240,8 @@ def test_every_kernel_has_a_row_and_every_column_a_value(real: Any) -> None:
     rows, problems, _ = real
     assert problems == []
     assert {"phong", "aa-twin", "phong-libm", "copy", "triad", "dot", "lyon"} <= set(rows["approximation"])
-    assert not rows.duplicated(
-        ["approximation", "lambda_form", "space", "gamma", "precision", "working_set", "threads"]
-    ).any()
-    assert not rows.drop(columns="gamma").isna().any().any()
+    assert not rows.duplicated(readout.KEY).any()
+    assert not rows.drop(columns=["gamma", "lit"]).isna().any().any()
     assert rows.loc[rows["approximation"] == "lyon", "gamma"].tolist() == [8]
     assert (rows["ns_min"] > 0).all()
     assert (rows["ns_min"] <= rows["ns_median"]).all()
@@ -303,6 +263,73 @@ def test_epochs_are_long_enough(real: Any) -> None:
     rows = real[0]
     epoch = rows["ns_median"] * rows["elements"] * rows["repeats"]
     assert (epoch[~rows["approximation"].isin(["copy", "triad"])] > 0.2 * clock.EPOCH_NS).all()
+
+
+# several threads, skipping, further rounds
+
+
+@compiled_only
+@pytest.mark.skipif(timing.cores() < 2, reason="one core")
+def test_two_threads_time_phong_dot_and_lyon_8_on_buffers_of_their_own() -> None:
+    notes: list[str] = []
+    rows = timing.measure([LYON], budget_seconds=4.0, working_sets=["l1", "l2"], threads=(1, 2), notes=notes)
+    two = rows[rows["threads"] == 2]
+    assert notes == []
+    assert set(two["approximation"]) == {"phong", "dot", "lyon"}
+    assert set(two["working_set"]) == {"l1"}
+    assert (two["ns_min"] > 0).all()
+
+
+@compiled_only
+def test_threads_share_neither_inputs_nor_outputs() -> None:
+    (phong, *_) = contenders.companions(FLOAT32)
+    block = blocks.Block("l1", FLOAT32, [phong, replace(phong, threads=2)], 4096, 1)
+    try:
+        assert block.nanoseconds(1, 3) > 0
+        first, second = block.shares
+        assert not any(np.shares_memory(x, y) for x in (first.a, first.out) for y in (second.a, second.out))
+        assert first.digest() == second.digest()
+    finally:
+        block.close()
+
+
+@compiled_only
+def test_skipping_has_rows_of_its_own_at_each_share_of_lit_pairs() -> None:
+    rows = timing.measure([LYON], budget_seconds=4.0, working_sets=["l2"], lit=(0.1, 1.0))
+    lit = rows[rows["lit"].notna()]
+    assert set(lit["approximation"]) == skipping.names()
+    assert sorted(lit["lit"].unique()) == [0.1, 1.0]
+    assert rows[rows["lit"].isna()]["approximation"].isin(skipping.names()).sum() == 0
+
+
+@compiled_only
+def test_a_small_budget_leaves_out_skipping_first_and_then_several_threads(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(pacing, "fits", lambda costs, seconds: False)
+    notes: list[str] = []
+    threads = (1, 2) if timing.cores() > 1 else (1,)
+    rows = timing.measure([LYON], budget_seconds=2.0, working_sets=["l1"], lit=(0.5,), threads=threads, notes=notes)
+    assert rows["lit"].isna().all()
+    assert (rows["threads"] == 1).all()
+    told = ["skipping was not timed", "several threads were not timed in l1"][: len(threads)]
+    assert [n.partition(":")[0] for n in notes] == told
+
+
+@compiled_only
+def test_what_is_left_of_the_budget_goes_to_kernels_whose_order_is_not_decided(real: Any) -> None:
+    rows = real[0].set_index("approximation")
+    assert rows.loc["phong", "rounds"] >= rows.loc["aa-twin", "rounds"]
+    assert (rows.loc[["copy", "triad", "fma"], "rounds"] <= 24).all()
+
+
+def test_undecided_are_the_formulas_that_overlap_with_baseline_and_dot() -> None:
+    timed = [made_up(name) for name in ("phong", "aa-twin", "copy", "triad", "dot", "near", "far", "nearer")]
+    block = blocks.Block.__new__(blocks.Block)
+    block.contenders = timed
+    times = np.array([100.0, 100.0, 20.0, 30.0, 40.0, 60.0, 80.0, 60.1])
+    rng = np.random.default_rng(0)
+    used = times * rng.lognormal(sigma=0.01, size=(24, 8))
+    readings = clock.Readings(used, np.ones(used.shape, np.bool_), np.zeros(8, np.int64), [])
+    assert [timed[i].name for i in laboratory._undecided(block, readings)] == ["phong", "dot", "near", "nearer"]
 
 
 # when it says nothing
@@ -336,8 +363,8 @@ def test_a_timed_output_that_differs_from_the_verified_one_voids_its_row(monkeyp
     honest = blocks.Block.digest
     calls: list[str] = []
 
-    def digest(block: blocks.Block) -> int:
-        value = honest(block)
+    def digest(block: blocks.Block, share: int = 0) -> int:
+        value = honest(block, share)
         calls.append("")
         # the first look at each kernel's output is the verification; lyon's later outputs come out wrong
         return value ^ 1 if value == known.get("lyon") and len(calls) > len(block.contenders) else value
@@ -388,16 +415,16 @@ def test_compiling_while_timing_is_an_error(monkeypatch: pytest.MonkeyPatch) -> 
 
 def test_two_timing_runs_never_overlap_and_the_second_learns_whom_to_wait_for() -> None:
     with (
-        timing.machine_lock(),
+        machine_lock(),
         pytest.raises(LockedError, match=rf"process {os.getpid()}\) is timing"),
-        timing.machine_lock(),
+        machine_lock(),
     ):
         pass
-    with timing.machine_lock():  # and it is free again afterwards
+    with machine_lock():  # and it is free again afterwards
         pass
 
 
 def test_an_unknown_holder_is_still_a_holder(tmp_path: Path) -> None:
-    held = filelock.FileLock(tmp_path / timing.LOCK_NAME)
-    with held, pytest.raises(LockedError, match="another phongbench is timing"), timing.machine_lock():
+    held = filelock.FileLock(tmp_path / LOCK_NAME)
+    with held, pytest.raises(LockedError, match="another phongbench is timing"), machine_lock():
         pass

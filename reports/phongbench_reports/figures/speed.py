@@ -30,6 +30,7 @@ NUMBERS = [
 def rows_of(study: Study) -> pd.DataFrame:
     """Kernels of the working precision on the fewest threads; for formulas with squarings the gamma nearest to 8."""
     rows = study.at(study.timing, precision=study.precision)
+    rows = rows[rows["lit"].isna()] if "lit" in rows else rows
     rows = rows[(rows["approximation"] != TWIN) & (rows["threads"] == rows["threads"].min())]
     gammas = [int(gamma) for gamma in rows["gamma"].dropna().unique()]
     if gammas:
