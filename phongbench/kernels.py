@@ -84,7 +84,10 @@ def needs_gate(spec: Approximation, form: str, setting: Setting) -> bool:
     """
     if form != "dot" or spec.cutoff is None or spec.cutoff(setting) > _SURE:
         return True
-    return bool(spec.bound(setting)(math.nan) != 0)
+    try:
+        return bool(spec.bound(setting)(math.nan) != 0)
+    except (ArithmeticError, ValueError):  # a plain body that cannot take NaN promises nothing about it
+        return True
 
 
 def highlights(
