@@ -16,6 +16,7 @@ from phongbench.errors import StorageError
 from phongbench_reports.drawing import Plate, ink, svg_pair
 from phongbench_reports.figures import FIGURES
 from phongbench_reports.page import Links, Section, render, style_sheet
+from phongbench_reports.skipped import skipped
 from phongbench_reports.study import Absent, Study
 from phongbench_reports.tables import census, formulas, verdict, worst
 from phongbench_reports.text import BUDGETS
@@ -47,7 +48,8 @@ def sections_of(study: Study) -> tuple[list[Section], dict[str, tuple[bytes, byt
     strange = Section("census", "Values above 1, negative, not finite", census(study))
     inputs = Section("worst", "Worst inputs", worst(study))
     names = Section("formulas", "The formulas", formulas(study), True)
-    return [*answer, *drawn.values(), strange, speed, inputs, names], pictures
+    dark = Section("skipped", "Skipping what is dark", skipped(study))
+    return [*answer, *drawn.values(), strange, speed, dark, inputs, names], pictures
 
 
 def csv_of(frame: pd.DataFrame) -> bytes:

@@ -16,22 +16,26 @@ import time
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from pathlib import Path
+from typing import Any
 
 import click
 
 from phongbench import results
+from phongbench.alarms import Alarms
 from phongbench.errors import InputError, MeasurementError, PhongbenchError
 from phongbench.results import Run
-from phongbench_reports import readme
+from phongbench_reports import readme, readme_measured
 from phongbench_reports.build import write
 from phongbench_reports.readme import PICTURES, Wall
 from phongbench_reports.study import Study
 
-NAMES = ("verdict", "front", "speed", "throughput", "machine")
+NAMES = ("verdict", "front", "speed", "peers", "alarms", "throughput", "machine")
 CHECKOUT = Path(__file__).resolve().parents[2]
 README = "README.md"
 #: bytes a picture may have: a repository keeps every version of it
 LARGEST_PICTURE = 100_000
+#: seconds for the rounds with the peers, and how often the twin is measured
+PEER_SECONDS, REPEATS = 20.0, 200
 _PART = re.compile(r"(<!-- generated: (?P<name>\w+) -->\n)(?P<body>.*?)(<!-- /generated: (?P=name) -->)", re.DOTALL)
 
 
@@ -70,15 +74,23 @@ def _readme(root: Path) -> str:
         raise InputError(f"cannot be read: {problem.strerror}", str(root / README), "run it in a checkout") from problem
 
 
-def fill(root: Path, run: Run, rates: Mapping[str, float], walls: Sequence[Wall] = ()) -> None:
-    """Write README's generated parts and the pictures from a finished run and what was measured beside it."""
+def fill(
+    root: Path, run: Run, compared: Mapping[str, Any], alarms: Sequence[Alarms], walls: Sequence[Wall] = ()
+) -> None:
+    """Write README's generated parts and the pictures from a finished run and what was measured beside it.
+
+    compared  what `phongbench.bench.bench` found: peers, and the sweep's throughput
+    alarms    what `phongbench.alarms.count` found
+    """
     study = Study(run)
     shown, files = readme.front(study)
     bodies = {
         "verdict": readme.verdict(study),
         "front": shown,
         "speed": readme.speed(study),
-        "throughput": readme.throughput(rates, walls),
+        "peers": readme_measured.peers(compared),
+        "alarms": readme_measured.alarms(alarms),
+        "throughput": readme.throughput(compared["sweep"], walls),
         "machine": readme.machine(run),
     }
     large = [f"{name}: {len(content)} bytes" for name, content in files.items() if len(content) > LARGEST_PICTURE]
@@ -110,7 +122,8 @@ def study_as_command(name: str, folder: Path, cache: Path, extra: Sequence[str] 
 
 
 def _measured(root: Path, run_name: str | None) -> None:
-    from phongbench.yardstick import throughput as measure_throughput
+    from phongbench.alarms import count
+    from phongbench.bench import bench
 
     walls: list[Wall] = []
     with ExitStack() as stack:
@@ -121,10 +134,12 @@ def _measured(root: Path, run_name: str | None) -> None:
                 walls.append(study_as_command(name, folder / name, folder / "cache"))
             run_name = str(folder / "warm")
         run = results.find(run_name, results.DEFAULT_ROOT)
-        click.echo("the sweep against plain NumPy", err=True)
-        rates = measure_throughput()
+        click.echo("peers, and the sweep against plain NumPy", err=True)
+        compared = bench(budget_seconds=PEER_SECONDS)
+        click.echo("false alarms of the timing", err=True)
+        alarms = count(REPEATS, working_sets=("l1", "l2", "memory"))
         click.echo("drawing", err=True)
-        fill(root, run, rates, walls)
+        fill(root, run, compared, alarms, walls)
     click.echo(f"{README}: {', '.join(NAMES)}", err=True)
 
 

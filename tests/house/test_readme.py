@@ -15,7 +15,7 @@ from phongbench.testing import CHECKS
 
 ROOT = Path(__file__).resolve().parents[2]
 README, CONTRIBUTING = ROOT / "README.md", ROOT / "CONTRIBUTING.md"
-GENERATED = {"verdict", "front", "speed", "throughput", "machine"}
+GENERATED = {"verdict", "front", "speed", "peers", "alarms", "throughput", "machine"}
 MARKED = re.compile(r"<!-- generated: (\w+) -->(.*?)<!-- /generated: (\w+) -->", re.DOTALL)
 TINY = ("--alpha", "10", "--gamma", "8", "--precision", "float32", "--samples", "2000")
 

@@ -12,13 +12,27 @@ import pytest
 from click.testing import CliRunner
 
 from phongbench import provenance
+from phongbench.alarms import Alarms
 from phongbench.errors import InputError, MeasurementError
 from phongbench.plan import preset
 from phongbench.study import run_study
-from phongbench_reports import docs, readme
+from phongbench_reports import docs, readme, readme_measured
 from phongbench_reports.study import Study
 
 RATES = {"evaluations_per_second": 5.1e8, "numpy_evaluations_per_second": 1.05e7, "ratio": 48.57}
+
+
+def timed(by: str, work: str, ratio: float, verdict: str) -> dict[str, Any]:
+    return {"by": by, "version": "1.2", "work": work, "working_set": "l2", "ns": 0.35, "ratio": ratio,
+            "ratio_low": ratio - 0.1, "ratio_high": ratio + 0.1, "verdict": verdict, "rounds": 24}  # fmt: skip
+
+
+COMPARED = {
+    "alpha": 50.0, "gamma": 8, "absent": {"jax": "not installed"}, "sweep": RATES, "rows": [
+        timed("phongbench", "exact Phong", 1.0, "baseline"), timed("numpy", "exact Phong", 4.8, "slower"),
+    ],
+}  # fmt: skip
+ALARMS = [Alarms("l1", 200, 24, 1, 3, 0.0138, 12.0)]
 DOCUMENT = {"cells": 5000, "evaluations": 23_456_000_000, "seconds": {"accuracy": 30.04, "timing": 8, "report": 2.5}}
 EMPTY = "before\n" + "\n".join(f"<!-- generated: {n} -->\n<!-- /generated: {n} -->\nbetween" for n in docs.NAMES) + "\n"
 
@@ -47,7 +61,9 @@ def lines_of(part: str) -> list[list[str]]:
 
 
 def test_every_part_is_filled_and_the_rest_stays(made: Any, checkout: Path) -> None:
-    docs.fill(checkout, made, RATES, [readme.Wall("cold", DOCUMENT, 45.0), readme.Wall("warm", DOCUMENT, 25.0)])
+    docs.fill(
+        checkout, made, COMPARED, ALARMS, [readme.Wall("cold", DOCUMENT, 45.0), readme.Wall("warm", DOCUMENT, 25.0)]
+    )
     text = (checkout / "README.md").read_text()
     assert all(docs.parts_of(text).values())
     assert docs.problems(checkout) == []
@@ -56,7 +72,7 @@ def test_every_part_is_filled_and_the_rest_stays(made: Any, checkout: Path) -> N
 
 def test_the_same_rows_give_the_same_bytes(made: Any, checkout: Path) -> None:
     def written() -> list[bytes]:
-        docs.fill(checkout, made, RATES)
+        docs.fill(checkout, made, COMPARED, ALARMS)
         return [file.read_bytes() for file in sorted(checkout.rglob("*")) if file.is_file()]
 
     assert written() == written()
@@ -110,7 +126,7 @@ def test_the_machine_is_named_and_no_path_or_host(made: Any) -> None:
 def test_a_run_without_timing_is_refused_and_changes_nothing(made: Any, checkout: Path) -> None:
     silent = replace(made, timing=pd.DataFrame(columns=made.timing.columns))
     with pytest.raises(InputError, match="no timing"):
-        docs.fill(checkout, silent, RATES)
+        docs.fill(checkout, silent, COMPARED, ALARMS)
     assert [file.name for file in checkout.rglob("*")] == ["README.md"]
     assert (checkout / "README.md").read_text() == EMPTY
 
@@ -148,7 +164,8 @@ def test_a_stored_run_fills_the_readme(
     ).validated()  # fmt: skip
     folder = tmp_path_factory.mktemp("stored") / "run"
     run_study(plan, folder)
-    monkeypatch.setattr("phongbench.yardstick.throughput", lambda: RATES)
+    monkeypatch.setattr("phongbench.bench.bench", lambda **_: COMPARED)
+    monkeypatch.setattr("phongbench.alarms.count", lambda *_, **__: ALARMS)
     found = CliRunner().invoke(docs.main, ["--run", str(folder), "--root", str(checkout)])
     assert found.exit_code == 0, found.output
     assert "lyon" in docs.parts_of((checkout / "README.md").read_text())["verdict"]
@@ -157,3 +174,16 @@ def test_a_stored_run_fills_the_readme(
 def test_a_study_that_fails_is_told_with_its_exit_code(tmp_path: Path) -> None:
     with pytest.raises(MeasurementError, match="exit code 2"):
         docs.study_as_command("cold", tmp_path / "cold", tmp_path / "cache", ["--alpha", "-1"])
+
+
+def test_peers_are_told_as_ratios_and_the_absent_by_name() -> None:
+    part = readme_measured.peers(COMPARED)
+    assert lines_of(part)[2:] == [["phongbench 1.2", "0.350 ns"], ["numpy 1.2", "4.80 (4.70 to 4.90)"]]
+    assert "Absent: jax" in part
+
+
+def test_false_alarms_are_told_with_what_is_allowed() -> None:
+    part = readme_measured.alarms(ALARMS)
+    assert lines_of(part)[2] == ["l1", "200", "24", "1", "0.5 %", "0.0138"]
+    assert part.endswith("Allowed is 1 %: kept.")
+    assert readme_measured.alarms([replace(ALARMS[0], resolved=3)]).endswith("not kept.")
