@@ -321,7 +321,9 @@ class _Bench:
         rows = kernels.COORDINATE_ROWS
         self.alphas = np.array(alphas)
         loops = (kernels.coordinates_kernel(context.precision), kernels.coordinates_kernel(FLOAT64))
-        self.addresses = np.array([jit.address(k) for k in (*loops, truth_kernel(context.space == "half"))])
+        self.addresses = np.array(
+            [jit.address(k) for k in (*loops, truth_kernel(context.space == "half", context.truths == 2))]
+        )
         self.held = np.empty((rows, size), context.precision.carrier)
         self.given, self.unit = np.empty((rows, size)), np.empty((rows, size))
         self.a, self.b = np.empty((3, size)), np.empty((3, size))
@@ -357,12 +359,15 @@ def _lay_out(
             a64[row, i] = a[row, i]
             b64[row, i] = b[row, i]
     coordinates_64(a64, b64, given)
+    for i in range(a.shape[1]):  # loops along rows, which vectorise; the block to be filled lends two of them
+        unit[0, i] = 1.0 / np.sqrt(a64[0, i] * a64[0, i] + a64[1, i] * a64[1, i] + a64[2, i] * a64[2, i])
     for i in range(a.shape[1]):
-        scale_a = 1.0 / np.sqrt(a64[0, i] * a64[0, i] + a64[1, i] * a64[1, i] + a64[2, i] * a64[2, i])
-        scale_b = 1.0 / np.sqrt(b64[0, i] * b64[0, i] + b64[1, i] * b64[1, i] + b64[2, i] * b64[2, i])
-        for row in range(3):
-            a64[row, i] *= scale_a
-            b64[row, i] *= scale_b
+        unit[1, i] = 1.0 / np.sqrt(b64[0, i] * b64[0, i] + b64[1, i] * b64[1, i] + b64[2, i] * b64[2, i])
+    for row in range(3):
+        for i in range(a.shape[1]):
+            a64[row, i] *= unit[0, i]
+        for i in range(a.shape[1]):
+            b64[row, i] *= unit[1, i]
     coordinates_64(a64, b64, unit)
     for k in range(len(alphas)):
         truth(unit[1], given[4], alphas[k : k + 1], exact[k, 0], exact[k, 1])

@@ -54,11 +54,11 @@ def _bodies() -> tuple[Any, Any]:
 
 
 @cache
-def truth_kernel(half_space: bool) -> Any:
+def truth_kernel(half_space: bool, both: bool = True) -> Any:
     """Compiled (unit deficits, given cosines, [alpha], angle out, given out) over float64 rows of equal length.
 
     In half space the pair is (N, H) and the truth is Phong's at twice the angle, the coplanar configuration: its
-    deficit is 2 d (2 - d), its cosine 2 c^2 - 1.
+    deficit is 2 d (2 - d), its cosine 2 c^2 - 1. Unless both truths are wanted, `given out` is left alone.
     """
     of_deficit, power = _bodies()
 
@@ -66,16 +66,18 @@ def truth_kernel(half_space: bool) -> Any:
         exponent = alpha[0]
         for i in range(len(deficit)):
             angle[i] = of_deficit(deficit[i], exponent)
-        for i in range(len(deficit)):
-            given[i] = power(cosine[i], exponent)
+        if both:
+            for i in range(len(deficit)):
+                given[i] = power(cosine[i], exponent)
 
     def half(deficit: Any, cosine: Any, alpha: Any, angle: Any, given: Any) -> None:
         exponent = alpha[0]
         for i in range(len(deficit)):
             angle[i] = of_deficit(2.0 * deficit[i] * (2.0 - deficit[i]), exponent)
-        for i in range(len(deficit)):
-            c = cosine[i]
-            given[i] = power(2.0 * c * c - 1.0, exponent) if c > 0.0 else 0.0
+        if both:
+            for i in range(len(deficit)):
+                c = cosine[i]
+                given[i] = power(2.0 * c * c - 1.0, exponent) if c > 0.0 else 0.0
 
     return jit.elementwise(_signature(np.float64), half if half_space else reflect)
 
