@@ -176,8 +176,11 @@ class Block:
         return float(stamps[:, 1].max() - stamps[:, 0].min()) / c.threads
 
     def warm(self, repeats: int) -> int:
-        """Untimed passes before so many timed ones: they bring inputs back into the cache, and the core to its pace."""
-        return max(1, repeats // _WARM) if self.cached else 0
+        """Untimed passes before so many timed ones: they bring inputs back into the cache, and the core to its pace.
+
+        Beyond the cache too: without one, what a kernel follows in the order showed, and told the twin apart by 4 %.
+        """
+        return max(1, repeats // _WARM)
 
     def calibrate(self, tick: float) -> None:
         """Nanoseconds of a pass of each kernel, from two readings that agree; then the repeats that suit them all.
