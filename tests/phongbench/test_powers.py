@@ -10,8 +10,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from phongbench import powers
+from phongbench.approximations import REGISTRY
 from phongbench.lowering import FLOAT16, FLOAT32, FLOAT64, PRECISIONS, Precision
-from phongbench.testing import over
+from phongbench.spec import Setting
+from phongbench.testing import compiled, over
 
 ALPHAS = (1e-3, 0.5, 1.0, 2.2, 10.0, 50.0, 200.0, 1000.0, 1e4, 1e5)
 #: dense where highlights live, next to 1, and spread below
@@ -173,3 +175,13 @@ def test_nan_becomes_zero_or_the_low_end() -> None:
     assert powers.positive_part(math.nan) == 0
     assert powers.clamped(math.nan, 2.0, 3.0) == 2
     assert [powers.clamped(x, 2.0, 3.0) for x in (1.0, 2.5, 4.0)] == [2, 2.5, 3]
+
+
+@pytest.mark.parametrize("alpha", [1.0, 50.0, 1000.0, 1e5])
+def test_the_float32_power_is_within_its_bound_for_every_cosine_from_a_half_to_one(alpha: float) -> None:
+    """All 8,388,609 float32 numbers of [0.5, 1]."""
+    first, last = (int(np.float32(x).view(np.int32)) for x in (0.5, 1.0))
+    every = np.arange(first, last + 1, dtype=np.int32).view(np.float32)
+    found = compiled(REGISTRY["phong"], Setting(alpha), FLOAT32, every)
+    assert len(every) == 8_388_609
+    assert np.abs(found - every.astype(np.float64) ** alpha).max() <= 1e-6
