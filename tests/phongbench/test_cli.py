@@ -207,6 +207,11 @@ def test_colours_are_left_out_when_asked(tmp_path):
     assert b"\x1b[3" not in found.stdout
 
 
+def heed_interrupts():
+    """Undo an inherited refusal of SIGINT: a job that a script started in the background has one."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
 def test_an_interrupted_run_leaves_with_130_and_says_how_to_go_on(tmp_path):
     process = subprocess.Popen(
         [
@@ -224,6 +229,7 @@ def test_an_interrupted_run_leaves_with_130_and_says_how_to_go_on(tmp_path):
         cwd=tmp_path,
         stderr=subprocess.PIPE,
         stdout=subprocess.DEVNULL,
+        preexec_fn=heed_interrupts,
     )
     assert process.stderr is not None
     for line in process.stderr:
