@@ -103,6 +103,8 @@ for command in (front, recommend, bench):
 @click.option("--precision", "precisions", type=CommaList("names"), help="float16,float32,float64")
 @click.option("--samples", type=int, help="Pairs for each cell and stratum.")
 @click.option("--seed", type=int, help="Of all random choices; equal seeds give equal rows.")
+@click.option("--probe", "probes", type=CommaList("names"), help="Stability probes to run after the sweep, or `none`.")
+@click.option("--mesh", "meshes", multiple=True, metavar="FILE.obj", help="Measure interpolated normals on it, too.")
 @click.option("--no-timing", is_flag=True, help="Measure errors only.")
 @click.option("--no-report", is_flag=True, help="Do not draw the report.")
 @click.option("--timing-budget", type=float, metavar="SECONDS", help="How long the timing may take.")
@@ -134,6 +136,7 @@ def run(
     from phongbench.terminal import TerminalProgress
 
     registry = registry_with(files)
+    wishes["meshes"] = wishes["meshes"] or None
     if files and wishes["approximations"] is None and plan is None:
         wishes["approximations"] = tuple(registry)
     wanted = compose(plan, preset_name, materials, timing=False if no_timing else None, **wishes).validated(registry)
@@ -151,7 +154,9 @@ def run(
     _show(outcome.as_dict(), as_json, lambda: _told(outcome))
     for message, count in outcome.failures.items():
         click.echo(f"{count} cells failed: {message}", err=True)
-    if outcome.failures:
+    for violation in outcome.violations:
+        click.echo(f"results contradict each other: {violation}", err=True)
+    if outcome.failures or outcome.violations:
         sys.exit(SOME_CELLS_FAILED)
 
 

@@ -19,6 +19,8 @@ from phongbench.sampling import STRATUM_NAMES
 from phongbench.spec import ALPHA, GAMMA, SPACES, Approximation, Setting
 from phongbench.vectors import LAMBDA_FORMS
 
+#: questions beyond the sweep; phongbench.probes answers them
+PROBE_NAMES: tuple[str, ...] = ()
 ALL_SLOPES = ("taylor", "minimax", "energy")
 #: real exponents (materials, file formats) and the non-powers of two that expose what powers of two hide
 QUICK_ALPHAS = (5.0, 10.0, 20.0, 32.0, 50.0, 64.0, 100.0, 128.0, 200.0, 256.0, 512.0, 1000.0)
@@ -62,6 +64,8 @@ class Plan:
     timing_budget   seconds the timing may take
     processes       fresh processes that share the timing; 1 for the study's own
     skipping        time kernels that skip dark blocks of pairs, too
+    probes          of PROBE_NAMES; may be empty
+    meshes          OBJ files that the mesh probe measures beside its own surfaces
     """
 
     preset: str = "quick"
@@ -80,6 +84,8 @@ class Plan:
     timing_budget: float = 8.0
     processes: int = 1
     skipping: bool = False
+    probes: tuple[str, ...] = PROBE_NAMES
+    meshes: tuple[str, ...] = ()
 
     def as_dict(self) -> dict[str, Any]:
         """Plain data that JSON holds; `from_dict` is its inverse."""
@@ -133,6 +139,7 @@ class Plan:
         _known("space", (*self.spaces, *self.length_spaces), SPACES)
         _known("precision", self.precisions, PRECISIONS)
         _known("stratum", self.strata, STRATUM_NAMES)
+        _known("probe", self.probes, PROBE_NAMES)
         if self.samples < 1 or self.samples > 1 << 40:
             raise InputError(f"samples = {self.samples} is not in 1 .. 2^40", None, "100000 is a good start")
         if self.seed < 0:
@@ -154,6 +161,7 @@ class Plan:
             length_spaces=_ordered(self.length_spaces, SPACES),
             precisions=_ordered(self.precisions, PRECISIONS),
             strata=_ordered(self.strata, STRATUM_NAMES),
+            probes=_ordered(self.probes, PROBE_NAMES),
         )
 
     def cells(self, registry: Mapping[str, Approximation] = REGISTRY) -> Iterator[Cell]:
@@ -262,6 +270,8 @@ def compose(
         raise InputError("a plan file and --preset were both given", None, "write `preset = ...` into the plan")
     if materials and wishes.get("alphas"):
         raise InputError("--materials and --alpha were both given", None, "both choose the exponents: leave one out")
+    if wishes.get("probes") == ("none",):
+        wishes["probes"] = ()
     if materials:
         wishes["alphas"] = exponents(read_mtl(materials))
     base = read_toml(path) if path else preset(preset_name or "quick")

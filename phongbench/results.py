@@ -1,4 +1,4 @@
-"""The one on-disk form of a run: a folder with a manifest and three Parquet tables. Created, appended, loaded, verified
+"""The one on-disk form of a run: a folder with a manifest and Parquet tables. Created, appended, loaded, verified
 here.
 
 Files appear whole or not at all: written under a temporary name, synced, renamed. While a sweep runs, finished contexts
@@ -15,7 +15,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import UTC, datetime
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 from typing import Any
 
@@ -29,7 +29,7 @@ SCHEMA = 1
 RUN_ID = re.compile(r"^[a-z0-9][a-z0-9-]{7,63}$")
 DEFAULT_ROOT = Path("phongbench-runs")
 MANIFEST, PARTS = "manifest.json", "parts"
-TABLES = ("accuracy", "timing", "worst")
+TABLES = ("accuracy", "timing", "worst", "meshes", "behaviour", "smoothness")
 
 CELL_COLUMNS = (
     "approximation", "lambda_form", "space", "beta_policy", "alpha", "gamma", "beta", "precision", "gated",
@@ -53,9 +53,28 @@ WORST_COLUMNS = (
     *CELL_COLUMNS, "stratum", "perturbation", "length_error", "truth", "rank", "error", "exact", "value",
     "ax", "ay", "az", "bx", "by", "bz",
 )  # fmt: skip
+#: errors of a formula on interpolated normals. mesh: icosphere, torus, uv-sphere or a file's name; normals: raw or
+#: renormalised; pair: classic 2(L.N)N-L, lengthwise 2(N.L)N-(N.N)L, half (N, H); truth: interpolated (exact Phong of
+#: the interpolated normal made unit) or surface (of the true surface's normal)
+MESH_COLUMNS = (
+    "mesh", "edge_degrees", "triangles", "normals", "pair", *CELL_COLUMNS, "truth", "samples", "max_abs", "mean_abs",
+    "rms", "codes_8bit", "nonfinite", "above_one",
+)  # fmt: skip
+#: what a cell makes of one hostile input. outcome: value, saturates, nan, infinite, above-one, negative
+BEHAVIOUR_COLUMNS = (*CELL_COLUMNS, "case", "outcome", "lowest", "highest", "exact")
+#: shape of the lobe over all angles. rises: places where it grows away from its peak; kink: second difference over
+#: the squared step at the cut, over the largest of exact Phong's
+SMOOTHNESS_COLUMNS = (*CELL_COLUMNS, "samples", "rises", "largest_rise", "kink", "kink_degrees")
 #: everything a run writes into its folder
 RUN_CONTENT = (PARTS, "report", MANIFEST, *(f"{name}.parquet" for name in TABLES))
-_COLUMNS = {"accuracy": ACCURACY_COLUMNS, "timing": TIMING_COLUMNS, "worst": WORST_COLUMNS}
+_COLUMNS = {
+    "accuracy": ACCURACY_COLUMNS,
+    "timing": TIMING_COLUMNS,
+    "worst": WORST_COLUMNS,
+    "meshes": MESH_COLUMNS,
+    "behaviour": BEHAVIOUR_COLUMNS,
+    "smoothness": SMOOTHNESS_COLUMNS,
+}
 
 
 @dataclass(frozen=True)
@@ -82,7 +101,7 @@ class Run:
 
     @cached_property
     def accuracy(self) -> pd.DataFrame:
-        """One row per cell, stratum and truth."""
+        """One row per cell, stratum, truth and coverage."""
         return self._table("accuracy")
 
     @cached_property
@@ -94,6 +113,21 @@ class Run:
     def worst(self) -> pd.DataFrame:
         """The worst inputs as hex floats."""
         return self._table("worst")
+
+    @cached_property
+    def meshes(self) -> pd.DataFrame:
+        """Errors on interpolated normals; empty if the plan did not ask for the probe."""
+        return self._table("meshes")
+
+    @cached_property
+    def behaviour(self) -> pd.DataFrame:
+        """What cells make of hostile inputs; empty if the plan did not ask for the probe."""
+        return self._table("behaviour")
+
+    @cached_property
+    def smoothness(self) -> pd.DataFrame:
+        """Shape of each lobe; empty if the plan did not ask for the probe."""
+        return self._table("smoothness")
 
     def _table(self, name: str) -> pd.DataFrame:
         path = self.path / f"{name}.parquet"
@@ -277,6 +311,31 @@ def read_parts(path: Path) -> list[pd.DataFrame]:
         except (OSError, ValueError) as problem:
             raise CorruptRunError(f"cannot be read: {problem}", str(file), "start over with --fresh") from problem
     return frames
+
+
+def keep_probe(path: Path, probe: str, tables: Mapping[str, pd.DataFrame], violations: Iterable[str]) -> None:
+    """Keep what a finished probe found, whole: a resumed run does not ask again."""
+    with storage(path):
+        (path / PARTS).mkdir(exist_ok=True)
+    box = path / PARTS / f"{probe}.{{}}.parquet"
+    for name, frame in tables.items():
+        file = Path(str(box).format(name))
+        write_whole(file, partial(frame.to_parquet, engine="pyarrow", index=False))
+    done = json.dumps({"tables": sorted(tables), "violations": list(violations)})
+    write_whole(path / PARTS / f"{probe}.json", lambda p: _write_text(p, done))
+
+
+def kept_probe(path: Path, probe: str) -> tuple[dict[str, pd.DataFrame], list[str]] | None:
+    """The tables and violations that `keep_probe` kept; None if the probe has not finished."""
+    note = path / PARTS / f"{probe}.json"
+    if not note.is_file():
+        return None
+    try:
+        done = json.loads(note.read_text(encoding="utf-8"))
+        tables = {name: pd.read_parquet(path / PARTS / f"{probe}.{name}.parquet") for name in done["tables"]}
+        return tables, done["violations"]
+    except (OSError, ValueError, KeyError) as problem:
+        raise CorruptRunError(f"cannot be read: {problem}", str(note), "start over with --fresh") from problem
 
 
 def clear(path: Path, names: Iterable[str] = RUN_CONTENT) -> None:

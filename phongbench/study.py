@@ -13,11 +13,12 @@ from typing import Any
 
 import pandas as pd
 
-from phongbench import engine, replicas, results, rows, skipping, timing, warm
+from phongbench import engine, probes, replicas, results, rows, skipping, timing, warm
 from phongbench.approximations import REGISTRY
 from phongbench.errors import InputError, InterruptedStudyError, MeasurementError
 from phongbench.lowering import PRECISIONS
 from phongbench.plan import Plan
+from phongbench.probes.probing import Probing
 from phongbench.progress import Progress
 from phongbench.provenance import collect, fingerprint_code
 from phongbench.results import Run
@@ -33,8 +34,9 @@ LOAD_SECONDS, ROW_SECONDS = 0.015, 2e-5
 class Outcome:
     """What a study did.
 
-    seconds   of wall time by stage: accuracy, timing, report, total
-    failures  messages of cells that could not be measured, with how many cells each concerns
+    seconds     of wall time by stage: accuracy, stability, timing, report, total
+    failures    messages of cells that could not be measured, with how many cells each concerns
+    violations  sentences on results that contradict each other
     """
 
     run: Run
@@ -42,6 +44,7 @@ class Outcome:
     evaluations: int
     seconds: dict[str, float] = field(default_factory=dict)
     failures: dict[str, int] = field(default_factory=dict)
+    violations: list[str] = field(default_factory=list)
     report: Path | None = None
 
     @property
@@ -58,6 +61,7 @@ class Outcome:
             "evaluations": self.evaluations,
             "seconds": {name: round(value, 3) for name, value in self.seconds.items()},
             "failed_cells": self.failed_cells,
+            "violations": self.violations,
             "report": None if self.report is None else str(self.report),
         }
 
@@ -138,15 +142,21 @@ def run_study(
         except BaseException:
             warm.stop(helper, at_once=True)
             raise
-        progress.stage("writing the accuracy rows")
-        stored: dict[str, Any] = {}
-        manifest["files"] = stored
-        stored["accuracy.parquet"] = results.write_table(path, "accuracy", rows.accuracy(sweep, parts))
-        stored["worst.parquet"] = results.write_table(path, "worst", rows.worst(sweep, parts))
+        progress.stage("making the accuracy rows")
         outcome = Outcome(Run(path, manifest), len(sweep.cells), sweep.evaluations)
         for message in sweep.failures.values():
             outcome.failures[message] = outcome.failures.get(message, 0) + 1
+        probing = Probing(sweep, rows.accuracy(sweep, parts), rows.worst(sweep, parts), jobs or default_jobs())
         outcome.seconds["accuracy"] = time.perf_counter() - started
+        clock = time.perf_counter()
+        tables = _probe(probing, path, progress)
+        outcome.violations = probing.violations
+        progress.stage("writing the tables")
+        stored: dict[str, Any] = {}
+        manifest["files"] = stored
+        for name, frame in tables.items():
+            stored[f"{name}.parquet"] = results.write_table(path, name, frame)
+        outcome.seconds["stability"] = time.perf_counter() - clock
         clock = time.perf_counter()
         warm.stop(helper, at_once=not plan.timing)
         if plan.timing:
@@ -154,6 +164,7 @@ def run_study(
         outcome.seconds["timing"] = time.perf_counter() - clock
         manifest["state"] = "complete"
         manifest["failures"] = outcome.failures
+        manifest["violations"] = outcome.violations
         manifest["seconds"] = {k: round(v, 3) for k, v in outcome.seconds.items()}
         results.write_manifest(path, manifest)
         results.clear(path, [results.PARTS])
@@ -186,6 +197,7 @@ def forecast(
     sweeping = sum(c.evaluations / rate[c.stratum.name] for c in sweep.contexts) / (jobs or default_jobs())
     seconds = {
         "accuracy": LOAD_SECONDS * loaded + sweeping + ROW_SECONDS * rows_expected,
+        "stability": sum(p.seconds(plan, jobs or default_jobs()) for p in probes.chosen(plan)),
         "timing": plan.timing_budget if plan.timing else 0.0,
     }
     return Forecast(len(sweep.cells), rows_expected, sweep.evaluations, 90 * rows_expected + 200_000, seconds)
@@ -248,6 +260,29 @@ def _sweep(sweep: engine.Sweep, path: Path, parts: list[pd.DataFrame], jobs: int
                 written = time.monotonic()
     finally:
         _keep(path, parts, fresh)
+
+
+def _probe(probing: Probing, path: Path, progress: Progress) -> dict[str, pd.DataFrame]:
+    """Ask every probe of the plan, or take what an interrupted run kept of it; every table but the timing."""
+    found: dict[str, pd.DataFrame] = {}
+    for probe in probes.chosen(probing.plan):
+        progress.stage(probe.title, 1.0)
+        probing.advance = progress.advance
+        kept = results.kept_probe(path, probe.name)
+        if kept is None:
+            before = len(probing.violations)
+            tables = dict(probe.measure(probing))
+            results.keep_probe(path, probe.name, tables, probing.violations[before:])
+        else:
+            tables, violations = kept
+            probing.violations += violations
+        for name, frame in tables.items():
+            if name in ("accuracy", "worst"):
+                swept = getattr(probing, name)
+                setattr(probing, name, pd.concat([swept, frame], ignore_index=True).astype(swept.dtypes))
+            else:
+                found[name] = frame
+    return {"accuracy": probing.accuracy, "worst": probing.worst, **found}
 
 
 def _share(progress: Progress) -> Callable[[int, int], None]:

@@ -42,7 +42,7 @@ def test_a_run_is_made_listed_shown_verified_and_reported(call, tmp_path):
     made = call("run", *QUICKLY, "--json")
     assert made.exit_code == 0, made.stderr
     told = json.loads(made.stdout)
-    assert set(told) == {"run", "path", "cells", "evaluations", "seconds", "failed_cells", "report"}
+    assert set(told) == {"run", "path", "cells", "evaluations", "seconds", "failed_cells", "violations", "report"}
     assert told["failed_cells"] == 0
     assert (tmp_path / told["report"]).is_file()
     assert [r["run"] for r in json.loads(call("list", "--json").stdout)] == [told["run"]]
@@ -207,17 +207,20 @@ def test_colours_are_left_out_when_asked(tmp_path):
     assert b"\x1b[3" not in found.stdout
 
 
-def heed_interrupts():
-    """Undo an inherited refusal of SIGINT: a job that a script started in the background has one."""
-    signal.signal(signal.SIGINT, signal.SIG_DFL)
+#: undoes an inherited refusal of SIGINT, as a job that a script started in the background has
+HEEDING = """import signal
+signal.signal(signal.SIGINT, signal.default_int_handler)
+from phongbench.cli import main
+main(prog_name="phongbench")
+"""
 
 
 def test_an_interrupted_run_leaves_with_130_and_says_how_to_go_on(tmp_path):
     process = subprocess.Popen(
         [
             sys.executable,
-            "-m",
-            "phongbench",
+            "-c",
+            HEEDING,
             "run",
             "--no-timing",
             "--no-report",
@@ -229,7 +232,6 @@ def test_an_interrupted_run_leaves_with_130_and_says_how_to_go_on(tmp_path):
         cwd=tmp_path,
         stderr=subprocess.PIPE,
         stdout=subprocess.DEVNULL,
-        preexec_fn=heed_interrupts,
     )
     assert process.stderr is not None
     for line in process.stderr:

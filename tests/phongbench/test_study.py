@@ -57,8 +57,8 @@ def test_a_study_leaves_a_complete_run(whole, plan):
     assert set(run.manifest["files"]) == {"accuracy.parquet", "worst.parquet"}
     assert not (run.path / "parts").exists()
     told = whole.as_dict()
-    assert set(told) == {"run", "path", "cells", "evaluations", "seconds", "failed_cells", "report"}
-    assert set(told["seconds"]) == {"accuracy", "timing", "report", "total"}
+    assert set(told) == {"run", "path", "cells", "evaluations", "seconds", "failed_cells", "violations", "report"}
+    assert set(told["seconds"]) == {"accuracy", "stability", "timing", "report", "total"}
 
 
 def test_an_interrupted_study_is_resumed_with_the_same_rows(whole, plan, tmp_path, monkeypatch):

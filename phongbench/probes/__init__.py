@@ -1,0 +1,38 @@
+"""What a study asks beyond the sweep, each question a probe: one module, one line in PROBES.
+
+A probe runs after the sweep and before the timing. It returns rows for tables of its own, or further rows for
+accuracy and worst.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import pandas as pd
+
+from phongbench.plan import Plan
+from phongbench.probes.probing import Probing
+
+
+@dataclass(frozen=True)
+class Probe:
+    """One question about numerical behaviour.
+
+    name      what plans and `--probe` call it; one of plan.PROBE_NAMES
+    title     what a progress bar says while it runs
+    measure   Probing -> {table: rows}, tables of results.TABLES; rows of accuracy and worst are appended to the sweep's
+    seconds   (Plan, jobs) -> seconds that it will take on this machine, for the forecast; compiled and loaded
+    """
+
+    name: str
+    title: str
+    measure: Callable[[Probing], Mapping[str, pd.DataFrame]]
+    seconds: Callable[[Plan, int], float]
+
+
+#: in the order in which they run
+PROBES: tuple[Probe, ...] = ()
+
+
+def chosen(plan: Plan) -> tuple[Probe, ...]:
+    """The probes that a plan asks for, in order."""
+    return tuple(p for p in PROBES if p.name in plan.probes)

@@ -1,0 +1,40 @@
+"""What a probe is given: the plan, the swept cells and their rows, and how to tell progress and violations."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+
+import pandas as pd
+
+from phongbench.engine import Sweep
+from phongbench.plan import Plan
+from phongbench.spec import Approximation
+
+
+@dataclass
+class Probing:
+    """The study so far.
+
+    sweep       the prepared sweep, with its plan, registry, cells and failures
+    accuracy    rows of accuracy so far: the sweep's, then those of the probes before this one
+    worst       rows of worst so far, likewise
+    jobs        threads that compiled code may use
+    advance     called with the share (of 1) of this probe that was done since the last call
+    violations  sentences on results that contradict each other; any makes the run end with exit code 3
+    """
+
+    sweep: Sweep
+    accuracy: pd.DataFrame
+    worst: pd.DataFrame
+    jobs: int = 1
+    advance: Callable[[float], None] = lambda share: None
+    violations: list[str] = field(default_factory=list)
+
+    @property
+    def plan(self) -> Plan:
+        """The plan of the study."""
+        return self.sweep.plan
+
+    @property
+    def registry(self) -> Mapping[str, Approximation]:
+        """The approximations of the study, the user's own among them."""
+        return self.sweep.registry
