@@ -267,7 +267,7 @@ def _probe(probing: Probing, path: Path, progress: Progress) -> dict[str, pd.Dat
     found: dict[str, pd.DataFrame] = {}
     for probe in probes.chosen(probing.plan):
         progress.stage(probe.title, 1.0)
-        probing.advance = progress.advance
+        probing.advance, probing.note = progress.advance, progress.note
         kept = results.kept_probe(path, probe.name)
         if kept is None:
             before = len(probing.violations)
