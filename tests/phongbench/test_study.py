@@ -19,8 +19,8 @@ from phongbench.progress import Progress
 @pytest.fixture(scope="module")
 def plan():
     return replace(
-        preset("quick"), alphas=(10.0, 50.0), gammas=(8,), approximations=("phong", "lyon"), slopes=("taylor",), probes=(),
-        spaces=("reflect",),
+        preset("quick"), alphas=(10.0, 50.0), gammas=(8,), approximations=("phong", "lyon"), slopes=("taylor",),
+        spaces=("reflect",), probes=(),
         precisions=("float32",), samples=4000, timing=False,
     ).validated()  # fmt: skip
 
