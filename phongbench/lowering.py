@@ -203,10 +203,6 @@ class _Lowering:
         more = (ast.Name(f"_r{i}", ast.Load()) for i in range(len(self.precision.rounding[1])))
         return _call("_round", expression, *more)
 
-    def _in_range(self, expression: ast.expr, kind: str = "float") -> ast.expr:
-        """A negation, a magnitude, or a choice with a constant: exact, but fixed point may not hold it."""
-        return self._rounded(expression) if self.precision.saturates and kind == "float" else expression
-
     def _expression(self, node: ast.expr) -> tuple[ast.expr, str]:
         folded, number = self._fold(node)
         if folded:
@@ -219,7 +215,7 @@ class _Lowering:
                 return self._arithmetic(node)
             case ast.UnaryOp(op=ast.USub() | ast.Not() as op, operand=operand):
                 inner, kind = self._expression(operand)
-                return self._in_range(ast.UnaryOp(op, inner), kind), kind
+                return ast.UnaryOp(op, inner), kind
             case ast.Compare(left=left, ops=ops, comparators=rest):
                 parts = [self._expression(part) for part in (left, *rest)]
                 whole = all(kind == "int" for _, kind in parts)
@@ -250,12 +246,14 @@ class _Lowering:
         condition, first, second = self._expression(test)[0], self._expression(yes), self._expression(no)
         if first[1] == second[1] == "int":
             return _call("_select", condition, first[0], second[0]), "int"
-        return self._in_range(_call("_select", condition, self._as_float(first), self._as_float(second))), "float"
+        chosen = _call("_select", condition, self._as_float(first), self._as_float(second))
+        # a constant has any size, but what is chosen must fit into fixed point
+        return (self._rounded(chosen) if self.precision.saturates else chosen), "float"
 
     def _call(self, node: ast.Call, function: ast.expr, arguments: list[ast.expr]) -> tuple[ast.expr, str]:
         callee = self._resolve(function)
         if callee is abs:
-            return self._in_range(_call("abs", self._float(arguments[0]))), "float"
+            return _call("abs", self._float(arguments[0])), "float"
         if callee is len and isinstance(arguments[0], ast.Name):
             return _call("_index", _call("len", ast.Name(arguments[0].id, ast.Load()))), "int"
         if callee is int:

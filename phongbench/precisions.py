@@ -49,7 +49,7 @@ class Precision:
 
     @property
     def saturates(self) -> bool:
-        """True for fixed point: no infinity, no NaN, and a negation may be out of range."""
+        """True for fixed point: there is no infinity and no NaN."""
         return False
 
     @property
@@ -165,6 +165,7 @@ class FixedPoint(Precision):
 
     Coefficients (alpha, beta, literals) are no results: fixed-point hardware keeps them as a mantissa with a shift of
     its own. So they have whole + fraction significant bits at any size: a slope of 6.25 lives in q1.15, and 1 in q0.8.
+    So do their negatives; hence a negation is never limited, and the lowest number's is one step beyond the range.
     """
 
     whole: int = 1
