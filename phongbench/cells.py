@@ -54,7 +54,7 @@ class CellArrays:
             rows,
             _stacked(precision, chosen),
             _stacked(FLOAT64, chosen),
-            padded.astype(precision.dtype).astype(precision.carrier),
+            precision.rounded(padded),
             padded,
         )
 

@@ -21,7 +21,7 @@ from phongbench.accuracy import Tally
 from phongbench.approximations import REGISTRY
 from phongbench.cells import CellArrays
 from phongbench.kernels import coordinates_at
-from phongbench.lowering import FLOAT64, PRECISIONS, Precision
+from phongbench.lowering import FLOAT64, Precision, precision_named
 from phongbench.measure import measure_cells
 from phongbench.plan import Cell, Plan
 from phongbench.sampling import HOSTILE_PAIRS, STRATA, Stratum, cutoff_deficit, pairs
@@ -111,7 +111,7 @@ def prepare(plan: Plan, registry: Mapping[str, Approximation] = REGISTRY) -> Swe
     contexts = [
         Context(
             index=index,
-            precision=PRECISIONS[plan.precisions[key[0]]],
+            precision=precision_named(plan.precisions[key[0]]),
             space=plan.spaces[key[1]],
             stratum=STRATA[key[2]],
             scale=key[3],
@@ -170,7 +170,7 @@ def compile_kernels(sweep: Sweep, progress: Callable[[int, int], None] | None = 
         if progress:
             progress(done, len(wanted))
         try:
-            for p in (PRECISIONS[precision], FLOAT64):
+            for p in (precision_named(precision), FLOAT64):
                 kernels.values_kernel(sweep.registry[name], p, known)
         except Exception as problem:  # noqa: BLE001  as above
             sweep.failures |= dict.fromkeys(positions, f"{type(problem).__name__}: {problem}")
@@ -247,8 +247,7 @@ def _block(sweep: Sweep, context: Context, start: int) -> Measured:
     key = (live, context.precision, context.truths)
     # most strata of an alpha share their cells; two threads may both make them, with equal content
     if key not in sweep.made:
-        chosen = [(sweep.cells[c], sweep.registry[sweep.cells[c].approximation]) for c in live]
-        sweep.made[key] = CellArrays.of(chosen, alphas, context.precision, context.truths)
+        sweep.made[key] = cell_arrays(sweep, context, live, alphas)
     cells = sweep.made[key]
     tally = Tally(len(live) * context.truths)
     count = min(SLAB, context.samples - start)
@@ -271,6 +270,12 @@ def _block(sweep: Sweep, context: Context, start: int) -> Measured:
         )  # fmt: skip
     tally.samples = count
     return Measured(context, live, tally)
+
+
+def cell_arrays(sweep: Sweep, context: Context, live: Sequence[int], alphas: Sequence[float]) -> CellArrays:
+    """What the compiled loops need to know of each cell; the rows of the tally follow the order of `live`."""
+    chosen = [(sweep.cells[c], sweep.registry[sweep.cells[c].approximation]) for c in live]
+    return CellArrays.of(chosen, alphas, context.precision, context.truths)
 
 
 class _Bench:
