@@ -15,6 +15,7 @@ from phongbench.commands.common import DIFFERENT, ROOT, CommaList
 from phongbench.commands.common import facts as _facts
 from phongbench.commands.common import grid as _grid
 from phongbench.commands.common import show as _show
+from phongbench.commands.pictures import render
 from phongbench.commands.shading import shade
 from phongbench.errors import (
     CorruptRunError,
@@ -73,7 +74,7 @@ def main() -> None:
     """Entry point."""
 
 
-for command in (front, recommend, claims, bench, shade):
+for command in (front, recommend, claims, bench, shade, render):
     main.add_command(command)
 
 

@@ -87,7 +87,9 @@ def render(
     width, height = check_size(*(size or wanted.size))
     job = _job(
         scene, (width, height), _within("depth", wanted.depth if depth is None else depth, 0, MOST_DEPTH),
-        _within("supersampling", supersampling or wanted.supersampling, 1, MOST_SUPERSAMPLING),
+        _within(
+            "supersampling", wanted.supersampling if supersampling is None else supersampling, 1, MOST_SUPERSAMPLING
+        ),
         wanted.shadows if shadows is None else shadows, specular or Specular(), model, thrift,
     )  # fmt: skip
     side = max(1, tile // job.samples)
