@@ -172,9 +172,9 @@ def _first_bad(points: Any, normals: Any, first: Any, count: Any, options: Any, 
 
 @jit.driver
 def shade_tiles(
-    points: Array, normals: Array, visible: Array, towards: Array, lights: Array, spread: Array, plan: Array, ambient: Array,
-    values: int, coefficients: Array, table: Array, limits: Array, options: Array, tiles: Array, out: Array,
-    counts: Array, s: Array,
+    points: Array, normals: Array, visible: Array, towards: Array, lights: Array, spread: Array, plan: Array,
+    ambient: Array, values: int, coefficients: Array, table: Array, limits: Array, options: Array, tiles: Array,
+    out: Array, counts: Array, s: Array,
 ) -> int:  # fmt: skip
     """Shade some tiles. Returns the index of the first point that cannot be shaded, or -1.
 

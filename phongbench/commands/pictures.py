@@ -22,6 +22,10 @@ class Size(click.ParamType[Any]):
         return int(found[1]), int(found[2])
 
 
+#: what a terminal shows as tables, in this order
+_TABLES = ("ledger", "skips", "tracers", "formulas", "left_out")
+
+
 @click.command(short_help="Draw a scene, and tell what was left out.")
 @click.argument("scene", required=False, metavar="[SCENE.toml]")
 @click.option(
@@ -39,12 +43,13 @@ class Size(click.ParamType[Any]):
 @click.option("--exact", is_flag=True, help="Leave out only what changes no bit.")
 @click.option("--compare", is_flag=True, help="Write exact Phong, this formula, and their difference side by side.")
 @click.option("--bench", is_flag=True, help="Measure what each skip saves, and a plain NumPy tracer beside ours.")
+@click.option("--formulas", is_flag=True, help="Tell each formula's picture error and time beside exact Phong's.")
 @click.option("--threads", type=click.IntRange(min=1), help="[default: all cores]")
 @click.option("--list", "listing", is_flag=True, help="List the shipped scenes.")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON document.")
 def render(
-    scene: str | None, specular: str | None, skip: bool, exact: bool, bench: bool, listing: bool, as_json: bool,
-    **wishes: Any,
+    scene: str | None, specular: str | None, skip: bool, exact: bool, bench: bool, formulas: bool, listing: bool,
+    as_json: bool, **wishes: Any,
 ) -> None:  # fmt: skip
     """Draw a scene from a TOML file, or a shipped one by its name, and tell what was left out.
 
@@ -53,6 +58,7 @@ def render(
       phongbench render --list
       phongbench render chequerboard --out picture.png --size 1280x720
       phongbench render test-card --specular lyon:difference:8 --compare --out triple.png
+      phongbench render test-card --formulas
       phongbench render many-lights --bench
     """
     from phongbench.scene import showing
@@ -64,12 +70,20 @@ def render(
         return
     if scene is None:
         raise click.UsageError("name a scene: a TOML file, or one of those that --list shows")
-    if bench and (wishes["compare"] or wishes["out"]):
-        raise click.UsageError("--bench draws no picture: leave --compare and --out away")
+    if (bench or formulas) and (wishes["compare"] or wishes["out"]):
+        raise click.UsageError("--bench and --formulas draw no picture: leave --compare and --out away")
     wanted = showing.Wish(scene, specular=specular, skip=skip, exact=exact, **wishes)
     with TerminalProgress(quiet=as_json) as progress:
-        found = showing.measure(wanted, progress) if bench else showing.draw(wanted, progress)
-    tables = [
-        lambda name=name: table(name, *grid(found[name])) for name in ("ledger", "skips", "tracers") if name in found
-    ]
+        found = (showing.measure if bench else showing.judge if formulas else showing.draw)(wanted, progress)
+    tables = [lambda name=name: table(name, *grid(readable(found, name))) for name in _TABLES if found.get(name)]
     show(found, as_json, lambda: facts({k: v for k, v in found.items() if not isinstance(v, list)}), *tables)
+
+
+def readable(found: dict[str, Any], name: str) -> list[dict[str, Any]]:
+    """The rows of a table as people read them: a formula's name in one word, and no more columns than a line holds."""
+    from phongbench.scene.formulas import name_of
+
+    if name != "formulas":
+        return list(found[name])
+    columns = ("max_abs", "lobe_error", "max_codes", "visible", "psnr", "flip", "energy", "highlight_area", "ratio")
+    return [{"formula": name_of(row), **{column: row[column] for column in columns}} for row in found[name]]

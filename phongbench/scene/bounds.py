@@ -36,7 +36,7 @@ def dark_tail(scene: Scene, skips: Skips) -> float:
     specular = _largest(m.reflection.specular for m in scene.materials)
     return tail * float(
         sum(
-            _attenuation(light, nearest(scene, light)) * max(np.multiply(specular, light.specular))
+            attenuation(light, nearest(scene, light)) * max(np.multiply(specular, light.specular))
             for light in scene.lights
         )
     )
@@ -61,7 +61,8 @@ def _distance(thing: Sphere | Plane | Mesh, place: Array) -> float:
     return max(0.0, float(gaps.min()))
 
 
-def _attenuation(light: Light, distance: float) -> float:
+def attenuation(light: Light, distance: float) -> float:
+    """What is left of a light at this distance; the largest float32 where its formula is infinite."""
     if light.position is None:
         return 1.0
     c, l, q = light.attenuation  # noqa: E741  the letters of the formula
@@ -71,7 +72,7 @@ def _attenuation(light: Light, distance: float) -> float:
 
 def _most(scene: Scene, light: Light, distance: float | None) -> list[float]:
     """The most that a light adds to a colour at this distance or beyond."""
-    fade = _attenuation(light, distance or 0.0)
+    fade = attenuation(light, distance or 0.0)
     diffuse = _largest(m.reflection.diffuse for m in scene.materials)
     specular = _largest(m.reflection.specular for m in scene.materials)
     return [

@@ -6,7 +6,7 @@ from typing import Any
 
 from phongbench.errors import InputError
 from phongbench.progress import Progress
-from phongbench.scene import pictures, worth
+from phongbench.scene import formulas, pictures, worth
 from phongbench.scene.parts import Mesh, Scene
 from phongbench.scene.reading import examples, read_scene, specular_of
 from phongbench.scene.rendering import render
@@ -83,6 +83,17 @@ def measure(wish: Wish, progress: Progress = _SILENT) -> dict[str, Any]:
     told["skips"] = worth.skips(scene, progress=progress, **wish.arguments(), **_formula(wish))
     told["tracers"] = [] if _beyond_the_plain(scene) else worth.tracers(scene, progress=progress, **wish.arguments())
     return told
+
+
+def judge(wish: Wish, progress: Progress = _SILENT) -> dict[str, Any]:
+    """Every usual formula's picture beside that of exact Phong, or that of the one formula asked for."""
+    scene = read_scene(wish.scene)
+    asked = formulas.USUAL if wish.specular is None else (specular_of(wish.specular),)
+    arguments = {name: value for name, value in wish.arguments().items() if name != "model"}
+    rows = formulas.compare(scene, asked, progress=progress, **arguments)
+    drawn = [{k: v for k, v in row.items() if k != "left_out"} for row in rows if not row["left_out"]]
+    left_out = [{"formula": formulas.name_of(row), "why": row["left_out"]} for row in rows if row["left_out"]]
+    return {"scene": scene.name, "formulas": drawn, "left_out": left_out}
 
 
 def _formula(wish: Wish) -> dict[str, Any]:
