@@ -13,7 +13,7 @@ from typing import Any
 
 import pandas as pd
 
-from phongbench import engine, probes, replicas, results, rows, skipping, timing, warm
+from phongbench import engine, interrupts, probes, replicas, results, rows, skipping, timing, warm
 from phongbench.approximations import REGISTRY
 from phongbench.errors import InputError, InterruptedStudyError, MeasurementError
 from phongbench.lowering import precision_named
@@ -121,7 +121,8 @@ def run_study(
     started = time.perf_counter()
     run_id = results.new_run_id(plan)
     path = out or results.DEFAULT_ROOT / run_id
-    with results.locked(path), _resumable(path):
+    with results.locked(path), _resumable(path), interrupts.heeded() as check:
+        progress = _Checked(progress, check)
         parts = _begin(path, plan, fresh=fresh, resume=resume)
         manifest: dict[str, Any] = {
             "schema": results.SCHEMA,
@@ -201,6 +202,25 @@ def forecast(
         "timing": plan.timing_budget if plan.timing else 0.0,
     }
     return Forecast(len(sweep.cells), rows_expected, sweep.evaluations, 90 * rows_expected + 200_000, seconds)
+
+
+@dataclass(frozen=True)
+class _Checked(Progress):
+    """A progress that looks for the user's interruption before every step."""
+
+    told: Progress
+    check: Callable[[], None]
+
+    def stage(self, text: str, total: float | None = None) -> None:
+        self.check()
+        self.told.stage(text, total)
+
+    def advance(self, steps: float = 1) -> None:
+        self.check()
+        self.told.advance(steps)
+
+    def note(self, text: str) -> None:
+        self.told.note(text)
 
 
 @contextmanager
