@@ -1,8 +1,8 @@
 """The user's Ctrl-C, which must not get lost.
 
-Python turns SIGINT into an exception wherever the main thread happens to be. Raised within a finaliser or a callback from
-C, it is printed and forgotten, and the work goes on for hours: a whole suite met that twice. So the signal is also
-noted, and long work asks for it at every step.
+Python turns SIGINT into an exception wherever the main thread happens to be. Raised within a finaliser or a callback
+from C, it is printed and forgotten, and the work goes on for hours. So the signal is also noted, and long work asks for
+it at every step.
 """
 
 import signal

@@ -1,5 +1,6 @@
 """Interrupts: a Ctrl-C is heard even if whatever it hit swallowed it."""
 
+import contextlib
 import signal
 import threading
 
@@ -28,10 +29,8 @@ class Swallower(Progress):
     def advance(self, steps=1):
         self.steps += 1
         if self.steps == 3:
-            try:
+            with contextlib.suppress(KeyboardInterrupt):
                 signal.raise_signal(signal.SIGINT)
-            except KeyboardInterrupt:
-                pass
 
 
 @pytest.mark.usefixtures("default_handler")
