@@ -121,7 +121,7 @@ def run_study(
     started = time.perf_counter()
     run_id = results.new_run_id(plan)
     path = out or results.DEFAULT_ROOT / run_id
-    with results.locked(path), _resumable(path):
+    with results.locked(path), _resumable(path), warm.beside(plan) as helper:
         parts = _begin(path, plan, fresh=fresh, resume=resume)
         manifest: dict[str, Any] = {
             "schema": results.SCHEMA,
@@ -136,12 +136,7 @@ def run_study(
         }
         results.write_manifest(path, manifest)
         sweep = engine.prepare(plan, registry)
-        helper = warm.start(plan)
-        try:
-            _sweep(sweep, path, parts, jobs or default_jobs(), progress)
-        except BaseException:
-            warm.stop(helper, at_once=True)
-            raise
+        _sweep(sweep, path, parts, jobs or default_jobs(), progress)
         progress.stage("making the accuracy rows")
         outcome = Outcome(Run(path, manifest), len(sweep.cells), sweep.evaluations)
         for message in sweep.failures.values():
