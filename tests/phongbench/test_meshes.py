@@ -1,5 +1,6 @@
 """Probe `meshes`: interpolated normals shorten as law 10 says, and every row agrees with a slow, obvious twin."""
 
+import json
 from dataclasses import replace
 from itertools import product
 
@@ -15,6 +16,7 @@ from phongbench.probes import meshes
 from phongbench.probes.interpolated import NORMALS, classic, dots, lengthwise, lit, points, unit
 from phongbench.probes.probing import Probing
 from phongbench.spec import Setting
+from phongbench.summary import summarise
 from phongbench.truth import TRUTHS
 
 KEY = ["mesh", "edge_degrees", "approximation", "lambda_form", "space", "alpha", "gamma", "truth"]
@@ -232,6 +234,10 @@ def test_a_study_stores_the_rows_and_checks_its_meshes_first(plan, folded, tmp_p
     stored = results.load(outcome.run.path)
     assert set(stored.meshes["mesh"]) == {*surfaces.TESSELLATIONS, "folded.obj"}
     assert results.verify(stored) == []
+    found = summarise(stored)
+    assert "at alpha 32 change the cross form by one 8-bit code from edges of" in found["facts"]["raw normals"]
+    assert {row["lambda_form"] for row in found["mesh_edges"]} == set(vectors.LAMBDA_FORMS)
+    json.dumps(found, allow_nan=False)
     with pytest.raises(InputError, match="cannot read the mesh"):
         replace(plan, meshes=("absent.obj",)).validated()
     with pytest.raises(InputError, match="left out"):
