@@ -121,7 +121,7 @@ def run_study(
     started = time.perf_counter()
     run_id = results.new_run_id(plan)
     path = out or results.DEFAULT_ROOT / run_id
-    with results.locked(path), _resumable(path), interrupts.heeded() as check:
+    with results.locked(path), _resumable(path), interrupts.heeded() as check, warm.beside(plan) as helper:
         progress = _Checked(progress, check)
         parts = _begin(path, plan, fresh=fresh, resume=resume)
         manifest: dict[str, Any] = {
@@ -137,12 +137,7 @@ def run_study(
         }
         results.write_manifest(path, manifest)
         sweep = engine.prepare(plan, registry)
-        helper = warm.start(plan)
-        try:
-            _sweep(sweep, path, parts, jobs or default_jobs(), progress)
-        except BaseException:
-            warm.stop(helper, at_once=True)
-            raise
+        _sweep(sweep, path, parts, jobs or default_jobs(), progress)
         progress.stage("making the accuracy rows")
         outcome = Outcome(Run(path, manifest), len(sweep.cells), sweep.evaluations)
         for message in sweep.failures.values():
@@ -287,7 +282,7 @@ def _probe(probing: Probing, path: Path, progress: Progress) -> dict[str, pd.Dat
     found: dict[str, pd.DataFrame] = {}
     for probe in probes.chosen(probing.plan):
         progress.stage(probe.title, 1.0)
-        probing.advance = progress.advance
+        probing.advance, probing.note = progress.advance, progress.note
         kept = results.kept_probe(path, probe.name)
         if kept is None:
             before = len(probing.violations)
