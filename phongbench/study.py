@@ -6,7 +6,7 @@ it is given, so that measuring does not depend on drawing.
 
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -121,7 +121,7 @@ def run_study(
     started = time.perf_counter()
     run_id = results.new_run_id(plan)
     path = out or results.DEFAULT_ROOT / run_id
-    with results.locked(path), _resumable(path):
+    with results.locked(path), _resumable(path), ExitStack() as at_end:
         parts = _begin(path, plan, fresh=fresh, resume=resume)
         manifest: dict[str, Any] = {
             "schema": results.SCHEMA,
@@ -137,11 +137,8 @@ def run_study(
         results.write_manifest(path, manifest)
         sweep = engine.prepare(plan, registry)
         helper = warm.start(plan)
-        try:
-            _sweep(sweep, path, parts, jobs or default_jobs(), progress)
-        except BaseException:
-            warm.stop(helper, at_once=True)
-            raise
+        at_end.callback(warm.stop, helper, at_once=True)
+        _sweep(sweep, path, parts, jobs or default_jobs(), progress)
         progress.stage("making the accuracy rows")
         outcome = Outcome(Run(path, manifest), len(sweep.cells), sweep.evaluations)
         for message in sweep.failures.values():

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import pandas as pd
 
 from phongbench.plan import Plan
+from phongbench.probes import hostile, smoothness
 from phongbench.probes.probing import Probing
 
 
@@ -30,7 +31,10 @@ class Probe:
 
 
 #: in the order in which they run
-PROBES: tuple[Probe, ...] = ()
+PROBES: tuple[Probe, ...] = (
+    Probe("hostile", "hostile inputs", hostile.measure, hostile.seconds),
+    Probe("smoothness", "smoothness of the lobes", smoothness.measure, smoothness.seconds),
+)
 
 
 def chosen(plan: Plan) -> tuple[Probe, ...]:
