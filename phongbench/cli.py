@@ -10,7 +10,7 @@ from typing import Any
 import click
 
 from phongbench import __version__
-from phongbench.commands.answers import bench, front, recommend
+from phongbench.commands.answers import bench, claims, front, recommend
 from phongbench.commands.common import DIFFERENT, ROOT, CommaList
 from phongbench.commands.common import facts as _facts
 from phongbench.commands.common import grid as _grid
@@ -72,7 +72,7 @@ def main() -> None:
     """Entry point."""
 
 
-for command in (front, recommend, bench):
+for command in (front, recommend, claims, bench):
     main.add_command(command)
 
 

@@ -74,7 +74,7 @@ class Sweep:
     cells: list[Cell]
     contexts: list[Context]
     failures: dict[int, str] = field(default_factory=dict)
-    made: dict[tuple[Any, ...], "_Cells"] = field(default_factory=dict, repr=False)
+    made: dict[tuple[Any, ...], "CellArrays"] = field(default_factory=dict, repr=False)
 
     @property
     def evaluations(self) -> int:
@@ -240,7 +240,7 @@ def trial_rates(sweep: Sweep, samples: int = 2 * PIECE) -> dict[str, float]:
 
 
 @dataclass(frozen=True)
-class _Cells:
+class CellArrays:
     """The cells of a context as the arrays that `measure_cells` takes."""
 
     rows: Array
@@ -257,7 +257,7 @@ def _block(sweep: Sweep, context: Context, start: int) -> Measured:
     key = (live, context.precision, context.truths)
     # most strata of an alpha share their cells; two threads may both make them, with equal content
     if key not in sweep.made:
-        sweep.made[key] = _cells(sweep, context, live, alphas)
+        sweep.made[key] = cell_arrays(sweep, context, live, alphas)
     cells = sweep.made[key]
     tally = Tally(len(live) * context.truths)
     count = min(SLAB, context.samples - start)
@@ -282,7 +282,7 @@ def _block(sweep: Sweep, context: Context, start: int) -> Measured:
     return Measured(context, live, tally)
 
 
-def _cells(sweep: Sweep, context: Context, live: Sequence[int], alphas: Sequence[float]) -> _Cells:
+def cell_arrays(sweep: Sweep, context: Context, live: Sequence[int], alphas: Sequence[float]) -> CellArrays:
     """What the compiled loops need to know of each cell; the rows of the tally follow the order of `live`."""
     chosen = [(sweep.cells[c], sweep.registry[sweep.cells[c].approximation]) for c in live]
     tables = [kernels.table_row(spec, cell.setting, FLOAT64) for cell, spec in chosen]
@@ -300,7 +300,7 @@ def _cells(sweep: Sweep, context: Context, live: Sequence[int], alphas: Sequence
         )
     longest = max((len(t) for t in tables), default=1)
     padded = np.array([np.pad(t, (0, longest - len(t))) for t in tables]).reshape(len(chosen), longest)
-    return _Cells(
+    return CellArrays(
         rows,
         _stacked(context.precision, chosen),
         _stacked(FLOAT64, chosen),

@@ -19,7 +19,7 @@ from phongbench.errors import InputError, UnknownNameError
 from phongbench.exponents import Exponents
 from phongbench.lowering import FLOAT32, precision_named
 from phongbench.provenance import fingerprint_machine
-from phongbench.results import Run, intact
+from phongbench.results import Run, intact, strongest
 
 #: What names a cell of the front.
 CELL = ["approximation", "lambda_form", "space", "beta_policy", "gamma", "precision"]
@@ -79,7 +79,7 @@ def errors_at(
     alphas = asked.measured(accuracy["alpha"].unique())
     unit = (accuracy["perturbation"] == "none") & (accuracy["length_error"] == 0.0) & accuracy["gated"].astype(bool)
     meant = (accuracy["stratum"] == stratum) & (accuracy["precision"] == precision) & (accuracy["truth"] == truth)
-    rows = accuracy.loc[unit & meant & accuracy["alpha"].isin(alphas), [*CELL, *INPUT, metric]]
+    rows = strongest(accuracy.loc[unit & meant & accuracy["alpha"].isin(alphas)])[[*CELL, *INPUT, metric]]
     return worst_of(whole_or_any(rows, asked).rename(columns={metric: "error"}))
 
 

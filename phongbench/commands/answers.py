@@ -1,4 +1,7 @@
-"""What a run answers, and how fast we are: the front, the formula for a budget, the comparison with peers."""
+"""What a run answers, and how fast we are.
+
+The front, the formula for a budget, the textbook claims, the comparison with peers.
+"""
 
 import sys
 from typing import Any
@@ -73,6 +76,28 @@ def recommend(run_name: str | None, as_json: bool, **wishes: Any) -> None:
     show(found, as_json, lambda: recommendation(found))
     if not found["choices"]:
         sys.exit(DIFFERENT)
+
+
+@click.command(short_help="Judge the textbook claims by a run.")
+@click.argument("run_name", metavar="RUN")
+@_JSON
+def claims(run_name: str, as_json: bool) -> None:
+    """Judge the textbook claims by the rows of a run.
+
+    Each claim holds, holds under conditions, fails, or was not measured, by a stated rule; --json has the rules, all
+    conditions as numbers and the rows that decide. What was not measured says which flags measure it.
+
+    \b
+    Examples:
+      phongbench claims latest
+      phongbench claims latest --json
+    """
+    from phongbench import results
+    from phongbench.claims import answer
+    from phongbench.terminal import claims_table
+
+    found = answer(results.find(run_name, ROOT))
+    show(found, as_json, lambda: claims_table(found))
 
 
 @click.command(short_help="Time our kernels against NumPy, numexpr, JAX, PyTorch, Taichi.")
