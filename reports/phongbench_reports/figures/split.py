@@ -66,7 +66,7 @@ def draw(study: Study) -> Plate | Absent:
     data = rows_of(study)
     if data.empty:
         return Absent("The run holds no rows on vectors of the wrong length.", "Run with the stratum lengths.")
-    found = [name for name in ("float32", "float16", "float64") if (data["precision"] == name).any()]
+    found = [name for name in study.precisions if (data["precision"] == name).any()]
     names = list(dict.fromkeys(data["label"]))
     height = 1.7 + 0.2 * len(names)
     margins = {"bottom": 0.78 / height, "top": 1 - 0.67 / height}
