@@ -10,7 +10,7 @@ from phongbench_reports.text import label, number, records
 
 #: Short words for outcomes, as the cells of the table show them; what is well is quiet.
 WORDS = {
-    "value": "ok", "saturates": "0 or 1", "nan": "NaN", "infinite": "∞", "above-one": "> 1", "negative": "< 0",
+    "value": "ok", "saturates": "0 or 1", "nan": "no number", "infinite": "∞", "above-one": "> 1", "negative": "< 0",
     "refused": "refused",
 }  # fmt: skip
 #: Outcomes that leave the range of a highlight.
@@ -23,15 +23,14 @@ def hostile(study: Study) -> Table | Absent:
     rows = study.run.behaviour
     if rows.empty:
         return Absent("Hostile inputs were not tried.", "Run with the probe hostile, which every preset holds.")
+    met = list(dict.fromkeys(rows["case"].str.replace(r" at .*$", "", regex=True)))
     rows = rows.sort_values([*KEY, "alpha", "case"], kind="stable").reset_index(drop=True)
     mine = rows[rows["precision"] == nearest_precision(study, rows)]
     # exponents are asked at three places each: one column tells the worst of them
-    named = mine.assign(short=mine["case"].str.replace(r" at .*$", "", regex=True))
-    cases = sorted(
-        named["short"].unique(), key=lambda case: (case.startswith("alpha"), list(named["short"]).index(case))
-    )
+    named = mine.assign(short=mine["case"].str.replace(r" at .*$", "", regex=True), open=~mine["gated"].astype(bool))
+    cases = sorted(set(named["short"]), key=lambda case: (case.startswith("alpha"), met.index(case)))
     body = []
-    for _, cell in named.groupby(KEY, sort=True, observed=True):
+    for _, cell in named.groupby([*KEY[:-1], "open"], sort=True, observed=True):
         first = records(cell.iloc[:1])[0]
         name = label({**first, "gamma": None, "beta_policy": "none"}) + ("" if first["gated"] else ", ungated")
         found = (worst(cell.loc[cell["short"] == case, "outcome"]) for case in cases)
@@ -41,7 +40,7 @@ def hostile(study: Study) -> Table | Absent:
     precision = str(mine["precision"].iloc[0])
     sentence = (
         f"In {precision}, {sure} of {len(body)} formulas and forms stay within 0 and 1 whatever comes in; "
-        f"{len(bad)} of {len(mine)} answers are NaN, infinite, above 1 or negative."
+        f"{len(bad)} of {len(mine)} answers are infinite, above 1, negative or no number."
     )
     told = (
         f"{precision}; ok: a value in range that is not merely 0 or 1 by force, or the exact one; 0 or 1: held there, "
@@ -78,14 +77,13 @@ def smoothness(study: Study) -> Table | Absent:
         return Absent("The run holds no lobes of lyon.", "Run with --only lyon.")
     precisions = [name for name in study.precisions if name in set(mine["precision"])]
     body = []
-    for (form, gamma), cell in mine.groupby(["lambda_form", "gamma"], sort=True, observed=True):
+    for _, cell in mine.groupby(["lambda_form", "gamma"], sort=True, observed=True):
         edge = records(cell.iloc[:1])[0]
-        by_name = cell.set_index("precision")
-        found: list[str] = []
-        for name in precisions:
-            row = by_name.loc[name]
-            found += [number(int(row["rises"])), number(255 * float(row["largest_rise"]))]
-        body.append((str(form), str(int(gamma)), number(edge["kink"]), number(edge["kink_degrees"]), *found))
+        hard = "< 0.001" if edge["kink"] < 1e-3 else number(edge["kink"])
+        found = [str(edge["lambda_form"]), str(int(edge["gamma"])), hard, number(edge["kink_degrees"])]
+        for row in (row for name in precisions for row in records(cell[cell["precision"] == name])):
+            found += [number(row["rises"]), number(255 * row["largest_rise"])]
+        body.append(tuple(found))
     headings = ["lambda form", "γ", "edge", "at degrees"]
     for name in precisions:
         headings += [f"rises, {name}", f"largest rise, codes, {name}"]

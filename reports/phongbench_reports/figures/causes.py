@@ -11,13 +11,13 @@ from phongbench.front import CELL
 from phongbench_reports.commands import reproduce
 from phongbench_reports.drawing import FORMS, Plate, budget_lines, footnote, log_axis, sheet
 from phongbench_reports.study import STABILITY_ALPHA, Absent, Study, nearest
-from phongbench_reports.text import BUDGETS, basis, listed, number, records
+from phongbench_reports.text import BUDGETS, basis, listed, number, percent, records
 
 #: Columns of the panels: (column, truth, title).
 PANELS = (
     ("length_max", "angle", "change by the lengths alone"),
-    ("max_abs", "angle", "error against the true angle"),
-    ("max_abs", "given", "error against the vectors as given"),
+    ("max_abs", "angle", "against the true angle"),
+    ("max_abs", "given", "against the vectors as given"),
 )
 #: The smallest size drawn; what is smaller, or 0, stands at the edge.
 FLOOR = 1e-6
@@ -59,17 +59,17 @@ def draw(study: Study) -> Plate | Absent:
         return Absent("The run holds no lyon rows on vectors that a real cause made wrong.", "Run with --only lyon.")
     causes = list(dict.fromkeys(data["perturbation"]))
     figure, panels = sheet(
-        1.5 + 0.42 * len(causes), 1, 3, left=0.295, wspace=0.07, bottom=0.155, top=0.88, sharey=True, sharex=True
+        1.5 + 0.42 * len(causes), 1, 3, left=0.305, wspace=0.07, bottom=0.155, top=0.88, sharey=True, sharex=True
     )
     largest = data.drop_duplicates("perturbation").set_index("perturbation")["length_error"]
     for axes, (column, truth, title) in zip(panels, PANELS, strict=True):
-        log_axis(axes.xaxis)
+        log_axis(axes.xaxis, labels=5)
         budget_lines(axes, vertical=True, named=column == "length_max")
         _panel(axes, data[data["truth"] == truth], causes, column)
         axes.set_title(title, pad=6, fontsize=8.5)
     panels[0].set_xlim(FLOOR / 1.5, max(1.0, 1.5 * float(data[["length_max", "max_abs"]].to_numpy().max())))
     panels[0].set_ylim(len(causes) - 0.4, -0.75)
-    names = [f"{BY_NAME[name].text}\n{number(100 * largest[name])}\u00a0%" for name in causes]
+    names = [f"{BY_NAME[name].text}\n{percent(largest[name])}" for name in causes]
     panels[0].set_yticks(range(len(causes)), names, fontsize=8)
     handles, labels = panels[0].get_legend_handles_labels()
     figure.legend(

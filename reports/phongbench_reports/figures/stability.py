@@ -49,7 +49,7 @@ def rows_of(study: Study) -> pd.DataFrame:
 
 def slopes(rows: pd.DataFrame) -> dict[str, tuple[float, float]]:
     """Form -> (fitted exponent, the law's fitted alike) of change ~ length error^p, for rows of one way."""
-    found = stability.fits(rows.assign(stratum="lengths", truth="angle"))
+    found = stability.fits(rows.assign(stratum="lengths", truth="angle", gated=True))
     return {str(row["lambda_form"]): (row["exponent"], row["law_exponent"]) for row in records(found)}
 
 
@@ -99,7 +99,7 @@ def draw(study: Study) -> Plate | Absent:
         right=0.895,
         wspace=0.08,
         hspace=0.1,
-        top=0.93,
+        top=0.905,
         bottom=0.115,
         sharex=True,
         sharey="row",
@@ -112,7 +112,7 @@ def draw(study: Study) -> Plate | Absent:
             budget_lines(axes, named=column == 0)
         ends = _column(upper, lower, data, way)
         _tell_slopes(upper, data[data["perturbation"] == way])
-        upper.set_title(WAYS[way], pad=15)
+        upper.set_title(WAYS[way], pad=25)
         lower.set_xlabel("relative length error")
         upper.set_ylim(1e-6, 30.0)
         lower.set_ylim(1e-5, 30.0)
@@ -130,8 +130,19 @@ def draw(study: Study) -> Plate | Absent:
 
 def _tell_slopes(axes: Axes, rows: pd.DataFrame) -> None:
     told = slopes(rows)
-    text = ", ".join(f"{form} {found:.2f} ({law:.2f})" for form in FORMS if form in told for found, law in [told[form]])
-    axes.text(0.0, 1.02, f"slope (law): {text}", transform=axes.transAxes, fontsize=7.5, color=MUTED, va="bottom")
+    forms = [form for form in FORMS if form in told]
+    if not forms:
+        return
+    lines = [", ".join(f"{form} {told[form][0]:.2f}" for form in forms), ", ".join(f"{told[f][1]:.2f}" for f in forms)]
+    axes.text(
+        0.0,
+        1.02,
+        f"slopes: {lines[0]}\nby the law: {lines[1]}",
+        transform=axes.transAxes,
+        fontsize=7.5,
+        color=MUTED,
+        va="bottom",
+    )
 
 
 def _sentence(data: pd.DataFrame) -> str:

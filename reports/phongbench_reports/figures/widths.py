@@ -1,4 +1,4 @@
-"""Error against gamma for every precision of the run: squaring multiplies rounding, so each width has its best gamma."""
+"""Error against gamma for every precision of a run: squaring multiplies rounding, so each width has its best gamma."""
 
 from __future__ import annotations
 
