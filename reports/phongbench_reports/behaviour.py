@@ -23,12 +23,12 @@ def hostile(study: Study) -> Table | Absent:
     rows = study.run.behaviour
     if rows.empty:
         return Absent("Hostile inputs were not tried.", "Run with the probe hostile, which every preset holds.")
-    met = list(dict.fromkeys(rows["case"].str.replace(r" at .*$", "", regex=True)))
     rows = rows.sort_values([*KEY, "alpha", "case"], kind="stable").reset_index(drop=True)
     mine = rows[rows["precision"] == nearest_precision(study, rows)]
     # exponents are asked at three places each: one column tells the worst of them
     named = mine.assign(short=mine["case"].str.replace(r" at .*$", "", regex=True), open=~mine["gated"].astype(bool))
-    cases = sorted(set(named["short"]), key=lambda case: (case.startswith("alpha"), met.index(case)))
+    first_alpha = named.groupby("short")["alpha"].min()  # vectors first, then exponents by size
+    cases = sorted(first_alpha.index, key=lambda c: (float(first_alpha[c]) if c.startswith("alpha") else -1.0, c))
     body = []
     for _, cell in named.groupby([*KEY[:-1], "open"], sort=True, observed=True):
         first = records(cell.iloc[:1])[0]

@@ -34,6 +34,11 @@ class MadeUpRun:
     behaviour: pd.DataFrame = field(default_factory=pd.DataFrame)
     smoothness: pd.DataFrame = field(default_factory=pd.DataFrame)
 
+    @property
+    def frames(self) -> tuple[pd.DataFrame, ...]:
+        """All tables, in the order of the fields."""
+        return self.accuracy, self.timing, self.worst, self.behaviour, self.smoothness
+
 
 #: a cause of wrong lengths -> the lengths |a| - 1 and |b| - 1 that it is taken to leave
 CAUSES = {"rsqrt-12": (3e-4, -3e-4), "rsqrt-bits-1": (-1.75e-3, -1.75e-3), "interpolated-10": (-3.8e-3, 0.0)}

@@ -116,7 +116,7 @@ made_up = importlib.util.module_from_spec(spec)
 sys.modules["made_up"] = made_up
 spec.loader.exec_module(made_up)
 run = made_up.make_run(Path("elsewhere"))
-frames = (frame.sample(frac=1, random_state=7) for frame in (run.accuracy, run.timing, run.worst))
+frames = (frame.sample(frac=1, random_state=7) for frame in run.frames)
 shuffled = made_up.MadeUpRun(run.path, run.manifest, *frames)
 import phongbench_reports
 phongbench_reports.build(shuffled, Path({str(tmp_path)!r}))
@@ -214,7 +214,7 @@ def test_a_run_of_one_foreign_formula_still_makes_a_page(made_up: Callable[..., 
 def test_categories_and_plain_strings_give_the_same_report(run: Any, report: Path, tmp_path: Path) -> None:
     strings = [name for name in run.accuracy.columns if isinstance(run.accuracy[name].dtype, pd.StringDtype)]
     categories = run.accuracy.astype(dict.fromkeys(strings, "category"))
-    phongbench_reports.build(type(run)(run.path, run.manifest, categories, run.timing, run.worst), tmp_path)
+    phongbench_reports.build(type(run)(run.path, run.manifest, categories, *run.frames[1:]), tmp_path)
     assert contents(tmp_path) == contents(report)
 
 
