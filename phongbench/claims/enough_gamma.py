@@ -48,7 +48,7 @@ def _record(mine: pd.DataFrame, measured: list[float]) -> Numbers:
     return {
         "gamma": int(first["gamma"]), "beta_policy": first["beta_policy"], "lambda_form": first["lambda_form"],
         "max_error": VISIBLE, "alphas": good, "alpha_from": good[0] if good else None,
-        "alpha_to": good[-1] if good else None, "alphas_measured": len(measured), "alphas_within_1_1023": fine,
+        "alpha_to": good[-1] if good else None, "alphas_measured": len(measured), "alphas_10bit": fine,
         "worst_error": float(worst["max_abs"]), "worst_codes": 255 * float(worst["max_abs"]),
         "worst_alpha": float(worst["alpha"]),
     }  # fmt: skip

@@ -23,8 +23,8 @@ def exponents(some: Sequence[float], measured: Sequence[float]) -> str:
 
 def codes(error: float) -> str:
     """An error in 8-bit codes."""
-    told = 255 * error
-    return f"{told:.2g} codes" if told < 10 else f"{told:.0f} codes"
+    told = f"{255 * error:.2g}" if 255 * error < 10 else f"{255 * error:.0f}"
+    return f"{told} code{'s' * (told != '1')}"
 
 
 def rounded(value: float) -> str:

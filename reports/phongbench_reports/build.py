@@ -13,6 +13,7 @@ from urllib.parse import quote
 import pandas as pd
 
 from phongbench.errors import StorageError
+from phongbench_reports.claims import claims
 from phongbench_reports.drawing import Plate, ink, svg_pair
 from phongbench_reports.figures import FIGURES
 from phongbench_reports.page import Links, Section, render, style_sheet
@@ -46,10 +47,11 @@ def sections_of(study: Study) -> tuple[list[Section], dict[str, tuple[bytes, byt
                 pictures[entry.name] = svg_pair(content.figure, entry.name)
     speed = drawn.pop("speed")
     strange = Section("census", "Values above 1, negative, not finite", census(study))
+    judged = Section("claims", "The textbook claims", claims(study))
     inputs = Section("worst", "Worst inputs", worst(study))
     names = Section("formulas", "The formulas", formulas(study), True)
     dark = Section("skipped", "Skipping what is dark", skipped(study))
-    return [*answer, *drawn.values(), strange, speed, dark, inputs, names], pictures
+    return [*answer, *drawn.values(), strange, judged, speed, dark, inputs, names], pictures
 
 
 def csv_of(frame: pd.DataFrame) -> bytes:
