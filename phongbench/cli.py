@@ -100,7 +100,9 @@ for command in (front, recommend, claims, bench):
     metavar="FILE.py",
     help="Add your own approximation.",
 )
-@click.option("--precision", "precisions", type=CommaList("names"), help="float16,float32,float64")
+@click.option(
+    "--precision", "precisions", type=CommaList("names"), help="float16,bfloat16,float32,float64, fixed point as q1.15"
+)
 @click.option("--samples", type=int, help="Pairs for each cell and stratum.")
 @click.option("--seed", type=int, help="Of all random choices; equal seeds give equal rows.")
 @click.option("--probe", "probes", type=CommaList("names"), help="Stability probes to run after the sweep, or `none`.")

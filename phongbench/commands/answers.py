@@ -20,7 +20,9 @@ _JSON = click.option("--json", "as_json", is_flag=True, help="Print one JSON doc
 @click.option("--alpha", required=True, metavar="A", help=_ALPHA)
 @click.option("--metric", default="max_abs", show_default=True, help="Column of the accuracy rows.")
 @click.option("--stratum", default="highlight", show_default=True, help="Which inputs.")
-@click.option("--precision", default="float32", show_default=True, help="float16, float32 or float64.")
+@click.option(
+    "--precision", default="float32", show_default=True, help="float16, bfloat16, float32, float64, q1.15, ..."
+)
 @click.option("--working-set", default="l1", show_default=True, help="Whose times: l1, l2 or memory.")
 @click.option("--space", default="reflect", show_default=True, help=_SPACE)
 @click.option("--all", "everything", is_flag=True, help="Show the cells that are off the front too.")
@@ -49,7 +51,9 @@ def front(run_name: str, everything: bool, as_json: bool, **wishes: Any) -> None
 @click.option("--max-error", required=True, metavar="E", help="Largest absolute error allowed, e.g. 0.004 or 1/255.")
 @click.option("--run", "run_name", metavar="RUN", help="Which run answers.  [default: the newest with times]")
 @click.option("--length-error", metavar="e", help="How wrong vector lengths may be: 0.01 is up to 1 %.")
-@click.option("--precision", default="float32", show_default=True, help="float16, float32 or float64.")
+@click.option(
+    "--precision", default="float32", show_default=True, help="float16, bfloat16, float32, float64, q1.15, ..."
+)
 @click.option("--space", default="reflect", show_default=True, help=_SPACE)
 @click.option("--working-set", default="l1", show_default=True, help="Whose times: l1, l2 or memory.")
 @_JSON
