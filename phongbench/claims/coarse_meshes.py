@@ -19,6 +19,7 @@ GAMMA = 8
 #: the form, and the way to R, that the textbooks mean
 MEANT = {"lambda_form": "cross", "pair": "classic"}
 PAIRS = ("classic", "lengthwise", "half")
+_WAYS = {"classic": "classic R", "lengthwise": "lengthwise R", "half": "(N, H)"}
 
 
 def judge(rows: Rows) -> Finding:
@@ -76,21 +77,20 @@ def _record(mine: pd.DataFrame) -> Numbers:
         "gamma": int(first["gamma"]), "max_change": VISIBLE, "edge_degrees_to": reach(angles, change, VISIBLE),
         "too_wide_from_degrees": wide, "edge_degrees_to_two_codes": reach(angles, change, 2 * VISIBLE),
         "fine_to_10_degrees": min(angles) <= COARSE < wide, "largest_change": max(change),
-        "edge_degrees_measured": sorted(set(angles)),
+        "edge_degrees_measured_from": min(angles), "edge_degrees_measured_to": max(angles),
     }  # fmt: skip
 
 
 def _because(meant: list[Numbers], told: list[Numbers], fine: list[float]) -> str:
     first, last = meant[0], meant[-1]
-    way = f"in the {first['lambda_form']} form with {first['pair']} R, gamma {first['gamma']}"
+    way = f"in the {first['lambda_form']} form with {_WAYS[first['pair']]}, gamma {first['gamma']}"
     where = exponents(fine, [one["alpha"] for one in meant])
     parts = [f"{way}, raw normals change at most one code up to edges of {COARSE:g} degrees at {where}"]
     parts.append("they do so up to " + listed(dict.fromkeys((_far(first), _far(last)))))
-    others = [one for one in told if one["alpha"] == last["alpha"] and one["pair"] != first["pair"]]
-    best = max(others, key=lambda one: one["edge_degrees_to"] or 0.0, default=None)
-    if best is not None:
-        way = "with (N, H)" if best["pair"] == "half" else f"with {best['pair']} R"
-        parts.append(f"{way}, the {best['lambda_form']} form does up to {_far(best)}")
+    for pair in dict.fromkeys(one["pair"] for one in told if one["pair"] != first["pair"]):
+        here = [one for one in told if (one["pair"], one["alpha"]) == (pair, last["alpha"])]
+        best = max(here, key=lambda one: (one["edge_degrees_to"] or 0.0, -one["largest_change"]))
+        parts.append(f"with {_WAYS[pair]}, the {best['lambda_form']} form does up to {_far(best)}")
     return sentence(*parts)
 
 
