@@ -54,7 +54,7 @@ def _source(rows: Rows) -> pd.DataFrame:
         raise LackingRowsError(
             "the run has no rows on vectors normalised by a cheap root",
             None,
-            'measure them: phongbench run with lyon and "lengths" among its strata',
+            'measure them: phongbench run with lyon among --only; a plan\'s strata must hold "lengths"',
         )
     return near_gamma(cells, GAMMA)
 

@@ -62,6 +62,11 @@ def _because(told: list[Numbers], measured: list[float]) -> str:
         for r in sorted(told, key=lambda r: r["beta_policy"] != TEXTBOOK)
         if (r["gamma"], r["lambda_form"]) == (gamma, form)
     ]
+    fewer = [r for r in told if r["gamma"] < gamma and r["lambda_form"] == form]
+    if fewer:
+        best = min(fewer, key=lambda r: (-len(r["alphas"]), r["worst_error"]))
+        where, most = exponents(best["alphas"], measured), codes(best["worst_error"])
+        parts.append(f"gamma {best['gamma']} at best, with slope {best['beta_policy']}, at {where} (worst {most})")
     return sentence(f"gamma {gamma} in the {form} form stays within 1/255 {'; '.join(parts)}")
 
 
