@@ -66,11 +66,12 @@ def reach(angles: Sequence[float], change: Sequence[float], limit: float) -> flo
 
 
 def _too_wide(angles: Sequence[float], change: Sequence[float], limit: float) -> float:
-    return min((angle for angle, most in zip(angles, change, strict=True) if not most <= limit), default=math.inf)
+    return min((angle for angle, most in zip(angles, change, strict=True) if most > limit), default=math.inf)
 
 
 def _record(mine: pd.DataFrame) -> Numbers:
-    angles, change = mine["edge_degrees"].astype(float).tolist(), mine["length_max"].astype(float).tolist()
+    angles = mine["edge_degrees"].astype(float).tolist()
+    change = mine["length_max"].astype(float).fillna(math.inf).tolist()
     first, wide = mine.iloc[0], _too_wide(angles, change, VISIBLE)
     return {
         "pair": str(first["pair"]), "lambda_form": str(first["lambda_form"]), "alpha": float(first["alpha"]),
@@ -89,8 +90,9 @@ def _because(meant: list[Numbers], told: list[Numbers], fine: list[float]) -> st
     parts.append("they do so up to " + listed(dict.fromkeys((_far(first), _far(last)))))
     for pair in dict.fromkeys(one["pair"] for one in told if one["pair"] != first["pair"]):
         here = [one for one in told if (one["pair"], one["alpha"]) == (pair, last["alpha"])]
-        best = max(here, key=lambda one: (one["edge_degrees_to"] or 0.0, -one["largest_change"]))
-        parts.append(f"with {_WAYS[pair]}, the {best['lambda_form']} form does up to {_far(best)}")
+        best = max(here, key=lambda one: (one["edge_degrees_to"] or 0.0, -one["largest_change"]), default=None)
+        if best is not None:
+            parts.append(f"with {_WAYS[pair]}, the {best['lambda_form']} form does up to {_far(best)}")
     return sentence(*parts)
 
 

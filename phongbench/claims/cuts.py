@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
+import numpy as np
 import pandas as pd
 
 from phongbench.contenders import TWIN
@@ -83,11 +84,14 @@ class Rows:
 
     @cached_property
     def timed(self) -> pd.DataFrame:
-        """Timing rows in the judged precision on one thread, all pairs lit."""
+        """Timing rows in the judged precision on one thread, all pairs lit; too few rounds give no interval, no row."""
         rows = self.timing
         if rows.empty:
             return rows
-        mine = (rows["precision"] == self.precision) & (rows["threads"] == 1)
+        ends = rows[["ratio", "ratio_low", "ratio_high"]].astype("float64")
+        mine = (
+            (rows["precision"] == self.precision) & (rows["threads"] == 1) & ((ends > 0) & (ends < np.inf)).all(axis=1)
+        )
         return ordered(rows[mine & rows["lit"].isna()] if "lit" in rows else rows[mine], TIMED)
 
     @cached_property
@@ -144,4 +148,9 @@ def forms_of(rows: pd.DataFrame, among: Iterable[str] = FORMS) -> list[str]:
 
 def _largest(rows: pd.DataFrame, column: str, keys: list[str]) -> pd.DataFrame:
     order = [*keys, column, "stratum", "coverage"]
-    return rows.sort_values(order, kind="stable").drop_duplicates(keys, keep="last").reset_index(drop=True)
+    return (
+        rows[rows[column].notna()]
+        .sort_values(order, kind="stable")
+        .drop_duplicates(keys, keep="last")
+        .reset_index(drop=True)
+    )

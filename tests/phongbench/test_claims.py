@@ -183,10 +183,21 @@ def test_cross_does_not_hold_everywhere_if_difference_changes_less() -> None:
     assert found["verdict"] == "holds under conditions"
     assert found["conditions"][0]["alphas"] == [10.0]
     one = found["conditions"][1]
-    assert (one["difference_better_to_alpha_times_error"], one["cross_better_from_alpha_times_error"]) == (0.1, 1.0)
+    assert (one["difference_to_alpha_times_error"], one["cross_from_alpha_times_error"]) == (0.1, 1.0)
+
+
+def test_without_an_order_between_difference_and_cross_none_is_claimed() -> None:
+    rows = wrong(10.0, 0.1, dot=0.9, cross=0.02, difference=0.01) + wrong(
+        10.0, 0.01, dot=0.9, cross=0.1, difference=0.2
+    )
+    found = judged("c", accuracy=accuracy(rows))
+    assert found["conditions"][1]["difference_to_alpha_times_error"] is None
+    assert "now one, now the other" in found["because"]
 
 
 def test_changes_that_cannot_be_seen_do_not_count() -> None:
+    hidden = wrong(10.0, 1e-4, dot=0.9 * CODE, cross=0.8 * CODE, difference=0.7 * CODE)
+    assert judged("c", accuracy=accuracy(hidden))["verdict"] == "not measured"
     unseen = wrong(10.0, 1e-4, dot=0.9 * CODE, cross=0.8 * CODE, difference=0.7 * CODE)
     seen = wrong(10.0, 0.01, dot=0.1, cross=0.01, difference=0.02)
     assert judged("c", accuracy=accuracy(unseen + seen))["verdict"] == "holds"
@@ -195,7 +206,7 @@ def test_changes_that_cannot_be_seen_do_not_count() -> None:
 def test_the_measured_crossover_brackets_its_law(law_rows: pd.DataFrame) -> None:
     found = judged("c", accuracy=law_rows)
     one = next(c for c in found["conditions"] if c.get("perturbation") == "a")
-    low, high = one["difference_better_to_alpha_times_error"], one["cross_better_from_alpha_times_error"]
+    low, high = one["difference_to_alpha_times_error"], one["cross_from_alpha_times_error"]
     assert low <= laws.length_crossover(1.0) <= high <= 2.0 * low
     assert next(c for c in found["conditions"] if c.get("perturbation") == "both")["difference_never_worse"]
     assert next(c for c in found["conditions"] if c.get("perturbation") == "opposite")["cross_never_worse"]
@@ -237,7 +248,6 @@ def test_an_edge_angle_counts_on_the_worst_mesh_only() -> None:
 def test_the_reach_ends_before_the_first_bad_angle() -> None:
     assert reach([1, 2, 3, 4], [0, 0, 9, 0], 1.0) == 2
     assert reach([1, 2], [9, 0], 1.0) is None
-    assert reach([2, 1], [float("nan"), 0], 1.0) == 1
 
 
 # e: cheap roots
@@ -318,6 +328,11 @@ def test_blinns_power_is_compared_but_its_vectors_are_not_timed() -> None:
     assert found["verdict"] == "not measured"
     assert "1.1 in l1" in found["because"]
     assert found["conditions"][0]["ratio_to_phong"] == pytest.approx(1.1)
+
+
+def test_times_without_an_interval_are_not_judged() -> None:
+    rows = [row | {"ratio_low": 0.0, "ratio_high": np.inf} for row in timed(lyon=0.3, libm=5.0)]
+    assert judged("h", timing=timing(rows), accuracy=accuracy([{}]))["verdict"] == "not measured"
 
 
 # g: Blinn's exponent
