@@ -20,7 +20,7 @@ from phongbench.progress import Progress
 def plan():
     return replace(
         preset("quick"), alphas=(10.0, 50.0), gammas=(8,), approximations=("phong", "lyon"), slopes=("taylor",),
-        spaces=("reflect",),
+        spaces=("reflect",), probes=(),
         precisions=("float32",), samples=4000, timing=False,
     ).validated()  # fmt: skip
 
