@@ -3,22 +3,19 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 
 import pandas as pd
 
 from phongbench.claims.claim import CONDITIONS, FAILS, HOLDS, VISIBLE, Claim, Finding, LackingRowsError, Numbers
 from phongbench.claims.cuts import FORMS, MESHED, Rows, at, evidence, near_gamma
 from phongbench.claims.words import exponents, listed, sentence
+from phongbench.edges import GAMMA, PAIRS, widest_edge
 from phongbench.sources import WIKIPEDIA_PHONG
 
 #: edges of 10 degrees: a sphere of 36 segments around. What is coarser is called very coarse
 COARSE = 10.0
-#: the gamma that is judged, or the measured one nearest to it
-GAMMA = 8
 #: the form, and the way to R, that the textbooks mean
 MEANT = {"lambda_form": "cross", "pair": "classic"}
-PAIRS = ("classic", "lengthwise", "half")
 _WAYS = {"classic": "classic R", "lengthwise": "lengthwise R", "half": "(N, H)"}
 
 
@@ -26,9 +23,9 @@ def judge(rows: Rows) -> Finding:
     """What normals that were interpolated over triangles and not made unit again change in Lyon's formula, slope
     alpha / gamma, gamma 8, against the same formula on renormalised ones: R as 2 (L.N) N - L (classic), as
     2 (N.L) N - (N.N) L (lengthwise), and (N, H). Good enough up to an edge angle: a change of at most 1/255 on every
-    mesh at each measured angle so far. Judged in the cross form with classic R. Holds if no edge of up to 10 degrees
-    is too wide at any measured exponent, which spares very coarse meshes only; holds under conditions if that is so at
-    some exponent, or if smaller edges, another form or another way are good enough; else fails.
+    mesh, interpolated between measured angles along a power law. Judged in the cross form with classic R. Holds if
+    good enough up to edges of 10 degrees at every measured exponent, which spares very coarse meshes only; holds under
+    conditions if so at some exponent, or if smaller edges, another form or another way are good enough; else fails.
     """
     cells = _source(rows)
     told = [
@@ -39,7 +36,7 @@ def judge(rows: Rows) -> Finding:
         if len(mine := at(cells, pair=pair, lambda_form=form, alpha=alpha))
     ]
     meant = [one for one in told if all(one[k] == v for k, v in MEANT.items())]
-    fine = [one["alpha"] for one in meant if one["fine_to_10_degrees"]]
+    fine = [one["alpha"] for one in meant if (one["edge_degrees_to"] or 0.0) >= COARSE]
     some = any(one["edge_degrees_to"] is not None for one in told)
     verdict = HOLDS if meant and len(fine) == len(meant) else CONDITIONS if some else FAILS
     return Finding(verdict, _because(meant or told, told, fine), tuple(told), _rows(cells), "sampled")
@@ -59,26 +56,17 @@ def _source(rows: Rows) -> pd.DataFrame:
     return cells
 
 
-def reach(angles: Sequence[float], change: Sequence[float], limit: float) -> float | None:
-    """The largest measured angle up to which nothing changes beyond the limit, on whatever mesh; None if at none."""
-    first = _too_wide(angles, change, limit)
-    return max((angle for angle in angles if angle < first), default=None)
-
-
-def _too_wide(angles: Sequence[float], change: Sequence[float], limit: float) -> float:
-    return min((angle for angle, most in zip(angles, change, strict=True) if most > limit), default=math.inf)
-
-
 def _record(mine: pd.DataFrame) -> Numbers:
     angles = mine["edge_degrees"].astype(float).tolist()
     change = mine["length_max"].astype(float).fillna(math.inf).tolist()
-    first, wide = mine.iloc[0], _too_wide(angles, change, VISIBLE)
+    (one, way), (two, way_two) = (widest_edge(angles, change, limit) for limit in (VISIBLE, 2 * VISIBLE))
+    first = mine.iloc[0]
     return {
         "pair": str(first["pair"]), "lambda_form": str(first["lambda_form"]), "alpha": float(first["alpha"]),
-        "gamma": int(first["gamma"]), "max_change": VISIBLE, "edge_degrees_to": reach(angles, change, VISIBLE),
-        "too_wide_from_degrees": wide, "edge_degrees_to_two_codes": reach(angles, change, 2 * VISIBLE),
-        "fine_to_10_degrees": min(angles) <= COARSE < wide, "largest_change": max(change),
-        "edge_degrees_measured_from": min(angles), "edge_degrees_measured_to": max(angles),
+        "gamma": int(first["gamma"]), "max_change": VISIBLE, "edge_degrees_to": None if way == "<" else one,
+        "beyond_measured": way == ">", "edge_degrees_to_two_codes": None if way_two == "<" else two,
+        "largest_change": max(change), "edge_degrees_measured_from": min(angles),
+        "edge_degrees_measured_to": max(angles),
     }  # fmt: skip
 
 
@@ -98,7 +86,8 @@ def _because(meant: list[Numbers], told: list[Numbers], fine: list[float]) -> st
 
 def _far(one: Numbers) -> str:
     angle = one["edge_degrees_to"]
-    return f"{'no measured edge' if angle is None else f'{angle:.3g} degrees'} at alpha {one['alpha']:g}"
+    more = "more than " if one["beyond_measured"] else ""
+    return f"{'no measured edge' if angle is None else f'{more}{angle:.2g} degrees'} at alpha {one['alpha']:g}"
 
 
 def _rows(cells: pd.DataFrame) -> tuple[Numbers, ...]:

@@ -6,7 +6,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import pandas as pd
 import pytest
 
 import phongbench_reports
@@ -51,27 +50,23 @@ def test_numbers_and_rows_are_shown_and_the_csv_holds_them_all(table: ClaimTable
     assert len(json.loads(str(row["evidence"]))) == len(first.evidence)
 
 
-def test_figures_are_linked_where_the_page_has_them(table: ClaimTable) -> None:
+def test_every_figure_that_a_claim_names_is_on_the_page(table: ClaimTable) -> None:
     names = {figure.name for figure in FIGURES}
-    assert {entry.figure for entry in table.entries} - {""} <= names
-    assert any(entry.figure for entry in table.entries)
+    assert {claim.figure for claim in CLAIMS} - {None} <= names
+    for entry, claim in zip(table.entries, CLAIMS, strict=True):
+        assert entry.figure == (claim.figure if claim.figure and entry.evidence else "")
 
 
 def test_a_run_without_the_rows_says_how_to_get_them(run: Any) -> None:
     rows = run.accuracy[run.accuracy["approximation"] == "schlick"]
-    found = claims(Study(replace(run, accuracy=rows, timing=run.timing.head(0))))
+    found = claims(Study(replace(run, accuracy=rows, timing=run.timing.head(0), meshes=run.meshes.head(0))))
     assert isinstance(found, Absent)
     assert "phongbench run" in found.mend
 
 
 def test_names_of_files_are_inert_on_the_page(made_up: Callable[..., Any], tmp_path: Path) -> None:
     run = made_up(tmp_path, alphas=(10.0,), gammas=(8,))
-    cells = run.accuracy[(run.accuracy["approximation"] == "lyon") & (run.accuracy["stratum"] == "highlight")]
-    mesh = cells[cells["beta_policy"] == "taylor"].assign(
-        mesh="<script>alert(1)</script>", edge_degrees=5.0, triangles=20, normals="raw", pair="classic",
-        truth="interpolated", length_max=0.5,
-    )  # fmt: skip
-    object.__setattr__(run, "meshes", pd.DataFrame(mesh))
-    page = phongbench_reports.build(run, tmp_path / "report").read_text(encoding="utf-8")
+    named = replace(run, meshes=run.meshes.assign(mesh="<script>alert(1)</script>"))
+    page = phongbench_reports.build(named, tmp_path / "report").read_text(encoding="utf-8")
     assert "&lt;script&gt;alert(1)" in page
     assert "<script>" not in page
