@@ -64,7 +64,7 @@ PHONGBENCH = Source(
 )
 WIKIPEDIA_PHONG = Source(
     "WIKIPEDIA_PHONG",
-    "Phong reflection model, Wikipedia; what it says on lengths is marked `citation needed` there",
+    "Phong reflection model, Wikipedia; what it says on lengths is marked as lacking a citation there",
     2022,
     "claims read in its revision of April 2022",
 )

@@ -14,6 +14,7 @@ import pandas as pd
 
 from phongbench.errors import StorageError
 from phongbench_reports.behaviour import hostile, smoothness
+from phongbench_reports.claims import claims
 from phongbench_reports.drawing import Plate, ink, svg_pair
 from phongbench_reports.figures import FIGURES
 from phongbench_reports.mesh_edges import mesh_edges
@@ -57,10 +58,11 @@ def sections_of(study: Study) -> tuple[list[Section], dict[str, tuple[bytes, byt
     strange = Section("census", "Values above 1, negative, not finite", census(study))
     bad = Section("hostile", "Hostile inputs", hostile(study))
     smooth = Section("smoothness", "Smoothness of the lobes", smoothness(study))
+    judged = Section("claims", "The textbook claims", claims(study))
     inputs = Section("worst", "Worst inputs", worst(study))
     names = Section("formulas", "The formulas", formulas(study), True)
     dark = Section("skipped", "Skipping what is dark", skipped(study))
-    return [*answer, *drawn.values(), strange, bad, smooth, speed, dark, inputs, names], pictures
+    return [*answer, *drawn.values(), strange, bad, smooth, judged, speed, dark, inputs, names], pictures
 
 
 def csv_of(frame: pd.DataFrame) -> bytes:
