@@ -1,10 +1,10 @@
 """The server process: a socket, uvicorn, and what uvicorn lacks - a deadline for request heads, and exit code 0."""
 
 import json
+import logging
 import os
 import signal
 import socket
-import sys
 from asyncio import TimerHandle, Transport
 from dataclasses import asdict
 from pathlib import Path
@@ -19,6 +19,7 @@ from phongbench.errors import InputError
 from phongbench_api.app import create_app
 from phongbench_api.settings import Settings
 
+log = logging.getLogger("phongbench.api")
 #: how workers, which are fresh processes, learn their settings
 ENVIRONMENT = "PHONGBENCH_SERVE"
 #: seconds that requests under way may take once the server was told to stop
@@ -30,7 +31,8 @@ def serve(settings: Settings) -> None:
     listening = _listen(settings)
     host, port = listening.getsockname()[:2]
     told = f"[{host}]" if ":" in host else host
-    print(f"phongbench serves http://{told}:{port}/ from {settings.runs}", file=sys.stderr, flush=True)  # noqa: T201
+    _talk()
+    log.info("phongbench serves http://%s:%d/ from %s", told, port, settings.runs)
     with listening:
         if settings.workers > 1:
             os.environ[ENVIRONMENT] = json.dumps(asdict(settings), default=str)
@@ -47,7 +49,15 @@ def from_environment() -> FastAPI:
     """The application of a worker process, by the settings of the one that started it."""
     given: dict[str, Any] = json.loads(os.environ[ENVIRONMENT])
     given |= {"runs": Path(given["runs"]), "allowed_hosts": tuple(given["allowed_hosts"])}
+    _talk()
     return create_app(Settings(**given))
+
+
+def _talk() -> None:
+    """What the service says of itself goes to stderr; stdout belongs to data."""
+    if not log.handlers:
+        log.addHandler(logging.StreamHandler())
+        log.setLevel(logging.INFO)
 
 
 def _config(app: Any, settings: Settings, *, factory: bool = False) -> uvicorn.Config:

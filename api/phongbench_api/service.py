@@ -1,6 +1,8 @@
 """What the routes of one server share: its settings, runs, kernels and cores."""
 
+import logging
 import threading
+import time
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -14,6 +16,8 @@ from phongbench_api.store import Store
 from phongbench_api.warm import Kernels
 from phongbench_api.work import Office
 
+log = logging.getLogger("phongbench.api")
+
 
 @dataclass
 class Service:
@@ -26,9 +30,11 @@ class Service:
 
     def warm_up(self) -> None:
         """Compile and time the kernels; stops between two of them once the server goes down."""
+        started = time.perf_counter()
         if self.kernels.warm(lambda: self.office.draining):
             self.office.open = True
             self.warm.set()
+            log.info("ready: kernels warm after %.1f s", time.perf_counter() - started)
 
     @cached_property
     def store(self) -> Store:
