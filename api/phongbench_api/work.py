@@ -38,13 +38,13 @@ class Office:
     def __init__(self, settings: Settings) -> None:
         self.settings = settings
         self.pending, self.reading, self.open, self.draining = 0.0, 0, False, False
+        self._jobs = 0
         self._limiter = anyio.CapacityLimiter(settings.cores)
 
     @property
     def wait(self) -> float:
         """Predicted seconds until a core is free for new work."""
-        backlog = self.pending - self.settings.cores * self.settings.inline_cost
-        return max(0.0, backlog / self.settings.cores) if self._limiter.available_tokens < 1 else 0.0
+        return self.pending / self.settings.cores if self._jobs >= self.settings.cores else 0.0
 
     def check(self) -> None:
         """BusyError while there is more to do than may be waited for; asked before a body is read."""
@@ -87,11 +87,11 @@ class Office:
                 f"this would take about {cost:.1f} s; a request may take {limit:g} s", mend="ask for less"
             )
         self.check()
-        self.pending += cost
+        self.pending, self._jobs = self.pending + cost, self._jobs + 1
         try:
             return await self._in_thread(request, work, spans)
         finally:
-            self.pending -= cost
+            self.pending, self._jobs = self.pending - cost, self._jobs - 1
 
     async def _in_thread(self, request: Request, work: Callable[[Gone], T], spans: Spans) -> T:
         gone = threading.Event()

@@ -125,11 +125,15 @@ class Server:
 
 @pytest.fixture
 def serve(runs: Path, tmp_path: Path) -> Iterator[Callable[..., Server]]:
-    """A factory of servers: options of `phongbench serve`; they are warm when it returns."""
+    """A factory of servers: options of `phongbench serve` and other settings; they are warm when it returns."""
     started: list[subprocess.Popen[str]] = []
 
-    def start(*options: str, root: Path = runs) -> Server:
+    def start(*options: str, root: Path = runs, **settings: Any) -> Server:
         command = [sys.executable, "-m", "phongbench", "serve", "--port", "0", "--runs", str(root), *options]
+        if settings:  # what the command has no option for
+            told = f"Settings(port=0, runs=Path({str(root)!r}), **{settings!r})"
+            code = f"from pathlib import Path; from phongbench_api.serve import Settings, serve; serve({told})"
+            command = [sys.executable, "-c", code]
         process = subprocess.Popen(command, cwd=tmp_path, stderr=subprocess.PIPE, text=True)
         started.append(process)
         assert process.stderr

@@ -40,6 +40,7 @@ FILTERS: dict[str, list[Any]] = {
     "truth": ["angle", "given"],
     "length_error": [0.0, 0.01],
 }
+ORDERS = st.sampled_from(["max_abs", "-max_abs", "approximation", "-alpha", "gamma"])
 
 
 @settings(max_examples=60, deadline=None)
