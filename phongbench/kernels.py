@@ -156,7 +156,7 @@ def table_row(spec: Approximation, setting: Setting, precision: Precision) -> Ar
     table = np.zeros(1) if spec.table is None else spec.table(setting)
     if not 1 <= len(table) <= jit.MAX_TABLE:
         raise InputError(f"the table of {spec.name!r} has {len(table)} entries", None, f"use 1 to {jit.MAX_TABLE}")
-    return np.ascontiguousarray(table.astype(precision.dtype).astype(precision.carrier))
+    return np.ascontiguousarray(precision.rounded(table))
 
 
 def evaluate(spec: Approximation, setting: Setting, coordinate: Array, cosine: Array | None = None) -> Array:

@@ -1,5 +1,6 @@
 """Stored runs over HTTP: looked up, never joined to a path, checked against their manifests, told as they are."""
 
+import json
 import shutil
 from collections.abc import Callable
 from pathlib import Path
@@ -8,7 +9,7 @@ import pandas as pd
 import pytest
 from starlette.testclient import TestClient
 
-from phongbench import results
+from phongbench import claims, results
 from phongbench.front import points
 from phongbench.recommend import recommend
 
@@ -225,10 +226,10 @@ def test_a_run_named_with_markup_is_inert(copied: Callable[[], Path], client_of:
     assert client.get(f"/v1/runs/{RUN}/figures/front.svg").headers["content-security-policy"].endswith("sandbox")
 
 
-def test_claims_are_told_or_404(client: TestClient) -> None:
-    answer = client.get(f"/v1/runs/{RUN}/claims")
-    assert answer.status_code in (200, 404)
-    assert isinstance(answer.json().get("claims", []), list)
+def test_the_claims_are_the_librarys(client: TestClient, runs: Path) -> None:
+    told = client.get(f"/v1/runs/{RUN}/claims").json()
+    assert told == json.loads(json.dumps(claims.answer(results.load(runs / RUN))))
+    assert told["claims"]
 
 
 def test_the_row_count_of_the_manifest_is_that_of_the_table(client: TestClient, accuracy: pd.DataFrame) -> None:
