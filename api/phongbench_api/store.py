@@ -2,6 +2,7 @@
 
 import threading
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -75,10 +76,11 @@ class Store:
         return run
 
     def newest_timed(self) -> Run | None:
-        """The newest whole run with times."""
+        """The newest whole run with times whose bytes are those that were written; a corrupt one is passed over."""
         for run in self.runs():
             if isinstance(run, Run) and run.complete and run.manifest["files"].get("timing.parquet", {}).get("rows"):
-                return run
+                with suppress(CorruptRunError):
+                    return self.intact(run.path.name)
         return None
 
     def stamp(self, run: Run) -> object:

@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -22,7 +23,7 @@ from phongbench_api.app import create_app
 from phongbench_api.settings import Settings
 from phongbench_reports import build
 
-RUN, CORRUPT = "20260101-000000-0123abcd", "20260102-000000-0123abcd"
+RUN, CORRUPT = "20260101-000000-0123abcd", "20251231-000000-0123abcd"
 
 
 def _timing(accuracy: pd.DataFrame) -> pd.DataFrame:
@@ -123,18 +124,18 @@ class Server:
         return self.process.wait(60)
 
 
-@pytest.fixture
-def serve(runs: Path, tmp_path: Path) -> Iterator[Callable[..., Server]]:
+@contextmanager
+def servers(runs: Path, folder: Path) -> Iterator[Callable[..., Server]]:
     """A factory of servers: options of `phongbench serve` and other settings; they are warm when it returns."""
     started: list[subprocess.Popen[str]] = []
 
-    def start(*options: str, root: Path = runs, **settings: Any) -> Server:
-        command = [sys.executable, "-m", "phongbench", "serve", "--port", "0", "--runs", str(root), *options]
+    def start(*options: str, **settings: Any) -> Server:
+        command = [sys.executable, "-m", "phongbench", "serve", "--port", "0", "--runs", str(runs), *options]
         if settings:  # what the command has no option for
-            told = f"Settings(port=0, runs=Path({str(root)!r}), **{settings!r})"
+            told = f"Settings(port=0, runs=Path({str(runs)!r}), **{settings!r})"
             code = f"from pathlib import Path; from phongbench_api.serve import Settings, serve; serve({told})"
             command = [sys.executable, "-c", code]
-        process = subprocess.Popen(command, cwd=tmp_path, stderr=subprocess.PIPE, text=True)
+        process = subprocess.Popen(command, cwd=folder, stderr=subprocess.PIPE, text=True)
         started.append(process)
         assert process.stderr
         url = process.stderr.readline().split("serves ")[1].split(" ")[0].rstrip("/")
@@ -142,12 +143,21 @@ def serve(runs: Path, tmp_path: Path) -> Iterator[Callable[..., Server]]:
             assert line, "the server ended before it was ready"
         return Server(process, url)
 
-    yield start
-    for process in started:
-        process.kill()
-        process.wait()
-        if process.stderr:
-            process.stderr.close()
+    try:
+        yield start
+    finally:
+        for process in started:
+            process.kill()
+            process.wait()
+            if process.stderr:
+                process.stderr.close()
+
+
+@pytest.fixture
+def serve(runs: Path, tmp_path: Path) -> Iterator[Callable[..., Server]]:
+    """A factory of servers, as `servers`."""
+    with servers(runs, tmp_path) as start:
+        yield start
 
 
 @pytest.fixture(scope="session")
@@ -156,8 +166,11 @@ def copied(runs: Path, tmp_path_factory: pytest.TempPathFactory) -> Callable[[],
     return lambda: Path(shutil.copytree(runs, tmp_path_factory.mktemp("copy") / "runs"))
 
 
-@pytest.fixture
-def live(serve: Callable[..., Server]) -> Iterator[httpx.Client]:
-    """A client of a server of its own process."""
-    with httpx.Client(base_url=serve().url, timeout=60) as client:
+@pytest.fixture(scope="module")
+def live(runs: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[httpx.Client]:
+    """A client of a server in a process of its own."""
+    with (
+        servers(runs, tmp_path_factory.mktemp("live")) as start,
+        httpx.Client(base_url=start().url, timeout=60) as client,
+    ):
         yield client

@@ -117,7 +117,7 @@ def test_a_fault_of_the_service_is_a_500_without_details(client_of: Callable[...
 def test_no_problem_tells_where_the_server_keeps_its_files(client: TestClient, runs: Path) -> None:
     for path in (
         "/v1/runs/20990101-000000-00000000",
-        "/v1/runs/20260102-000000-0123abcd/accuracy",
+        "/v1/runs/20251231-000000-0123abcd/accuracy",
         "/runs/latest/report/x",
     ):
         assert str(runs) not in send(client, "GET", path).text

@@ -13,15 +13,15 @@ from phongbench import claims, results
 from phongbench.front import points
 from phongbench.recommend import recommend
 
-RUN, CORRUPT = "20260101-000000-0123abcd", "20260102-000000-0123abcd"
+RUN, CORRUPT = "20260101-000000-0123abcd", "20251231-000000-0123abcd"
 
 
 def test_the_list_is_newest_first_and_pages(client: TestClient) -> None:
     found = client.get("/v1/runs").json()
-    assert ([run["id"] for run in found["runs"]], found["total"], found["next"]) == ([CORRUPT, RUN], 2, None)
+    assert ([run["id"] for run in found["runs"]], found["total"], found["next"]) == ([RUN, CORRUPT], 2, None)
     first = client.get("/v1/runs?limit=1").json()
     second = client.get("/v1/runs", params={"limit": 1, "cursor": first["next"]}).json()
-    assert ([run["id"] for run in first["runs"] + second["runs"]], second["next"]) == ([CORRUPT, RUN], None)
+    assert ([run["id"] for run in first["runs"] + second["runs"]], second["next"]) == ([RUN, CORRUPT], None)
 
 
 def test_a_run_is_told_by_its_manifest(client: TestClient, runs: Path) -> None:
@@ -74,6 +74,19 @@ def test_a_flipped_byte_makes_that_run_a_problem_and_no_other(
     assert answer.status_code == 409
     assert answer.json()["type"].endswith("corrupt-result")
     assert spoiled.get(f"/v1/runs/{RUN}/{rest}").status_code == 200
+
+
+def test_a_corrupt_run_is_not_asked_for_a_recommendation_unless_it_is_named(
+    copied: Callable[[], Path], client_of: Callable[..., TestClient]
+) -> None:
+    root = copied()
+    shutil.copytree(root / CORRUPT, root / "20260909-000000-0123abcd")
+    client = client_of(runs=root)
+    budget = {"alpha": "50", "max_error": "1/20"}
+    assert client.get("/v1/recommend", params=budget).json()["run"] == RUN
+    assert client.get("/v1/recommend", params=budget | {"run": CORRUPT}).status_code == 409
+    shutil.rmtree(root / RUN)
+    assert client.get("/v1/recommend", params=budget).json()["basis"] == "laws"
 
 
 def test_a_byte_that_flips_while_the_server_runs_is_noticed(
