@@ -15,6 +15,7 @@ from phongbench.commands.common import DIFFERENT, ROOT, CommaList
 from phongbench.commands.common import facts as _facts
 from phongbench.commands.common import grid as _grid
 from phongbench.commands.common import show as _show
+from phongbench.commands.pictures import render
 from phongbench.commands.serving import serving
 from phongbench.commands.shading import shade
 from phongbench.errors import (
@@ -81,7 +82,7 @@ def _serve(**wishes: Any) -> None:
     serve(Settings(**wishes))
 
 
-for command in (front, recommend, claims, bench, shade, serving(_serve)):
+for command in (front, recommend, claims, bench, shade, render, serving(_serve)):
     main.add_command(command)
 
 

@@ -172,14 +172,16 @@ def _first_bad(points: Any, normals: Any, first: Any, count: Any, options: Any, 
 
 @jit.driver
 def shade_tiles(
-    points: Array, normals: Array, visible: Array, lights: Array, spread: Array, plan: Array, ambient: Array,
-    values: int, coefficients: Array, table: Array, limits: Array, options: Array, tiles: Array, out: Array,
-    counts: Array, s: Array,
+    points: Array, normals: Array, visible: Array, towards: Array, lights: Array, spread: Array, plan: Array,
+    ambient: Array, values: int, coefficients: Array, table: Array, limits: Array, options: Array, tiles: Array,
+    out: Array, counts: Array, s: Array,
 ) -> int:  # fmt: skip
     """Shade some tiles. Returns the index of the first point that cannot be shaded, or -1.
 
     points, normals  3n        rows of three or three columns (options), flat and read-only
     visible          (L, n)    of the shadowed lights; (0, 0) without
+    towards          3n        unit directions from the points to where they are seen from, as of reflected rays; empty
+                               where the options tell it
     lights, spread   (L, at.NUMBERS) and the same transposed and flat
     plan             (L, at.PLAN) what is to be done for each light
     ambient          3         ka ia
@@ -199,7 +201,10 @@ def shade_tiles(
         if _ready(points, normals, s, first, used, options, limits):
             return _first_bad(points, normals, first, count, options, limits)
         if options[at.NEEDS_VIEW]:
-            at.look(s, lights[0], used, options[at.EYE_PLACED], limits[at.TINY])
+            if len(towards):
+                at.load(towards, s, at.VIEW, first, used, count, options[at.COLUMNS], limits[at.LARGEST])
+            else:
+                at.look(s, lights[0], used, options[at.EYE_PLACED], limits[at.TINY])
         if options[at.BOXES]:
             at.enclose(s, used)
             _judge(s, spread, verdicts, limits[at.SLACK], limits[at.TINY])

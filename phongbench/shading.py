@@ -201,6 +201,7 @@ def _run(
     limits = at.bounds(job.formula.precision)
     values, row, table = job.formula.arguments()
     points, normals, visible = inputs
+    towards = kernels.read_only(np.zeros(0, points.dtype))
     pieces = counter()
     bad: list[int] = []
 
@@ -211,7 +212,7 @@ def _run(
                 raise CancelledError("shading was cancelled")
             part = np.array([first, min(first + step, last)])
             found = shade_loop.shade_tiles(
-                points, normals, visible, job.lights, spread, job.plan, ambient, values, row, table, limits,
+                points, normals, visible, towards, job.lights, spread, job.plan, ambient, values, row, table, limits,
                 job.options, part, out, counts, tile,
             )  # fmt: skip
             if found >= 0:
