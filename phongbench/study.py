@@ -6,7 +6,7 @@ it is given, so that measuring does not depend on drawing.
 
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -18,6 +18,7 @@ from phongbench.approximations import REGISTRY
 from phongbench.errors import InputError, InterruptedStudyError, MeasurementError
 from phongbench.lowering import PRECISIONS
 from phongbench.plan import Plan
+from phongbench.probes import invariants
 from phongbench.probes.probing import Probing
 from phongbench.progress import Progress
 from phongbench.provenance import collect, fingerprint_code
@@ -121,7 +122,7 @@ def run_study(
     started = time.perf_counter()
     run_id = results.new_run_id(plan)
     path = out or results.DEFAULT_ROOT / run_id
-    with results.locked(path), _resumable(path):
+    with results.locked(path), _resumable(path), ExitStack() as ending:
         parts = _begin(path, plan, fresh=fresh, resume=resume)
         manifest: dict[str, Any] = {
             "schema": results.SCHEMA,
@@ -137,20 +138,19 @@ def run_study(
         results.write_manifest(path, manifest)
         sweep = engine.prepare(plan, registry)
         helper = warm.start(plan)
-        try:
-            _sweep(sweep, path, parts, jobs or default_jobs(), progress)
-        except BaseException:
-            warm.stop(helper, at_once=True)
-            raise
+        ending.callback(warm.stop, helper, at_once=True)
+        _sweep(sweep, path, parts, jobs or default_jobs(), progress)
         progress.stage("making the accuracy rows")
         outcome = Outcome(Run(path, manifest), len(sweep.cells), sweep.evaluations)
         for message in sweep.failures.values():
             outcome.failures[message] = outcome.failures.get(message, 0) + 1
-        probing = Probing(sweep, rows.accuracy(sweep, parts), rows.worst(sweep, parts), jobs or default_jobs())
+        probing = Probing(
+            sweep, rows.accuracy(sweep, parts), rows.worst(sweep, parts), jobs or default_jobs(), note=progress.note
+        )
         outcome.seconds["accuracy"] = time.perf_counter() - started
         clock = time.perf_counter()
         tables = _probe(probing, path, progress)
-        outcome.violations = probing.violations
+        outcome.violations = [*probing.violations, *invariants.violations(tables["accuracy"])]
         progress.stage("writing the tables")
         stored: dict[str, Any] = {}
         manifest["files"] = stored
@@ -165,6 +165,7 @@ def run_study(
         manifest["state"] = "complete"
         manifest["failures"] = outcome.failures
         manifest["violations"] = outcome.violations
+        manifest["probes"] = probing.facts
         manifest["seconds"] = {k: round(v, 3) for k, v in outcome.seconds.items()}
         results.write_manifest(path, manifest)
         results.clear(path, [results.PARTS])
@@ -272,10 +273,13 @@ def _probe(probing: Probing, path: Path, progress: Progress) -> dict[str, pd.Dat
         if kept is None:
             before = len(probing.violations)
             tables = dict(probe.measure(probing))
-            results.keep_probe(path, probe.name, tables, probing.violations[before:])
+            told = {"violations": probing.violations[before:], "facts": probing.facts.get(probe.name)}
+            results.keep_probe(path, probe.name, tables, told)
         else:
-            tables, violations = kept
-            probing.violations += violations
+            tables, told = kept
+            probing.violations += told["violations"]
+            if told["facts"] is not None:
+                probing.facts[probe.name] = told["facts"]
         for name, frame in tables.items():
             if name in ("accuracy", "worst"):
                 swept = getattr(probing, name)

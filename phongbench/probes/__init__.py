@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import pandas as pd
 
 from phongbench.plan import Plan
-from phongbench.probes import cosines
+from phongbench.probes import certify, cosines
 from phongbench.probes.probing import Probing
 
 
@@ -31,7 +31,10 @@ class Probe:
 
 
 #: in the order in which they run
-PROBES: tuple[Probe, ...] = (Probe("cosines", "measuring every cosine", cosines.measure, cosines.seconds),)
+PROBES: tuple[Probe, ...] = (
+    Probe("cosines", "measuring every cosine", cosines.measure, cosines.seconds),
+    Probe("certify", "proving bounds", certify.measure, certify.seconds),
+)
 
 
 def chosen(plan: Plan) -> tuple[Probe, ...]:

@@ -19,9 +19,15 @@ KEY = [c for c in ACCURACY_KEY if c != "coverage"]
 @pytest.fixture(scope="module")
 def plan():
     return replace(
-        preset("quick"), alphas=(10.0, 50.0), gammas=(8,), approximations=("phong", "lyon", "schlick"),
-        slopes=("taylor",), timing=False, probes=("cosines",), samples=5000,
-    ).validated()  # fmt: skip
+        preset("quick"),
+        alphas=(10.0, 50.0),
+        gammas=(8,),
+        approximations=("phong", "lyon", "schlick"),
+        slopes=("taylor",),
+        timing=False,
+        probes=("cosines",),
+        samples=5000,
+    ).validated()
 
 
 @pytest.fixture(scope="module")
@@ -85,9 +91,13 @@ def test_an_obvious_loop_finds_the_same_maxima(probing, found, name, precision):
         error = value - np.maximum(x.astype(float), 0) ** cell.setting.alpha
         rows = found["accuracy"]
         row = rows[
-            (rows["approximation"] == name) & (rows["precision"] == precision) & (rows["alpha"] == cell.setting.alpha)
-            & (rows["space"] == "reflect") & rows["gated"] & (rows["coverage"] == "exhaustive")
-        ]  # fmt: skip
+            (rows["approximation"] == name)
+            & (rows["precision"] == precision)
+            & (rows["alpha"] == cell.setting.alpha)
+            & (rows["space"] == "reflect")
+            & rows["gated"]
+            & (rows["coverage"] == "exhaustive")
+        ]
         assert len(row) == 1
         assert row["samples"].item() == len(x)
         assert row["max_above"].item() == pytest.approx(max(error.max(), 0), abs=1e-15)

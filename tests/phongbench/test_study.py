@@ -21,7 +21,7 @@ def plan():
     return replace(
         preset("quick"), alphas=(10.0, 50.0), gammas=(8,), approximations=("phong", "lyon"), slopes=("taylor",),
         spaces=("reflect",),
-        precisions=("float32",), samples=4000, timing=False,
+        precisions=("float32",), samples=4000, timing=False, probes=(),
     ).validated()  # fmt: skip
 
 
