@@ -20,7 +20,7 @@ from phongbench import jit, kernels
 from phongbench.accuracy import Tally
 from phongbench.approximations import REGISTRY
 from phongbench.kernels import coordinates_at
-from phongbench.lowering import FLOAT64, PRECISIONS, Precision
+from phongbench.lowering import FLOAT64, Precision, precision_named
 from phongbench.measure import measure_cells
 from phongbench.plan import Cell, Plan
 from phongbench.sampling import HOSTILE_PAIRS, STRATA, Stratum, cutoff_deficit, pairs
@@ -110,7 +110,7 @@ def prepare(plan: Plan, registry: Mapping[str, Approximation] = REGISTRY) -> Swe
     contexts = [
         Context(
             index=index,
-            precision=PRECISIONS[plan.precisions[key[0]]],
+            precision=precision_named(plan.precisions[key[0]]),
             space=plan.spaces[key[1]],
             stratum=STRATA[key[2]],
             scale=key[3],
@@ -169,7 +169,7 @@ def compile_kernels(sweep: Sweep, progress: Callable[[int, int], None] | None = 
         if progress:
             progress(done, len(wanted))
         try:
-            for p in (PRECISIONS[precision], FLOAT64):
+            for p in (precision_named(precision), FLOAT64):
                 kernels.values_kernel(sweep.registry[name], p, known)
         except Exception as problem:  # noqa: BLE001  as above
             sweep.failures |= dict.fromkeys(positions, f"{type(problem).__name__}: {problem}")
@@ -304,7 +304,7 @@ def cell_arrays(sweep: Sweep, context: Context, live: Sequence[int], alphas: Seq
         rows,
         _stacked(context.precision, chosen),
         _stacked(FLOAT64, chosen),
-        padded.astype(context.precision.dtype).astype(context.precision.carrier),
+        context.precision.rounded(padded),
         padded,
     )
 

@@ -71,7 +71,8 @@ BEHAVIOUR_COLUMNS = (*CELL_COLUMNS, "case", "outcome", "lowest", "highest", "exa
 SMOOTHNESS_COLUMNS = (*CELL_COLUMNS, "samples", "rises", "largest_rise", "kink", "kink_degrees")
 #: everything a run writes into its folder
 RUN_CONTENT = (PARTS, "report", MANIFEST, *(f"{name}.parquet" for name in TABLES))
-_COLUMNS = {
+#: the columns of every table
+COLUMNS = {
     "accuracy": ACCURACY_COLUMNS,
     "timing": TIMING_COLUMNS,
     "worst": WORST_COLUMNS,
@@ -136,12 +137,12 @@ class Run:
     def _table(self, name: str) -> pd.DataFrame:
         path = self.path / f"{name}.parquet"
         if path.name not in self.manifest["files"]:
-            return pd.DataFrame(columns=list(_COLUMNS[name]))
+            return pd.DataFrame(columns=list(COLUMNS[name]))
         try:
             frame = pd.read_parquet(path)
         except (OSError, ValueError) as problem:
             raise CorruptRunError(f"cannot be read: {problem}", str(path), _REMEDY) from problem
-        missing = [c for c in _COLUMNS[name] if c not in frame.columns]
+        missing = [c for c in COLUMNS[name] if c not in frame.columns]
         if missing:
             raise CorruptRunError(f"lacks the columns {', '.join(missing)}", str(path), _REMEDY)
         return frame
