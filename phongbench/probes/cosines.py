@@ -5,8 +5,8 @@ is x itself, lambda = 1 - x is computed in the working precision, and the truth 
 is left out against pairs of vectors is the rounding of a.b; what is gained is that nothing is left to chance: the rows
 are `exhaustive`. A seeded subset of the same numbers gives `sampled` rows, which can never be worse.
 
-Domain, by precision: float16 all of [-1, 1], half space [0, 1]; float32 all 8,388,609 cosines in [0.5, 1]. float64 has
-too many.
+Domain, by precision: float16, bfloat16 and fixed point of up to 16 bits all of [-1, 1], half space [0, 1]; float32 all
+8,388,609 cosines in [0.5, 1]. Wider ones have too many.
 """
 
 import math
@@ -24,8 +24,9 @@ from numpy.typing import NDArray
 from phongbench import engine, jit, kernels, rows
 from phongbench.accuracy import Tally
 from phongbench.engine import Context, Measured, Sweep
+from phongbench.errors import InputError
 from phongbench.kernels import coordinates_at
-from phongbench.lowering import FLOAT16, FLOAT32, FLOAT64, PRECISIONS, Precision
+from phongbench.lowering import FLOAT32, FLOAT64, Precision, precision_named
 from phongbench.measure import measure_cells
 from phongbench.plan import Cell, Plan
 from phongbench.probes.probing import Probing
@@ -63,30 +64,33 @@ class Domain:
 
 
 def representables(precision: Precision, low: float, high: float) -> Array:
-    """Every number of a precision in [low, high], ascending, in the carrier; one zero."""
-    unsigned = np.dtype(f"u{precision.dtype.itemsize}")
-    parts = []
-    for sign, start, stop in ((-1, max(0.0, -high), -low), (1, max(0.0, low), high)):
-        if stop > 0 or (sign > 0 and stop == 0):
-            first, last = (int(precision.dtype.type(v).view(unsigned)) for v in (start, stop))
-            first = max(first, 1) if sign < 0 else first
-            size = np.arange(first, last + 1, dtype=unsigned).view(precision.dtype).astype(precision.carrier)
-            parts.append(sign * size[::sign])
-    return np.concatenate(parts)
+    """Every number of a precision in [low, high], ascending, in the carrier; one zero. float32 from a positive low."""
+    if precision != FLOAT32:
+        return precision.representables(low, high)
+    first, last = (int(np.float32(end).view(np.int32)) for end in (low, high))
+    return np.arange(first, last + 1, dtype=np.int32).view(np.float32)
 
 
 def domains(plan: Plan) -> list[Domain]:
     """What is measured for a plan: gated cells in every space, the ungated `dot` form where negative cosines are."""
     found, quick = [], plan.preset == "quick"
     few = tuple(min(plan.alphas, key=lambda a: abs(math.log(a / wanted))) for wanted in QUICK_EXPONENTS)
-    for precision, space in product((PRECISIONS[name] for name in plan.precisions), plan.spaces):
-        if precision == FLOAT16 and space == "reflect":
-            found += [Domain(precision, space, gated, -1.0, plan.alphas) for gated in (True, False)]
-        elif precision == FLOAT16:
-            found.append(Domain(precision, space, True, 0.0, plan.alphas))
-        elif precision == FLOAT32 and not (quick and space == "half"):
+    for precision, space in product(map(precision_named, plan.precisions), plan.spaces):
+        if precision == FLOAT32 and not (quick and space == "half"):
             found.append(Domain(precision, space, True, 0.5, few if quick else plan.alphas))
+        elif _listed(precision) and space == "reflect":
+            found += [Domain(precision, space, gated, -1.0, plan.alphas) for gated in (True, False)]
+        elif _listed(precision):
+            found.append(Domain(precision, space, True, 0.0, plan.alphas))
     return found
+
+
+def _listed(precision: Precision) -> bool:
+    """True if a precision has few enough numbers to go through all of them."""
+    try:
+        return len(precision.representables(1.0, 1.0)) >= 0
+    except InputError:
+        return False
 
 
 def seen(cell: Cell) -> bool:
