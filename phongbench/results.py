@@ -64,10 +64,12 @@ MESH_COLUMNS = (
     "mesh", "edge_degrees", "triangles", "normals", "pair", *CELL_COLUMNS, "truth", "samples", "max_abs", "mean_abs",
     "rms", "codes_8bit", "nonfinite", "above_one",
 )  # fmt: skip
-#: what a cell makes of one hostile input. outcome: value, saturates, nan, infinite, above-one, negative
+#: what a cell makes of one hostile input. outcome: value, saturates, nan, infinite, above-one, negative,
+#: refused; alpha and beta are those of the case
 BEHAVIOUR_COLUMNS = (*CELL_COLUMNS, "case", "outcome", "lowest", "highest", "exact")
-#: shape of the lobe over all angles. rises: places where it grows away from its peak; kink: second difference over
-#: the squared step at the cut, over the largest of exact Phong's
+#: shape of the lobe over all angles. rises: places where it grows away from its peak; largest_rise: how far above what
+#: it was nearer to the peak; kink: second difference over the squared step at the lobe's end, over the largest of exact
+#: Phong's; missing where no end is
 SMOOTHNESS_COLUMNS = (*CELL_COLUMNS, "samples", "rises", "largest_rise", "kink", "kink_degrees")
 #: everything a run writes into its folder
 RUN_CONTENT = (PARTS, "report", MANIFEST, *(f"{name}.parquet" for name in TABLES))

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import pandas as pd
 
 from phongbench.plan import Plan
-from phongbench.probes import certify, cosines
+from phongbench.probes import certify, cosines, hostile, smoothness
 from phongbench.probes.probing import Probing
 
 
@@ -34,6 +34,8 @@ class Probe:
 PROBES: tuple[Probe, ...] = (
     Probe("cosines", "measuring every cosine", cosines.measure, cosines.seconds),
     Probe("certify", "proving bounds", certify.measure, certify.seconds),
+    Probe("hostile", "hostile inputs", hostile.measure, hostile.seconds),
+    Probe("smoothness", "smoothness of the lobes", smoothness.measure, smoothness.seconds),
 )
 
 

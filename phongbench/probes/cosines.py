@@ -24,7 +24,6 @@ from numpy.typing import NDArray
 from phongbench import engine, jit, kernels, rows
 from phongbench.accuracy import Tally
 from phongbench.engine import Context, Measured, Sweep
-from phongbench.errors import InputError
 from phongbench.kernels import coordinates_at
 from phongbench.lowering import FLOAT32, FLOAT64, Precision, precision_named
 from phongbench.measure import measure_cells
@@ -76,21 +75,13 @@ def domains(plan: Plan) -> list[Domain]:
     found, quick = [], plan.preset == "quick"
     few = tuple(min(plan.alphas, key=lambda a: abs(math.log(a / wanted))) for wanted in QUICK_EXPONENTS)
     for precision, space in product(map(precision_named, plan.precisions), plan.spaces):
-        if precision == FLOAT32 and not (quick and space == "half"):
-            found.append(Domain(precision, space, True, 0.5, few if quick else plan.alphas))
-        elif _listed(precision) and space == "reflect":
+        if precision.listed and space == "reflect":
             found += [Domain(precision, space, gated, -1.0, plan.alphas) for gated in (True, False)]
-        elif _listed(precision):
+        elif precision.listed:
             found.append(Domain(precision, space, True, 0.0, plan.alphas))
+        elif precision == FLOAT32 and not (quick and space == "half"):
+            found.append(Domain(precision, space, True, 0.5, few if quick else plan.alphas))
     return found
-
-
-def _listed(precision: Precision) -> bool:
-    """True if a precision has few enough numbers to go through all of them."""
-    try:
-        return len(precision.representables(1.0, 1.0)) >= 0
-    except InputError:
-        return False
 
 
 def seen(cell: Cell) -> bool:
