@@ -35,7 +35,7 @@ from phongbench.truth import truth_at, truth_kernel
 Array = NDArray[Any]
 
 COSINES = Stratum("cosines")
-#: quick measures float32 at the exponents of its plan that are nearest to these, and in reflect space only
+#: quick looks closely at the exponents of its plan that are nearest to these, and at reflect space only
 QUICK_EXPONENTS = (10.0, 50.0, 128.0, 1000.0)
 #: evaluations a second and thread, for the forecast only
 RATE = 4e8
@@ -73,15 +73,21 @@ def representables(precision: Precision, low: float, high: float) -> Array:
 def domains(plan: Plan) -> list[Domain]:
     """What is measured for a plan: gated cells in every space, the ungated `dot` form where negative cosines are."""
     found, quick = [], plan.preset == "quick"
-    few = tuple(min(plan.alphas, key=lambda a: abs(math.log(a / wanted))) for wanted in QUICK_EXPONENTS)
     for precision, space in product(map(precision_named, plan.precisions), plan.spaces):
         if precision.listed and space == "reflect":
             found += [Domain(precision, space, gated, -1.0, plan.alphas) for gated in (True, False)]
         elif precision.listed:
             found.append(Domain(precision, space, True, 0.0, plan.alphas))
         elif precision == FLOAT32 and not (quick and space == "half"):
-            found.append(Domain(precision, space, True, 0.5, few if quick else plan.alphas))
+            found.append(Domain(precision, space, True, 0.5, exponents(plan)))
     return found
+
+
+def exponents(plan: Plan) -> tuple[float, ...]:
+    """The exponents that get the costly treatment: all, but in quick those nearest to QUICK_EXPONENTS."""
+    if plan.preset != "quick":
+        return plan.alphas
+    return tuple(sorted({min(plan.alphas, key=lambda a: abs(math.log(a / wanted))) for wanted in QUICK_EXPONENTS}))
 
 
 def seen(cell: Cell) -> bool:
