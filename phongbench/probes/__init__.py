@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import pandas as pd
 
 from phongbench.plan import Plan
-from phongbench.probes import certify, cosines, hostile, search, smoothness
+from phongbench.probes import certify, cosines, hostile, recheck, search, smoothness
 from phongbench.probes.probing import Probing
 
 
@@ -37,6 +37,8 @@ PROBES: tuple[Probe, ...] = (
     Probe("certify", "proving bounds", certify.measure, certify.seconds),
     Probe("hostile", "hostile inputs", hostile.measure, hostile.seconds),
     Probe("smoothness", "smoothness of the lobes", smoothness.measure, smoothness.seconds),
+    # the last: it looks at the worst inputs that all others left
+    Probe("recheck", "checking the truth at 50 digits", recheck.measure, recheck.seconds),
 )
 
 
