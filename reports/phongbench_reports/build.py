@@ -18,6 +18,7 @@ from phongbench_reports.figures import FIGURES
 from phongbench_reports.page import Links, Section, render, style_sheet
 from phongbench_reports.skipped import skipped
 from phongbench_reports.study import Absent, Study
+from phongbench_reports.sureness import sureness
 from phongbench_reports.tables import census, formulas, verdict, worst
 from phongbench_reports.text import BUDGETS
 
@@ -46,10 +47,11 @@ def sections_of(study: Study) -> tuple[list[Section], dict[str, tuple[bytes, byt
                 pictures[entry.name] = svg_pair(content.figure, entry.name)
     speed = drawn.pop("speed")
     strange = Section("census", "Values above 1, negative, not finite", census(study))
+    sure = Section("sureness", "How sure the numbers are", sureness(study))
     inputs = Section("worst", "Worst inputs", worst(study))
     names = Section("formulas", "The formulas", formulas(study), True)
     dark = Section("skipped", "Skipping what is dark", skipped(study))
-    return [*answer, *drawn.values(), strange, speed, dark, inputs, names], pictures
+    return [*answer, *drawn.values(), strange, speed, dark, sure, inputs, names], pictures
 
 
 def csv_of(frame: pd.DataFrame) -> bytes:

@@ -44,7 +44,7 @@ class Study:
     @cached_property
     def accuracy(self) -> pd.DataFrame:
         """All accuracy rows in a fixed order, so that the order of a file never shows."""
-        keys = [*CELL, "alpha", "stratum", "perturbation", "length_error", "truth", "gated"]
+        keys = [*CELL, "alpha", "stratum", "perturbation", "length_error", "truth", "gated", "coverage"]
         rows = self.run.accuracy
         for column in rows.columns:
             if isinstance(rows[column].dtype, pd.CategoricalDtype):
