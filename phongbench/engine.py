@@ -313,6 +313,14 @@ class _Bench:
         return self.held, self.given, self.unit, self.exact
 
 
+def exact_values(context: Context, alpha: float, a: Array, b: Array) -> Array:
+    """The truths of pairs as the sweep computes them: float64 (truths, n), angle and, where the context has it, given.
+
+    a, b  (3, n) in the carrier of the context's precision
+    """
+    return _Bench(context, (alpha,), a.shape[1]).lay_out(a, b)[3][0, : context.truths].copy()
+
+
 @jit.driver
 def _lay_out(
     addresses: Any, alphas: Any, a: Any, b: Any, a64: Any, b64: Any, held: Any, given: Any, unit: Any, exact: Any

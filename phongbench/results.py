@@ -334,27 +334,30 @@ def read_parts(path: Path) -> list[pd.DataFrame]:
     return frames
 
 
-def keep_probe(path: Path, probe: str, tables: Mapping[str, pd.DataFrame], violations: Iterable[str]) -> None:
-    """Keep what a finished probe found, whole: a resumed run does not ask again."""
+def keep_probe(path: Path, probe: str, tables: Mapping[str, pd.DataFrame], told: Mapping[str, Any]) -> None:
+    """Keep what a finished probe found, whole: a resumed run does not ask again.
+
+    told  what it told beside its tables, as plain data for JSON
+    """
     with storage(path):
         (path / PARTS).mkdir(exist_ok=True)
     box = path / PARTS / f"{probe}.{{}}.parquet"
     for name, frame in tables.items():
         file = Path(str(box).format(name))
         write_whole(file, partial(frame.to_parquet, engine="pyarrow", index=False))
-    done = json.dumps({"tables": sorted(tables), "violations": list(violations)})
+    done = json.dumps({"tables": sorted(tables), "told": told})
     write_whole(path / PARTS / f"{probe}.json", lambda p: _write_text(p, done))
 
 
-def kept_probe(path: Path, probe: str) -> tuple[dict[str, pd.DataFrame], list[str]] | None:
-    """The tables and violations that `keep_probe` kept; None if the probe has not finished."""
+def kept_probe(path: Path, probe: str) -> tuple[dict[str, pd.DataFrame], dict[str, Any]] | None:
+    """The tables and what else was told that `keep_probe` kept; None if the probe has not finished."""
     note = path / PARTS / f"{probe}.json"
     if not note.is_file():
         return None
     try:
         done = json.loads(note.read_text(encoding="utf-8"))
         tables = {name: pd.read_parquet(path / PARTS / f"{probe}.{name}.parquet") for name in done["tables"]}
-        return tables, done["violations"]
+        return tables, done["told"]
     except (OSError, ValueError, KeyError) as problem:
         raise CorruptRunError(f"cannot be read: {problem}", str(note), "start over with --fresh") from problem
 

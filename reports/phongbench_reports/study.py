@@ -51,7 +51,7 @@ class Study:
     @cached_property
     def accuracy(self) -> pd.DataFrame:
         """All accuracy rows in a fixed order, so that the order of a file never shows."""
-        keys = [*CELL, "alpha", "stratum", "perturbation", "length_error", "truth", "gated"]
+        keys = [*CELL, "alpha", "stratum", "perturbation", "length_error", "truth", "gated", "coverage"]
         rows = plain(self.run.accuracy)
         return rows.sort_values(keys, kind="stable").reset_index(drop=True)
 
