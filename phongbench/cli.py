@@ -10,11 +10,12 @@ from typing import Any
 import click
 
 from phongbench import __version__
-from phongbench.commands.answers import bench, front, recommend
+from phongbench.commands.answers import bench, claims, front, recommend
 from phongbench.commands.common import DIFFERENT, ROOT, CommaList
 from phongbench.commands.common import facts as _facts
 from phongbench.commands.common import grid as _grid
 from phongbench.commands.common import show as _show
+from phongbench.commands.serving import serving
 from phongbench.commands.shading import shade
 from phongbench.errors import (
     CorruptRunError,
@@ -73,7 +74,14 @@ def main() -> None:
     """Entry point."""
 
 
-for command in (front, recommend, bench, shade):
+def _serve(**wishes: Any) -> None:
+    from phongbench_api.serve import serve
+    from phongbench_api.settings import Settings
+
+    serve(Settings(**wishes))
+
+
+for command in (front, recommend, claims, bench, shade, serving(_serve)):
     main.add_command(command)
 
 
@@ -101,7 +109,9 @@ for command in (front, recommend, bench, shade):
     metavar="FILE.py",
     help="Add your own approximation.",
 )
-@click.option("--precision", "precisions", type=CommaList("names"), help="float16,float32,float64")
+@click.option(
+    "--precision", "precisions", type=CommaList("names"), help="float16,bfloat16,float32,float64, fixed point as q1.15"
+)
 @click.option("--samples", type=int, help="Pairs for each cell and stratum.")
 @click.option("--seed", type=int, help="Of all random choices; equal seeds give equal rows.")
 @click.option("--probe", "probes", type=CommaList("names"), help="Stability probes to run after the sweep, or `none`.")

@@ -1,0 +1,59 @@
+"""What the routes of one server share: its settings, runs, kernels and cores."""
+
+import logging
+import threading
+import time
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+from starlette.requests import Request
+
+from phongbench_api.columns import Columns
+from phongbench_api.kept import Answers
+from phongbench_api.settings import Settings
+from phongbench_api.store import Store
+from phongbench_api.warm import Kernels
+from phongbench_api.work import Office
+
+log = logging.getLogger("phongbench.api")
+
+
+@dataclass
+class Service:
+    """One server's state. `warm` is set once its kernels are compiled."""
+
+    settings: Settings
+    warm: threading.Event = field(default_factory=threading.Event)
+    kernels: Kernels = field(default_factory=Kernels)
+    answers: Answers = field(default_factory=Answers)
+
+    def warm_up(self) -> None:
+        """Compile and time the kernels; stops between two of them once the server goes down."""
+        started = time.perf_counter()
+        if self.kernels.warm(lambda: self.office.draining):
+            self.office.open = True
+            self.warm.set()
+            log.info("ready: kernels warm after %.1f s", time.perf_counter() - started)
+
+    @cached_property
+    def store(self) -> Store:
+        """The runs."""
+        return Store(self.settings.runs)
+
+    @cached_property
+    def columns(self) -> Columns:
+        """Columns of stored tables, kept in memory."""
+        return Columns(self.settings.table_bytes)
+
+    @cached_property
+    def office(self) -> Office:
+        """The cores."""
+        return Office(self.settings)
+
+
+def service(request: Request) -> Service:
+    """The state of the server that got this request."""
+    found: Any = request.app.state.service
+    assert isinstance(found, Service)
+    return found
