@@ -26,8 +26,11 @@ ENVIRONMENT = "PHONGBENCH_SERVE"
 GRACE = 30
 
 
-def serve(settings: Settings) -> None:
-    """Serve until SIGTERM or SIGINT; then requests under way finish, and it returns. InputError if it cannot listen."""
+def serve(settings: Settings, app: FastAPI | None = None) -> None:
+    """Serve until SIGTERM or SIGINT; then requests under way finish, and it returns. InputError if it cannot listen.
+
+    app  what to serve by one worker instead of the usual application, as load programs do
+    """
     listening = _listen(settings)
     host, port = listening.getsockname()[:2]
     told = f"[{host}]" if ":" in host else host
@@ -42,7 +45,7 @@ def serve(settings: Settings) -> None:
         # uvicorn raises the signal again once it is done: this is what it then meets
         for number in (signal.SIGTERM, signal.SIGINT):
             signal.signal(number, lambda *_: None)
-        uvicorn.Server(_config(create_app(settings), settings)).run(sockets=[listening])
+        uvicorn.Server(_config(app or create_app(settings), settings)).run(sockets=[listening])
 
 
 def from_environment() -> FastAPI:
@@ -71,11 +74,15 @@ def _config(app: Any, settings: Settings, *, factory: bool = False) -> uvicorn.C
 def _listen(settings: Settings) -> socket.socket:
     family = socket.AF_INET6 if ":" in settings.host else socket.AF_INET
     try:
-        return socket.create_server((settings.host, settings.port), family=family, backlog=2048)
+        listening = socket.create_server((settings.host, settings.port), family=family, backlog=2048)
     except (OSError, OverflowError) as problem:
         reason = getattr(problem, "strerror", None) or str(problem)
         where = f"{settings.host}:{settings.port}"
         raise InputError(f"cannot listen: {reason}", where, "give another --host or --port") from problem
+    # accepted connections inherit it. asyncio sets it only on sockets that were made with a protocol number, and
+    # without it every answer on a kept connection waits 40 ms for the client's delayed acknowledgement
+    listening.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+    return listening
 
 
 class TimedProtocol(H11Protocol):
