@@ -99,8 +99,8 @@ def shade(
 ) -> Shaded:
     """Shade points.
 
-    points, normals  (n, 3) float32 or float64, both the same. C-contiguous arrays are used as they are, read-only ones
-                     too, others are copied
+    points, normals  (n, 3) float32 or float64, both the same. C-contiguous aligned arrays are used as they are,
+                     read-only ones too, others are copied
     ambient_light    (r, g, b) >= 0   ia
     model            "phong" or "blinn-phong"
     normalise        whether normals are made unit length first; False takes them as they are: short normals point R in
@@ -168,7 +168,8 @@ def _checked(name: str, given: Any, columns: bool) -> Array:
         raise InputError(f"{name} are {array.dtype}", name, "give float32 or float64, in the machine's byte order")
     if array.ndim != 2 or array.shape[0 if columns else 1] != 3:
         raise InputError(f"{name} of shape {array.shape}", name, f"give {'(3, n)' if columns else '(n, 3)'}")
-    return np.ascontiguousarray(array)
+    # an unaligned view, as of a part of a request's body, would be another type to numba: it would compile anew
+    return np.require(array, requirements=("C", "A"))
 
 
 def _seen(visible: Any, lights: int, count: int) -> Array:

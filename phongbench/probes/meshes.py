@@ -93,7 +93,7 @@ def measure(probing: Probing) -> dict[str, pd.DataFrame]:
 def seconds(plan: Plan, jobs: int) -> float:
     """What the probe is expected to take."""
     parts = len(_edges(plan)) * len(surfaces.TESSELLATIONS) + (len(EDGES) + 1) * len(plan.meshes)
-    sets = parts * len(_alphas(plan)) * 5
+    sets = parts * len(_alphas(plan)) * len(PAIRS) * len(NORMALS)
     cells = len(plan.lambda_forms) * (len(plan.gammas) + 1) + 1
     return sets * (_SET_SECONDS + cells * _samples(plan) * _VALUE_SECONDS) / jobs
 
@@ -195,7 +195,7 @@ def _measure(task: Callable[[], Part], work: dict[float, list[_Group]], plan: Pl
 
 
 def _tallies(seen: Lit, group: _Group, pair: str, truths: int) -> Iterator[tuple[str, Tally]]:
-    """One tally for raw normals and one for renormalised ones; the latter make both R the same, so one is enough."""
+    """One tally for raw normals and one for renormalised ones."""
     count = seen.viewer.shape[1]
     exact = np.empty((1, 2, count))
     unit = kernels.coordinates(FLOAT64, *(np.ascontiguousarray(v) for v in seen.true_pair(pair)))
@@ -204,7 +204,7 @@ def _tallies(seen: Lit, group: _Group, pair: str, truths: int) -> Iterator[tuple
     if deficit is not None:
         exact[0, 1] = truth.of_deficits(deficit, group.alpha, pair == "half")
     cells = group.arrays[truths - 1]
-    for normals in NORMALS[: 1 if pair == "lengthwise" else 2]:
+    for normals in NORMALS:
         a, b = (np.ascontiguousarray(v, np.float32) for v in seen.pair(normals, pair))
         held = kernels.coordinates(FLOAT32, a, b)
         given = kernels.coordinates(FLOAT64, a.astype(np.float64), b.astype(np.float64))

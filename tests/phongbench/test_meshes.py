@@ -1,6 +1,8 @@
 """Probe `meshes`: interpolated normals shorten as law 10 says, and every row agrees with a slow, obvious twin."""
 
+import json
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 import pandas as pd
@@ -11,9 +13,10 @@ from phongbench.approximations import REGISTRY
 from phongbench.errors import InputError
 from phongbench.plan import preset
 from phongbench.probes import meshes
-from phongbench.probes.interpolated import classic, dots, lengthwise, lit, points, unit
+from phongbench.probes.interpolated import NORMALS, classic, dots, lengthwise, lit, points, unit
 from phongbench.probes.probing import Probing
 from phongbench.spec import Setting
+from phongbench.summary import summarise
 from phongbench.truth import TRUTHS
 
 KEY = ["mesh", "edge_degrees", "approximation", "lambda_form", "space", "alpha", "gamma", "truth"]
@@ -100,7 +103,7 @@ def test_rows_agree_with_plain_python(plan, rows):
     seen = lit(points(torus, np.arange(len(torus.faces)), plan.seed, 2048), 32.0)
     picked = rows[(rows["mesh"] == "torus") & (rows["alpha"] == 32) & (rows["edge_degrees"] > 15)]
     picked = picked[picked["approximation"].eq("lyon") & picked["gamma"].eq(4)]
-    assert len(picked) == 4 * 5 * 2  # forms, kinds of pair, truths
+    assert len(picked) == 4 * 6 * 2  # forms, kinds of pair, truths
     for row in picked.itertuples():
         formula = REGISTRY["lyon"].bound(Setting(32.0, 4, "taylor", row.space))
         a, b = (v.astype(np.float32).astype(float) for v in seen.pair(row.normals, row.pair))
@@ -141,9 +144,8 @@ def test_every_cell_is_measured_once_for_each_kind_of_pair(plan, rows):
     assert not rows.duplicated([*KEY, "normals", "pair"]).any()
     assert set(rows["alpha"]) == {32.0, 128.0}  # 5 shows no mesh
     kinds = rows.groupby(KEY, dropna=False)[["normals", "pair"]].apply(lambda g: frozenset(map(tuple, g.to_numpy())))
-    reflect = {("raw", "classic"), ("renormalised", "classic"), ("raw", "lengthwise")}
-    half = {("raw", "half"), ("renormalised", "half")}
-    assert set(kinds) == {frozenset(reflect), frozenset(half)}
+    reflect, half = (frozenset(product(NORMALS, pairs)) for pairs in (("classic", "lengthwise"), ("half",)))
+    assert set(kinds) == {reflect, half}
     assert set(rows["mesh"]) == set(surfaces.TESSELLATIONS)
     assert set(TRUTHS).isdisjoint(rows["truth"])
 
@@ -232,6 +234,10 @@ def test_a_study_stores_the_rows_and_checks_its_meshes_first(plan, folded, tmp_p
     stored = results.load(outcome.run.path)
     assert set(stored.meshes["mesh"]) == {*surfaces.TESSELLATIONS, "folded.obj"}
     assert results.verify(stored) == []
+    found = summarise(stored)
+    assert "at alpha 32 change the cross form by one 8-bit code from edges of" in found["facts"]["raw normals"]
+    assert {row["lambda_form"] for row in found["mesh_edges"]} == set(vectors.LAMBDA_FORMS)
+    json.dumps(found, allow_nan=False)
     with pytest.raises(InputError, match="cannot read the mesh"):
         replace(plan, meshes=("absent.obj",)).validated()
     with pytest.raises(InputError, match="left out"):

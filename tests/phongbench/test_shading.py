@@ -304,6 +304,9 @@ def test_read_only_arrays_are_taken_as_they_are_and_nothing_is_compiled_again() 
     with jit.compilations() as compiled:
         assert shade(points, normals, **scene()).colours.tobytes() == out.tobytes()
         shade(np.asfortranarray(points), normals[:, ::-1], **scene())
+        unaligned = np.frombuffer(b"-" + points.tobytes(), np.float32, offset=1).reshape(-1, 3)
+        assert not unaligned.flags.aligned
+        assert shade(unaligned, normals, **scene()).colours.tobytes() == out.tobytes()
     assert compiled == []
 
 
