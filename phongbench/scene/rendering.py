@@ -180,8 +180,12 @@ def _draw(
         total.add(work())
     else:
         with ThreadPoolExecutor(helpers) as pool:
-            for done in [pool.submit(work) for _ in range(helpers)]:
-                total.add(done.result())
+            try:
+                for done in [pool.submit(work) for _ in range(helpers)]:
+                    total.add(done.result())
+            except BaseException as problem:  # an interrupt too: the others must not draw on
+                failed.append(problem)
+                raise
     if failed:
         raise failed[0]
     return total

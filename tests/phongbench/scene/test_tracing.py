@@ -10,7 +10,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from phongbench.errors import CancelledError
 from phongbench.lighting import Light, Specular
+from phongbench.progress import Progress
 from phongbench.scene import plain, tracing, views
 from phongbench.scene.bounds import Bounds
 from phongbench.scene.geometry import geometry
@@ -168,6 +170,37 @@ def test_a_picture_depends_on_neither_tiles_nor_threads(small: str, written: Wri
     one, two = render(scene, threads=1), render(scene, tile=tile, threads=threads)
     assert np.array_equal(one.picture, two.picture)
     assert one.rays == two.rays
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_a_cancelled_picture_is_given_up(small: str, written: Written, threads: int) -> None:
+    asked: list[int] = []
+
+    def cancelled() -> bool:
+        asked.append(1)
+        return len(asked) > 3
+
+    with pytest.raises(CancelledError):
+        render(written(small), tile=8, threads=threads, cancelled=cancelled)
+    assert len(asked) <= 3 + threads  # of 24 tiles
+
+
+def test_progress_is_told_of_every_tile(small: str, written: Written) -> None:
+    class Told(Progress):
+        """Counts."""
+
+        def __init__(self) -> None:
+            self.total, self.done = 0.0, 0.0
+
+        def stage(self, text: str, total: float | None = None) -> None:
+            self.total = total or 0
+
+        def advance(self, steps: float = 1) -> None:
+            self.done += steps
+
+    told = Told()
+    render(written(small), tile=16, progress=told)
+    assert told.done == told.total == 6
 
 
 def test_shadows_fall_where_the_light_is_hidden() -> None:
