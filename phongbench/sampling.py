@@ -166,6 +166,16 @@ def cutoff_deficit(form: str, value: float) -> float | None:
     return value if value <= 2 else None
 
 
+def uniforms(seed: int, start: int, count: int, streams: int) -> NDArray[np.float64]:
+    """Numbers start .. start + count of independent streams, uniform in [0, 1); shape (streams, count).
+
+    Column i is a pure function of (seed, start + i, streams).
+    """
+    out = np.empty((streams, count))
+    _uniforms(_key(seed), start, out)
+    return out
+
+
 _MASK = 0xFFFFFFFFFFFFFFFF
 
 
@@ -191,6 +201,15 @@ def _uniform(key: Any, counter: Any) -> Any:
     z = (z ^ (z >> _S27)) * _MIX_2
     z = z ^ (z >> _S31)
     return jit.float64_from_bits(np.int64((z >> _S12) | _ONE_BITS)) - 1.0
+
+
+@jit.driver
+def _uniforms(key: Any, start: int, out: Any) -> None:
+    streams = np.uint64(out.shape[0])
+    for i in range(out.shape[1]):
+        counter = streams * (np.uint64(start) + np.uint64(i))
+        for stream in range(out.shape[0]):
+            out[stream, i] = _uniform(key, counter + np.uint64(stream))
 
 
 #: cos(pi sqrt w) for w in [0, 1] as a polynomial: an azimuth without a call of libm, which would stop the vectoriser

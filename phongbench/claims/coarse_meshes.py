@@ -61,7 +61,7 @@ def _compared(rows: Rows) -> pd.DataFrame:
         raise LackingRowsError(
             "the run has no rows on interpolated normals of meshes",
             None,
-            "measure them: phongbench run with --probe mesh, or a preset whose probes hold it",
+            "measure them: phongbench run with --probe meshes, or a preset whose probes hold it",
         )
     return wide.assign(added=wide["max_abs"] - wide["max_abs_renormalised"])
 

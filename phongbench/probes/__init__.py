@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import pandas as pd
 
 from phongbench.plan import Plan
-from phongbench.probes import cosines, hostile, smoothness
+from phongbench.probes import cosines, hostile, meshes, smoothness
 from phongbench.probes.probing import Probing
 
 
@@ -33,6 +33,7 @@ class Probe:
 #: in the order in which they run
 PROBES: tuple[Probe, ...] = (
     Probe("cosines", "measuring every cosine", cosines.measure, cosines.seconds),
+    Probe("meshes", "measuring interpolated normals", meshes.measure, meshes.seconds),
     Probe("hostile", "hostile inputs", hostile.measure, hostile.seconds),
     Probe("smoothness", "smoothness of the lobes", smoothness.measure, smoothness.seconds),
 )

@@ -19,6 +19,7 @@ class Probing:
     worst       rows of worst so far, likewise
     jobs        threads that compiled code may use
     advance     called with the share (of 1) of this probe that was done since the last call
+    note        called with a sentence that is worth telling the user at once
     violations  sentences on results that contradict each other; any makes the run end with exit code 3
     """
 
@@ -27,6 +28,7 @@ class Probing:
     worst: pd.DataFrame
     jobs: int = 1
     advance: Callable[[float], None] = lambda share: None
+    note: Callable[[str], None] = lambda text: None
     violations: list[str] = field(default_factory=list)
 
     @property

@@ -16,6 +16,7 @@ from phongbench.errors import StorageError
 from phongbench_reports.behaviour import hostile, smoothness
 from phongbench_reports.drawing import Plate, ink, svg_pair
 from phongbench_reports.figures import FIGURES
+from phongbench_reports.mesh_edges import mesh_edges
 from phongbench_reports.page import Links, Section, render, style_sheet
 from phongbench_reports.skipped import skipped
 from phongbench_reports.study import Absent, Study
@@ -24,6 +25,10 @@ from phongbench_reports.text import BUDGETS
 
 if TYPE_CHECKING:
     from phongbench.results import Run
+
+
+#: figure -> name, heading and maker of the folded table that follows it
+BESIDE = {"meshes": ("mesh_edges", "How wide edges may be", mesh_edges)}
 
 
 def sections_of(study: Study) -> tuple[list[Section], dict[str, tuple[bytes, bytes]]]:
@@ -43,6 +48,9 @@ def sections_of(study: Study) -> tuple[list[Section], dict[str, tuple[bytes, byt
         for entry in FIGURES:
             content = entry.draw(study)
             drawn[entry.name] = Section(entry.name, entry.title, content)
+            if entry.name in BESIDE:
+                name, heading, table_of = BESIDE[entry.name]
+                drawn[name] = Section(name, heading, table_of(study), True)
             if isinstance(content, Plate):
                 pictures[entry.name] = svg_pair(content.figure, entry.name)
     speed = drawn.pop("speed")

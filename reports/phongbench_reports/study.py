@@ -28,6 +28,12 @@ def nearest(values: Sequence[float], wanted: float) -> float:
     return min(sorted(values), key=lambda value: abs(math.log(value / wanted)))
 
 
+def plain(rows: pd.DataFrame) -> pd.DataFrame:
+    """The rows with categories as strings: they sort and compare alike, however a file held them."""
+    held = [name for name in rows.columns if isinstance(rows[name].dtype, pd.CategoricalDtype)]
+    return rows.astype(dict.fromkeys(held, "str"))
+
+
 @dataclass(frozen=True)
 class Study:
     """A run and its standard cuts.
@@ -46,10 +52,7 @@ class Study:
     def accuracy(self) -> pd.DataFrame:
         """All accuracy rows in a fixed order, so that the order of a file never shows."""
         keys = [*CELL, "alpha", "stratum", "perturbation", "length_error", "truth", "gated"]
-        rows = self.run.accuracy
-        for column in rows.columns:
-            if isinstance(rows[column].dtype, pd.CategoricalDtype):
-                rows = rows.assign(**{column: rows[column].astype("str")})
+        rows = plain(self.run.accuracy)
         return rows.sort_values(keys, kind="stable").reset_index(drop=True)
 
     @cached_property
@@ -101,6 +104,13 @@ class Study:
         """Rows on vectors that are deliberately not unit length, against the true angle, with the unit rows at 0."""
         rows = self.accuracy
         return rows[(rows["stratum"] == "lengths") & (rows["truth"] == "angle")].reset_index(drop=True)
+
+    @cached_property
+    def meshes(self) -> pd.DataFrame:
+        """Rows on interpolated normals in a fixed order; empty for a run without the probe."""
+        keys = ["mesh", "edge_degrees", "normals", "pair", *CELL, "alpha", "truth"]
+        rows = plain(self.run.meshes)
+        return rows if rows.empty else rows.sort_values(keys, kind="stable").reset_index(drop=True)
 
     def at(self, rows: pd.DataFrame, **wanted: Any) -> pd.DataFrame:
         """The rows whose columns equal the wanted values; a tuple or list of values means any of them."""

@@ -16,6 +16,8 @@ import numpy.typing as npt
 import pandas as pd
 import pytest
 
+from phongbench.results import MESH_COLUMNS
+
 Vector = npt.NDArray[np.float64]
 LENGTHS = (1e-4, 3.7e-4, 1.75e-3, 1e-2, 5e-2, 0.1)
 UNIT_ROUNDOFF = {"float16": 2.0**-11, "float32": 2.0**-24, "float64": 2.0**-53}
@@ -31,13 +33,14 @@ class MadeUpRun:
     accuracy: pd.DataFrame
     timing: pd.DataFrame
     worst: pd.DataFrame
+    meshes: pd.DataFrame = field(default_factory=lambda: pd.DataFrame(columns=list(MESH_COLUMNS)))
     behaviour: pd.DataFrame = field(default_factory=pd.DataFrame)
     smoothness: pd.DataFrame = field(default_factory=pd.DataFrame)
 
     @property
     def frames(self) -> tuple[pd.DataFrame, ...]:
         """All tables, in the order of the fields."""
-        return self.accuracy, self.timing, self.worst, self.behaviour, self.smoothness
+        return self.accuracy, self.timing, self.worst, self.meshes, self.behaviour, self.smoothness
 
 
 #: a cause of wrong lengths -> the lengths |a| - 1 and |b| - 1 that it is taken to leave
@@ -206,6 +209,29 @@ def worst_rows(accuracy: pd.DataFrame) -> pd.DataFrame:
     return worst.reset_index(drop=True)
 
 
+def mesh_rows(accuracy: pd.DataFrame) -> pd.DataFrame:
+    """Lyon on two surfaces and a file: raw normals are short by a quarter of the edge squared, as across a quad."""
+    keys = ["approximation", "lambda_form", "space", "beta_policy", "alpha", "gamma", "beta", "precision", "gated"]
+    cells = accuracy[accuracy["approximation"].eq("lyon") & accuracy["gated"] & accuracy["precision"].eq("float32")]
+    rows = []
+    for cell, mesh, edge in product(
+        cells[cells["beta_policy"] == "taylor"][keys].drop_duplicates().to_dict("records"),
+        ("icosphere", "torus", "some.obj"), (2.0, 5.0, 10.0, 20.0),
+    ):  # fmt: skip
+        x = 1.0 - np.linspace(0.0, min(1.0, 12.0 / cell["alpha"]), 101)
+        exact, model, short = x ** cell["alpha"], value(cell, x), np.radians(edge) ** 2 / 4
+        for pair, normals in product(("classic", "lengthwise", "half"), ("raw", "renormalised")):
+            e = {"classic": -4.0, "lengthwise": -2.0, "half": -1.0}[pair] * short if normals == "raw" else 0.0
+            of = metrics(exact, model, value(cell, x, e), 1e-6)
+            kept = ("max_abs", "mean_abs", "rms", "codes_8bit", "model_max", "length_max", "nonfinite", "above_one")
+            rows.append({
+                **cell, "mesh": mesh, "edge_degrees": edge, "triangles": 800, "left_out": 3 * (mesh == "some.obj"),
+                "normals": normals, "pair": pair, "space": "half" if pair == "half" else "reflect",
+                "truth": "interpolated", "samples": 8192, **{name: of[name] for name in kept},
+            })  # fmt: skip
+    return pd.DataFrame(rows).astype({"gamma": "Int64"}) if rows else pd.DataFrame(columns=list(MESH_COLUMNS))
+
+
 def make_run(
     path: Path,
     *,
@@ -227,8 +253,8 @@ def make_run(
         "schema": 1, "run": name, "state": "complete", "seed": 20250101, "code": "abc123", "provenance": provenance,
         "plan": {"alphas": list(alphas), "samples": 131072, "preset": "quick"}, "files": {},
     }  # fmt: skip
-    behaviour, smoothness = behaviour_rows(accuracy), smoothness_rows(accuracy)
-    return MadeUpRun(path, manifest, accuracy, timing, worst_rows(accuracy), behaviour, smoothness)
+    probed = (mesh_rows(accuracy), behaviour_rows(accuracy), smoothness_rows(accuracy))
+    return MadeUpRun(path, manifest, accuracy, timing, worst_rows(accuracy), *probed)
 
 
 @pytest.fixture(scope="session")

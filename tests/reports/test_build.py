@@ -212,9 +212,12 @@ def test_a_run_of_one_foreign_formula_still_makes_a_page(made_up: Callable[..., 
 
 
 def test_categories_and_plain_strings_give_the_same_report(run: Any, report: Path, tmp_path: Path) -> None:
-    strings = [name for name in run.accuracy.columns if isinstance(run.accuracy[name].dtype, pd.StringDtype)]
-    categories = run.accuracy.astype(dict.fromkeys(strings, "category"))
-    phongbench_reports.build(type(run)(run.path, run.manifest, categories, *run.frames[1:]), tmp_path)
+    def categories(rows: pd.DataFrame) -> pd.DataFrame:
+        strings = [name for name in rows.columns if isinstance(rows[name].dtype, pd.StringDtype)]
+        return rows.astype(dict.fromkeys(strings, "category"))
+
+    frames = (categories(run.accuracy), run.timing, run.worst, categories(run.meshes), *run.frames[4:])
+    phongbench_reports.build(type(run)(run.path, run.manifest, *frames), tmp_path)
     assert contents(tmp_path) == contents(report)
 
 
