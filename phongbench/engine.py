@@ -19,12 +19,13 @@ from numpy.typing import NDArray
 from phongbench import jit, kernels
 from phongbench.accuracy import Tally
 from phongbench.approximations import REGISTRY
+from phongbench.cells import CellArrays
 from phongbench.kernels import coordinates_at
 from phongbench.lowering import FLOAT64, Precision, precision_named
 from phongbench.measure import measure_cells
 from phongbench.plan import Cell, Plan
 from phongbench.sampling import HOSTILE_PAIRS, STRATA, Stratum, cutoff_deficit, pairs
-from phongbench.spec import MAX_COEFFICIENTS, Approximation
+from phongbench.spec import Approximation
 from phongbench.truth import truth_at, truth_kernel
 
 Array = NDArray[Any]
@@ -74,7 +75,7 @@ class Sweep:
     cells: list[Cell]
     contexts: list[Context]
     failures: dict[int, str] = field(default_factory=dict)
-    made: dict[tuple[Any, ...], "CellArrays"] = field(default_factory=dict, repr=False)
+    made: dict[tuple[Any, ...], CellArrays] = field(default_factory=dict, repr=False)
 
     @property
     def evaluations(self) -> int:
@@ -115,11 +116,16 @@ def prepare(plan: Plan, registry: Mapping[str, Approximation] = REGISTRY) -> Swe
             stratum=STRATA[key[2]],
             scale=key[3],
             cells=tuple(groups[key]),
-            samples=HOSTILE_PAIRS if STRATA[key[2]].name == "hostile" else plan.samples,
+            samples=_samples(plan, STRATA[key[2]]),
         )
         for index, key in enumerate(sorted(groups))
     ]
     return Sweep(plan, registry, cells, contexts)
+
+
+def _samples(plan: Plan, stratum: Stratum) -> int:
+    """Pairs of a stratum: hostile ones are as many as there are, causes get a share."""
+    return HOSTILE_PAIRS if stratum.name == "hostile" else max(1, int(plan.samples * stratum.share))
 
 
 def _sees(plan: Plan, cell: Cell, stratum: Stratum) -> bool:
@@ -239,17 +245,6 @@ def trial_rates(sweep: Sweep, samples: int = 2 * PIECE) -> dict[str, float]:
     return rates
 
 
-@dataclass(frozen=True)
-class CellArrays:
-    """The cells of a context as the arrays that `measure_cells` takes."""
-
-    rows: Array
-    coefficients: Array
-    coefficients_64: Array
-    tables: Array
-    tables_64: Array
-
-
 def _block(sweep: Sweep, context: Context, start: int) -> Measured:
     """Measure one slab of a context."""
     live = tuple(c for c in context.cells if c not in sweep.failures)
@@ -285,33 +280,7 @@ def _block(sweep: Sweep, context: Context, start: int) -> Measured:
 def cell_arrays(sweep: Sweep, context: Context, live: Sequence[int], alphas: Sequence[float]) -> CellArrays:
     """What the compiled loops need to know of each cell; the rows of the tally follow the order of `live`."""
     chosen = [(sweep.cells[c], sweep.registry[sweep.cells[c].approximation]) for c in live]
-    tables = [kernels.table_row(spec, cell.setting, FLOAT64) for cell, spec in chosen]
-    rows = np.empty((len(chosen), 7), np.int64)
-    for i, (cell, spec) in enumerate(chosen):
-        known = kernels.known_values(spec, cell.setting)
-        rows[i] = (
-            kernels.FORM_ROW.get(cell.lambda_form, kernels.COSINE_ROW),
-            kernels.COSINE_ROW if cell.gated else kernels.OPEN_ROW,
-            alphas.index(cell.setting.alpha),
-            i * context.truths,
-            jit.address(kernels.values_kernel(spec, context.precision, known)),
-            jit.address(kernels.values_kernel(spec, FLOAT64, known)),
-            len(tables[i]),
-        )
-    longest = max((len(t) for t in tables), default=1)
-    padded = np.array([np.pad(t, (0, longest - len(t))) for t in tables]).reshape(len(chosen), longest)
-    return CellArrays(
-        rows,
-        _stacked(context.precision, chosen),
-        _stacked(FLOAT64, chosen),
-        context.precision.rounded(padded),
-        padded,
-    )
-
-
-def _stacked(precision: Precision, chosen: Sequence[tuple[Cell, Approximation]]) -> Array:
-    rows = [kernels.coefficient_row(spec, cell.setting, precision) for cell, spec in chosen]
-    return np.array(rows, precision.carrier).reshape(len(rows), MAX_COEFFICIENTS)
+    return CellArrays.of(chosen, alphas, context.precision, context.truths)
 
 
 class _Bench:

@@ -204,6 +204,21 @@ def curve(spec: Approximation, form: str, setting: Setting, cosine: Array) -> Ar
     return evaluate(spec, setting, own if form == "none" else deficit_of_angle(form, own), own)
 
 
+def coordinates(precision: Precision, a: Array, b: Array) -> Array:
+    """The COORDINATE_ROWS rows of pairs: every lambda form, the cosine, and ones; computed in this precision.
+
+    a, b  (3, n) in the precision's carrier
+    """
+    out = np.empty((COORDINATE_ROWS, a.shape[1]), precision.carrier)
+    _call_coordinates(jit.address(coordinates_kernel(precision)), a, b, out)
+    return out
+
+
+@jit.driver
+def _call_coordinates(address: int, a: Array, b: Array, out: Array) -> None:
+    coordinates_at(address, out)(a, b, out)
+
+
 @jit.driver
 def _call(address: int, coordinate: Array, gate: Array, coefficients: Array, table: Array, out: Array) -> None:
     values_at(address, coordinate)(coordinate, gate, coefficients, table, out)

@@ -14,13 +14,17 @@ from typing import Any
 from phongbench.approximations import REGISTRY
 from phongbench.errors import InputError, UnknownNameError
 from phongbench.materials import exponents, read_mtl
+from phongbench.objfile import load
 from phongbench.precisions import in_order, precision_named
 from phongbench.sampling import STRATUM_NAMES
 from phongbench.spec import ALPHA, GAMMA, SPACES, Approximation, Setting
+from phongbench.surfaces import TESSELLATIONS
 from phongbench.vectors import LAMBDA_FORMS
 
 #: questions beyond the sweep; phongbench.probes answers them
-PROBE_NAMES: tuple[str, ...] = ("cosines", "search", "certify", "hostile", "smoothness", "recheck")
+PROBE_NAMES: tuple[str, ...] = (
+    "cosines", "search", "certify", "meshes", "hostile", "smoothness", "recheck",
+)  # fmt: skip
 ALL_SLOPES = ("taylor", "minimax", "energy")
 #: real exponents (materials, file formats) and the non-powers of two that expose what powers of two hide
 QUICK_ALPHAS = (5.0, 10.0, 20.0, 32.0, 50.0, 64.0, 100.0, 128.0, 200.0, 256.0, 512.0, 1000.0)
@@ -141,6 +145,7 @@ class Plan:
             precision_named(name)
         _known("stratum", self.strata, STRATUM_NAMES)
         _known("probe", self.probes, PROBE_NAMES)
+        self._check_meshes()
         if self.samples < 1 or self.samples > 1 << 40:
             raise InputError(f"samples = {self.samples} is not in 1 .. 2^40", None, "100000 is a good start")
         if self.seed < 0:
@@ -163,7 +168,16 @@ class Plan:
             precisions=in_order(self.precisions),
             strata=_ordered(self.strata, STRATUM_NAMES),
             probes=_ordered(self.probes, PROBE_NAMES),
+            meshes=tuple(dict.fromkeys(self.meshes)),
         )
+
+    def _check_meshes(self) -> None:
+        """Read every mesh now, so that a bad one does not end a long run; the probe finds them read."""
+        if self.meshes and "meshes" not in self.probes:
+            raise InputError("a mesh is given, but the probe that measures it is left out", None, "add --probe meshes")
+        names = [load(path).name for path in dict.fromkeys(self.meshes)]
+        if twice := sorted({n for n in names if names.count(n) > 1} | {n for n in names if n in TESSELLATIONS}):
+            raise InputError(f"two meshes are named {twice[0]}", None, "rename one: rows are told apart by the name")
 
     def cells(self, registry: Mapping[str, Approximation] = REGISTRY) -> Iterator[Cell]:
         """Every formula at every setting that it takes, in every precision.

@@ -175,7 +175,8 @@ def _inputs(run: Run, rows: pd.DataFrame, wish: Wish, notes: list[str]) -> pd.Da
         raise InputError(f"the run holds none of the strata {', '.join(STRATA)}", run.id, mend)
     if not wish.length_error:
         return rows[unit]
-    wrong = rows["stratum"] == "lengths"
+    # a cause's error is of one kind only; that a length may be wrong by so much says nothing on which way
+    wrong = (rows["stratum"] == "lengths") & rows["perturbation"].isin(("a", "both", "opposite"))
     sizes = np.sort(rows.loc[wrong, "length_error"].abs().unique())
     reached = sizes[sizes >= wish.length_error * (1 - 1e-9)]
     if not len(sizes):

@@ -57,12 +57,14 @@ WORST_COLUMNS = (
     *CELL_COLUMNS, "stratum", "perturbation", "length_error", "truth", "coverage", "rank", "error", "exact", "value",
     "ax", "ay", "az", "bx", "by", "bz",
 )  # fmt: skip
-#: errors of a formula on interpolated normals. mesh: icosphere, torus, uv-sphere or a file's name; normals: raw or
-#: renormalised; pair: classic 2(L.N)N-L, lengthwise 2(N.L)N-(N.N)L, half (N, H); truth: interpolated (exact Phong of
-#: the interpolated normal made unit) or surface (of the true surface's normal)
+#: errors of a formula on interpolated normals. mesh: icosphere, torus, uv-sphere or a file's name; edge_degrees: widest
+#: angle between the normals at the ends of an edge, of these triangles; left_out: degenerate triangles of the file;
+#: normals: raw or renormalised; pair: classic 2(L.N)N-L, lengthwise 2(N.L)N-(N.N)L, half (N, H); truth: interpolated
+#: (exact Phong of the interpolated normal made unit) or surface (of the true surface's normal); length_max: largest
+#: change from the normals not being unit, and for truth surface from not being the surface's
 MESH_COLUMNS = (
-    "mesh", "edge_degrees", "triangles", "normals", "pair", *CELL_COLUMNS, "truth", "samples", "max_abs", "mean_abs",
-    "rms", "codes_8bit", "nonfinite", "above_one",
+    "mesh", "edge_degrees", "triangles", "left_out", "normals", "pair", *CELL_COLUMNS, "truth", "samples", "max_abs",
+    "mean_abs", "rms", "codes_8bit", "model_max", "length_max", "nonfinite", "above_one",
 )  # fmt: skip
 #: what a cell makes of one hostile input. outcome: value, saturates, nan, infinite, above-one, negative,
 #: refused; alpha and beta are those of the case
@@ -192,7 +194,7 @@ def load(path: Path) -> Run:
         )
     try:
         Plan.from_dict(data["plan"])
-    except TypeError as problem:
+    except (AttributeError, TypeError) as problem:
         raise CorruptRunError(
             f"holds a plan this version does not know: {problem}", str(manifest), _REMEDY
         ) from problem

@@ -83,7 +83,7 @@ def _keys(sweep: Sweep, numbers: pd.DataFrame) -> pd.DataFrame:
     contexts: dict[str, Any] = {"stratum": [s.name for s in strata], "perturbation": [s.perturbation for s in strata]}
     for name, values in contexts.items():
         frame[name] = _looked_up(values, context)
-    frame["length_error"] = np.array([s.length_error for s in strata])[context]
+    frame["length_error"] = np.array([s.largest_length_error for s in strata])[context]
     frame["truth"] = _looked_up(TRUTHS, numbers["truth"].to_numpy())
     return frame
 

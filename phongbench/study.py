@@ -6,14 +6,14 @@ it is given, so that measuring does not depend on drawing.
 
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import ExitStack, contextmanager
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import pandas as pd
 
-from phongbench import engine, probes, replicas, results, rows, skipping, timing, warm
+from phongbench import engine, interrupts, probes, replicas, results, rows, skipping, timing, warm
 from phongbench.approximations import REGISTRY
 from phongbench.errors import InputError, InterruptedStudyError, MeasurementError
 from phongbench.lowering import precision_named
@@ -122,7 +122,8 @@ def run_study(
     started = time.perf_counter()
     run_id = results.new_run_id(plan)
     path = out or results.DEFAULT_ROOT / run_id
-    with results.locked(path), _resumable(path), ExitStack() as ending:
+    with results.locked(path), _resumable(path), interrupts.heeded() as check, warm.beside(plan) as helper:
+        progress = _Checked(progress, check)
         parts = _begin(path, plan, fresh=fresh, resume=resume)
         manifest: dict[str, Any] = {
             "schema": results.SCHEMA,
@@ -137,8 +138,6 @@ def run_study(
         }
         results.write_manifest(path, manifest)
         sweep = engine.prepare(plan, registry)
-        helper = warm.start(plan)
-        ending.callback(warm.stop, helper, at_once=True)
         _sweep(sweep, path, parts, jobs or default_jobs(), progress)
         progress.stage("making the accuracy rows")
         outcome = Outcome(Run(path, manifest), len(sweep.cells), sweep.evaluations)
@@ -202,6 +201,25 @@ def forecast(
         "timing": plan.timing_budget if plan.timing else 0.0,
     }
     return Forecast(len(sweep.cells), rows_expected, sweep.evaluations, 90 * rows_expected + 200_000, seconds)
+
+
+@dataclass(frozen=True)
+class _Checked(Progress):
+    """A progress that looks for the user's interruption before every step."""
+
+    told: Progress
+    check: Callable[[], None]
+
+    def stage(self, text: str, total: float | None = None) -> None:
+        self.check()
+        self.told.stage(text, total)
+
+    def advance(self, steps: float = 1) -> None:
+        self.check()
+        self.told.advance(steps)
+
+    def note(self, text: str) -> None:
+        self.told.note(text)
 
 
 @contextmanager
@@ -268,7 +286,7 @@ def _probe(probing: Probing, path: Path, progress: Progress) -> dict[str, pd.Dat
     found: dict[str, pd.DataFrame] = {}
     for probe in probes.chosen(probing.plan):
         progress.stage(probe.title, 1.0)
-        probing.advance = progress.advance
+        probing.advance, probing.note = progress.advance, progress.note
         kept = results.kept_probe(path, probe.name)
         if kept is None:
             before = len(probing.violations)

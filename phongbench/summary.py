@@ -1,9 +1,17 @@
 """Short answers from a stored run, and descriptions of the registry, as plain data."""
 
+import math
 from typing import Any
 
+import pandas as pd
+
+from phongbench.approximations import example
+from phongbench.edges import reaches, told
 from phongbench.results import Run
 from phongbench.spec import Approximation
+
+#: the exponent at which one line tells of raw normals, or the measured one nearest to it
+_EDGES_ALPHA = 128.0
 
 
 def describe(spec: Approximation) -> dict[str, Any]:
@@ -22,12 +30,26 @@ def describe(spec: Approximation) -> dict[str, Any]:
         ],
         "domain": spec.domain,
         "cost": spec.cost.text,
+        "support": _support(spec),
         "source": spec.source.citation,
     }
 
 
+def _support(spec: Approximation) -> dict[str, Any] | None:
+    """Where the formula is exactly 0, by the example of one setting; None where it never is."""
+    if spec.cutoff is None:
+        return None
+    setting = example(spec)
+    return {"alpha": setting.alpha, "gamma": setting.gamma, "zero_beyond_lambda": spec.cutoff(setting)}
+
+
 def summarise(run: Run) -> dict[str, Any]:
-    """What a run measured (`facts`), and for each exponent the most accurate formula of kind approximation (`best`)."""
+    """What a run holds and found, as plain data.
+
+    facts       what it measured
+    best        for each exponent the most accurate formula of kind approximation
+    mesh_edges  how wide a mesh's edges may be if its normals stay raw (see `edges.reaches`); empty without such rows
+    """
     plan, manifest, frame = run.plan, run.manifest, run.accuracy
     facts = {
         "run": run.id,
@@ -43,7 +65,24 @@ def summarise(run: Run) -> dict[str, Any]:
         "timing rows": len(run.timing),
         "seconds": manifest.get("seconds", {}),
     }
-    return {"facts": facts, "best": _best(run)}
+    edges = [] if run.meshes.empty else _plain(reaches(run.meshes))
+    return {"facts": facts | _raw_normals(edges), "best": _best(run), "mesh_edges": edges}
+
+
+def _plain(rows: pd.DataFrame) -> list[dict[str, Any]]:
+    return [{str(name): value for name, value in row.items()} for row in rows.to_dict("records")]
+
+
+def _raw_normals(edges: list[dict[str, Any]]) -> dict[str, str]:
+    """One fact on normals that are left raw: the widest edges within one code, in the cross form, at one exponent."""
+    cross = [row for row in edges if row["lambda_form"] == "cross"]
+    if not cross:
+        return {}
+    alpha = min((row["alpha"] for row in cross), key=lambda a: abs(math.log(a / _EDGES_ALPHA)))
+    ways = {"classic": "R = 2(L.N)N-L", "lengthwise": "R = 2(N.L)N-(N.N)L", "half": "(N, H)"}
+    found = {row["pair"]: told(row["degrees"], row["relation"]) for row in cross if row["alpha"] == alpha}
+    far = ", ".join(f"{found[pair]} with {name}" for pair, name in ways.items() if pair in found)
+    return {"raw normals": f"at alpha {alpha:g} change the cross form by one 8-bit code from edges of {far}"}
 
 
 def _best(run: Run) -> list[dict[str, Any]]:

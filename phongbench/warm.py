@@ -9,6 +9,8 @@ it takes the time of `make run` on a fresh machine down by about a quarter.
 import json
 import subprocess
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 from phongbench import engine, jit, skipping, timing
 from phongbench.lowering import precision_named
@@ -37,6 +39,17 @@ def stop(process: "subprocess.Popen[bytes] | None", *, at_once: bool) -> None:
         if at_once:
             process.kill()
         process.wait()
+
+
+@contextmanager
+def beside(plan: Plan) -> "Iterator[subprocess.Popen[bytes] | None]":
+    """The process that compiles for this plan; ended where the study that it helps ends early, at whatever step."""
+    process = start(plan)
+    try:
+        yield process
+    except BaseException:
+        stop(process, at_once=True)
+        raise
 
 
 def compile_for(plan: Plan) -> None:

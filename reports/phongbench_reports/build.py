@@ -13,8 +13,11 @@ from urllib.parse import quote
 import pandas as pd
 
 from phongbench.errors import StorageError
+from phongbench_reports.behaviour import hostile, smoothness
+from phongbench_reports.claims import claims
 from phongbench_reports.drawing import Plate, ink, svg_pair
 from phongbench_reports.figures import FIGURES
+from phongbench_reports.mesh_edges import mesh_edges
 from phongbench_reports.page import Links, Section, render, style_sheet
 from phongbench_reports.skipped import skipped
 from phongbench_reports.study import Absent, Study
@@ -24,6 +27,10 @@ from phongbench_reports.text import BUDGETS
 
 if TYPE_CHECKING:
     from phongbench.results import Run
+
+
+#: figure -> name, heading and maker of the folded table that follows it
+BESIDE = {"meshes": ("mesh_edges", "How wide edges may be", mesh_edges)}
 
 
 def sections_of(study: Study) -> tuple[list[Section], dict[str, tuple[bytes, bytes]]]:
@@ -43,15 +50,21 @@ def sections_of(study: Study) -> tuple[list[Section], dict[str, tuple[bytes, byt
         for entry in FIGURES:
             content = entry.draw(study)
             drawn[entry.name] = Section(entry.name, entry.title, content)
+            if entry.name in BESIDE:
+                name, heading, table_of = BESIDE[entry.name]
+                drawn[name] = Section(name, heading, table_of(study), True)
             if isinstance(content, Plate):
                 pictures[entry.name] = svg_pair(content.figure, entry.name)
     speed = drawn.pop("speed")
     strange = Section("census", "Values above 1, negative, not finite", census(study))
+    bad = Section("hostile", "Hostile inputs", hostile(study))
+    smooth = Section("smoothness", "Smoothness of the lobes", smoothness(study))
+    judged = Section("claims", "The textbook claims", claims(study))
     sure = Section("sureness", "How sure the numbers are", sureness(study))
     inputs = Section("worst", "Worst inputs", worst(study))
     names = Section("formulas", "The formulas", formulas(study), True)
     dark = Section("skipped", "Skipping what is dark", skipped(study))
-    return [*answer, *drawn.values(), strange, speed, dark, sure, inputs, names], pictures
+    return [*answer, *drawn.values(), strange, bad, smooth, judged, speed, dark, sure, inputs, names], pictures
 
 
 def csv_of(frame: pd.DataFrame) -> bytes:

@@ -84,7 +84,7 @@ def sheet(height: float, rows: int = 1, columns: int = 1, **spacing: Any) -> tup
     """A figure 9.2 inches wide, its axes in reading order; fixed margins, since layout engines are slow."""
     figure = Figure(figsize=(9.2, height))
     margins = {"left": 0.075, "right": 0.985, "top": 0.92, "bottom": 0.14, "wspace": 0.12, "hspace": 0.35}
-    share = {key: spacing.pop(key) for key in ("sharex", "sharey") if key in spacing}
+    share = {key: spacing.pop(key) for key in ("sharex", "sharey", "width_ratios") if key in spacing}
     axes = figure.subplots(rows, columns, squeeze=False, **share)
     figure.subplots_adjust(**{**margins, **spacing})
     return figure, [one for row in axes for one in row]

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import pandas as pd
 
 from phongbench.front import CELL
+from phongbench.precisions import in_order
 
 if TYPE_CHECKING:
     from phongbench.results import Run
@@ -25,6 +26,12 @@ TWIN = "aa-twin"
 def nearest(values: Sequence[float], wanted: float) -> float:
     """The value nearest to `wanted` on a log scale; the smaller of two equally near ones. Values must be positive."""
     return min(sorted(values), key=lambda value: abs(math.log(value / wanted)))
+
+
+def plain(rows: pd.DataFrame) -> pd.DataFrame:
+    """The rows with categories as strings: they sort and compare alike, however a file held them."""
+    held = [name for name in rows.columns if isinstance(rows[name].dtype, pd.CategoricalDtype)]
+    return rows.astype(dict.fromkeys(held, "str"))
 
 
 @dataclass(frozen=True)
@@ -45,10 +52,7 @@ class Study:
     def accuracy(self) -> pd.DataFrame:
         """All accuracy rows in a fixed order, so that the order of a file never shows."""
         keys = [*CELL, "alpha", "stratum", "perturbation", "length_error", "truth", "gated", "coverage"]
-        rows = self.run.accuracy
-        for column in rows.columns:
-            if isinstance(rows[column].dtype, pd.CategoricalDtype):
-                rows = rows.assign(**{column: rows[column].astype("str")})
+        rows = plain(self.run.accuracy)
         return rows.sort_values(keys, kind="stable").reset_index(drop=True)
 
     @cached_property
@@ -68,8 +72,9 @@ class Study:
     @cached_property
     def precisions(self) -> list[str]:
         """The swept precisions, float32 first."""
-        found = set(self.accuracy["precision"].unique())
-        return [name for name in ("float32", "float16", "float64") if name in found]
+        found = in_order(self.accuracy["precision"].unique())
+        first = [name for name in ("float32", "float16", "float64") if name in found]
+        return [*first, *(name for name in found if name not in first)]
 
     @property
     def precision(self) -> str:
@@ -99,6 +104,13 @@ class Study:
         """Rows on vectors that are deliberately not unit length, against the true angle, with the unit rows at 0."""
         rows = self.accuracy
         return rows[(rows["stratum"] == "lengths") & (rows["truth"] == "angle")].reset_index(drop=True)
+
+    @cached_property
+    def meshes(self) -> pd.DataFrame:
+        """Rows on interpolated normals in a fixed order; empty for a run without the probe."""
+        keys = ["mesh", "edge_degrees", "normals", "pair", *CELL, "alpha", "truth"]
+        rows = plain(self.run.meshes)
+        return rows if rows.empty else rows.sort_values(keys, kind="stable").reset_index(drop=True)
 
     def at(self, rows: pd.DataFrame, **wanted: Any) -> pd.DataFrame:
         """The rows whose columns equal the wanted values; a tuple or list of values means any of them."""

@@ -21,11 +21,11 @@ def _swept(plan: Plan, jobs: int = 2) -> pd.DataFrame:
 
 @pytest.fixture(scope="session")
 def small_plan() -> Plan:
-    """All strata, two precisions, few formulas, few pairs."""
+    """All strata, two precisions, few formulas, few pairs; the sweep alone."""
     return replace(
         preset("quick"), alphas=(10.0, 50.0), gammas=(4, 8), approximations=("phong", "lyon", "gaussian"),
         slopes=("taylor",),
-        precisions=("float16", "float32"), samples=6000, timing=False,
+        precisions=("float16", "float32"), samples=6000, timing=False, probes=(),
     ).validated()  # fmt: skip
 
 

@@ -6,6 +6,8 @@ import subprocess
 import sys
 from dataclasses import replace
 
+import pytest
+
 from phongbench import jit, warm
 from phongbench.plan import preset
 
@@ -37,6 +39,22 @@ def test_it_starts_only_where_the_cache_is_cold(tmp_path, monkeypatch):
     assert process.poll() is not None
     (tmp_path / "kernels._pairs_kernel.nbi").write_text("")
     assert warm.start(PLAN) is None
+
+
+def test_it_ends_with_the_study_that_ends_early(tmp_path, monkeypatch):
+    monkeypatch.setattr(jit, "cache_folder", lambda: tmp_path)
+    begun = []
+
+    def study():
+        with warm.beside(PLAN) as process:
+            begun.append(process.poll())
+            begun.append(process)
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        study()
+    assert begun[0] is None
+    assert begun[1].poll() is not None
 
 
 def test_formulas_of_the_user_are_left_to_the_first_process():

@@ -6,7 +6,7 @@ The report must not care whether the engine measured these rows, so nothing here
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -15,6 +15,8 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 import pytest
+
+from phongbench.results import MESH_COLUMNS
 
 Vector = npt.NDArray[np.float64]
 LENGTHS = (1e-4, 3.7e-4, 1.75e-3, 1e-2, 5e-2, 0.1)
@@ -31,6 +33,18 @@ class MadeUpRun:
     accuracy: pd.DataFrame
     timing: pd.DataFrame
     worst: pd.DataFrame
+    meshes: pd.DataFrame = field(default_factory=lambda: pd.DataFrame(columns=list(MESH_COLUMNS)))
+    behaviour: pd.DataFrame = field(default_factory=pd.DataFrame)
+    smoothness: pd.DataFrame = field(default_factory=pd.DataFrame)
+
+    @property
+    def frames(self) -> tuple[pd.DataFrame, ...]:
+        """All tables, in the order of the fields."""
+        return self.accuracy, self.timing, self.worst, self.meshes, self.behaviour, self.smoothness
+
+
+#: a cause of wrong lengths -> the lengths |a| - 1 and |b| - 1 that it is taken to leave
+CAUSES = {"rsqrt-12": (3e-4, -3e-4), "rsqrt-bits-1": (-1.75e-3, -1.75e-3), "interpolated-10": (-3.8e-3, 0.0)}
 
 
 def deficit(form: str, x: Vector, e: float, d: float) -> Vector:
@@ -114,6 +128,45 @@ def rows_of(cell: dict[str, Any], precision: str) -> Iterator[dict[str, Any]]:
             change = {"stratum": "lengths", "perturbation": how, "length_error": e, "truth": truth}
             yield {**key, **change, **metrics(against, against + model - exact, given, noise)}
 
+    for cause, (e, d) in CAUSES.items():
+        given = value(cell, x, e, d)
+        for truth in ("angle", "given"):
+            against = exact if truth == "angle" else ((1.0 + e) * (1.0 + d) * x) ** alpha
+            change = {"stratum": "lengths", "perturbation": cause, "length_error": e, "truth": truth}
+            yield {**key, **change, **metrics(against, against + model - exact, given, noise)}
+
+
+def behaviour_rows(accuracy: pd.DataFrame) -> pd.DataFrame:
+    """Every formula and form with three hostile cases; the ungated cross form shines at a = -b."""
+    keys = ["approximation", "lambda_form", "space", "beta_policy", "alpha", "gamma", "beta", "precision", "gated"]
+    cells = accuracy[accuracy["alpha"] == accuracy["alpha"].min()].drop_duplicates(
+        ["approximation", "lambda_form", "precision", "gated"]
+    )[keys]
+    rows = []
+    for cell in cells.to_dict("records"):
+        ghost = cell["lambda_form"] == "cross" and not cell["gated"]
+        huge = "infinite" if cell["lambda_form"] in ("dot", "none") else "saturates"
+        for case, outcome, low, high, exact in (
+            ("a is zero", "saturates", 0.0, 0.0, np.nan), ("a is huge", huge, 0.0, 1.0, 1.0),
+            ("a = -b", "saturates" if ghost else "value", 0.0, float(ghost), 0.0),
+            ("alpha 0 at the peak", "value", 1.0, 1.0, 1.0),
+        ):  # fmt: skip
+            rows.append({**cell, "case": case, "outcome": outcome, "lowest": low, "highest": high, "exact": exact})
+    return pd.DataFrame(rows).astype({"gamma": "Int64"})
+
+
+def smoothness_rows(accuracy: pd.DataFrame) -> pd.DataFrame:
+    """Edges by the law of gamma; rises in the dot form of float16 alone."""
+    keys = ["approximation", "lambda_form", "space", "beta_policy", "alpha", "gamma", "beta", "precision", "gated"]
+    rows = accuracy.drop_duplicates(keys)[keys].reset_index(drop=True)
+    banded = (rows["lambda_form"] == "dot") & (rows["precision"] == "float16")
+    gamma = rows["gamma"].astype("float64")
+    return rows.assign(
+        samples=2560, rises=np.where(banded, 200, 0), largest_rise=np.where(banded, 0.05, 0.0),
+        kink=(2 / gamma) ** (gamma / 2) * 32.0 ** (2 - gamma),
+        kink_degrees=np.degrees(np.arccos(np.clip(1 - gamma / rows["alpha"], 0, 1))),
+    )  # fmt: skip
+
 
 def timing_rows(accuracy: pd.DataFrame) -> pd.DataFrame:
     keys = ["approximation", "lambda_form", "space", "gamma", "precision"]
@@ -155,6 +208,29 @@ def worst_rows(accuracy: pd.DataFrame) -> pd.DataFrame:
     return worst.reset_index(drop=True)
 
 
+def mesh_rows(accuracy: pd.DataFrame) -> pd.DataFrame:
+    """Lyon on two surfaces and a file: raw normals are short by a quarter of the edge squared, as across a quad."""
+    keys = ["approximation", "lambda_form", "space", "beta_policy", "alpha", "gamma", "beta", "precision", "gated"]
+    cells = accuracy[accuracy["approximation"].eq("lyon") & accuracy["gated"] & accuracy["precision"].eq("float32")]
+    rows = []
+    for cell, mesh, edge in product(
+        cells[cells["beta_policy"] == "taylor"][keys].drop_duplicates().to_dict("records"),
+        ("icosphere", "torus", "some.obj"), (2.0, 5.0, 10.0, 20.0),
+    ):  # fmt: skip
+        x = 1.0 - np.linspace(0.0, min(1.0, 12.0 / cell["alpha"]), 101)
+        exact, model, short = x ** cell["alpha"], value(cell, x), np.radians(edge) ** 2 / 4
+        for pair, normals in product(("classic", "lengthwise", "half"), ("raw", "renormalised")):
+            e = {"classic": -4.0, "lengthwise": -2.0, "half": -1.0}[pair] * short if normals == "raw" else 0.0
+            of = metrics(exact, model, value(cell, x, e), 1e-6)
+            kept = ("max_abs", "mean_abs", "rms", "codes_8bit", "model_max", "length_max", "nonfinite", "above_one")
+            rows.append({
+                **cell, "mesh": mesh, "edge_degrees": edge, "triangles": 800, "left_out": 3 * (mesh == "some.obj"),
+                "normals": normals, "pair": pair, "space": "half" if pair == "half" else "reflect",
+                "truth": "interpolated", "samples": 8192, **{name: of[name] for name in kept},
+            })  # fmt: skip
+    return pd.DataFrame(rows).astype({"gamma": "Int64"}) if rows else pd.DataFrame(columns=list(MESH_COLUMNS))
+
+
 def make_run(
     path: Path,
     *,
@@ -176,7 +252,8 @@ def make_run(
         "schema": 1, "run": name, "state": "complete", "seed": 20250101, "code": "abc123", "provenance": provenance,
         "plan": {"alphas": list(alphas), "samples": 131072, "preset": "quick"}, "files": {},
     }  # fmt: skip
-    return MadeUpRun(path, manifest, accuracy, timing, worst_rows(accuracy))
+    tables = (worst_rows(accuracy), mesh_rows(accuracy), behaviour_rows(accuracy), smoothness_rows(accuracy))
+    return MadeUpRun(path, manifest, accuracy, timing, *tables)
 
 
 @pytest.fixture(scope="session")

@@ -19,7 +19,7 @@ from phongbench_reports import drawing, figures
 from phongbench_reports.build import csv_of
 from phongbench_reports.drawing import Plate, ink
 from phongbench_reports.figures import FIGURES
-from phongbench_reports.study import Study
+from phongbench_reports.study import Absent, Study
 
 PACKAGE = Path(phongbench_reports.__file__).parent
 
@@ -109,15 +109,63 @@ def test_the_heat_map_counts_cells_within_one_code(run: Any, plates: dict[str, P
 
 def test_stability_tells_the_slopes_of_the_law(plates: dict[str, Plate]) -> None:
     data = plates["stability"].data
-    from phongbench_reports.figures.stability import slope
+    from phongbench_reports.figures.stability import slopes
 
-    def of(form: str, way: str) -> float:
-        return slope(data[(data["lambda_form"] == form) & (data["perturbation"] == way)])
-
-    assert of("cross", "a") == pytest.approx(1.0, abs=0.02)
-    assert of("dot", "a") == pytest.approx(1.0, abs=0.1)
-    assert of("difference", "opposite") == pytest.approx(2.0, abs=0.05)
+    for way, form, order in (("a", "cross", 1.0), ("a", "dot", 1.0), ("opposite", "difference", 2.0)):
+        found, law = slopes(data[data["perturbation"] == way])[form]
+        assert found == pytest.approx(order, abs=0.1)
+        assert law == pytest.approx(found, abs=0.02)
+    assert "cross, by the law 1.0" in plates["stability"].takeaway
     assert data["alpha"].unique().tolist() == [128.0]
+
+
+def test_meshes_show_what_raw_normals_change_in_codes(plates: dict[str, Plate]) -> None:
+    data = plates["meshes"].data
+    assert set(data["alpha"]) == {10.0, 128.0, 200.0}
+    assert set(data["gamma"]) == {8}
+    of = data.set_index(["mesh", "alpha", "lambda_form", "pair", "edge_degrees"]).sort_index()["codes_changed"]
+    for form in ("dot", "difference", "cross"):
+        for pair in ("classic", "lengthwise", "half"):
+            assert of["torus", 128.0, form, pair].is_monotonic_increasing
+        assert of["torus", 128.0, form, "half", 5.0] < of["torus", 128.0, form, "classic", 5.0]
+    assert "classic R" not in plates["meshes"].takeaway
+    assert "2(N·L)N−(N·N)L" in plates["meshes"].takeaway
+    assert "degenerate triangles left out: 3" in plates["meshes"].basis
+    assert "--probe meshes" in str(plates["meshes"].command)
+
+
+def test_law_9_the_ghost_shines_fully_and_the_gate_takes_it_away(plates: dict[str, Plate]) -> None:
+    data = plates["ghost"].data.set_index("angle_degrees")
+    np.testing.assert_allclose(data["ungated"].to_numpy(), data["ungated"].to_numpy()[::-1], atol=1e-12)
+    assert data["ungated"][180.0] == pytest.approx(1.0)
+    assert (data["gated"][90.5:] == 0.0).all()  # type: ignore[misc]
+    assert (data["gated"] == data["ungated"])[:89.5].all()  # type: ignore[misc]
+    assert len([image for axes in plates["ghost"].figure.axes for image in axes.images]) == 2
+
+
+def test_the_picture_of_the_ghost_differs_in_its_rim_only(study: Study) -> None:
+    from phongbench_reports.figures import ghost
+
+    row = ghost.cell_of(study).iloc[0]
+    with_test, without = (ghost.sphere(row, gated=gated) for gated in (True, False))
+    x, y = np.meshgrid(*2 * [((np.arange(ghost.ACROSS) + 0.5) / ghost.ACROSS * 2 - 1) / ghost.RADIUS])
+    radius = np.hypot(x, y)
+    changed = (without != with_test).any(axis=2)
+    assert not changed[radius < np.sqrt(0.5)].any()  # there R.V > 0
+    assert not changed[radius > 1.0].any()
+    rim = without[(radius > 0.99) & (radius < 1.0)]
+    assert rim.min(axis=1).mean() > 0.5  # white: R = -V along the silhouette
+
+
+def test_the_shares_of_the_split_are_parts_of_a_whole(plates: dict[str, Plate]) -> None:
+    data = plates["split"].data
+    shares = data[["model_share", "length_share", "rounding_share"]]
+    np.testing.assert_allclose(shares.sum(axis=1), 1.0)
+    assert (shares.idxmax(axis=1).str.removesuffix("_share") == _largest(data)).all()
+
+
+def _largest(data: pd.DataFrame) -> pd.Series:
+    return data[["model_max", "length_max", "rounding_max"]].idxmax(axis=1).str.removesuffix("_max")
 
 
 def test_the_front_keeps_exact_formulas_on_a_log_axis(plates: dict[str, Plate]) -> None:
@@ -150,3 +198,27 @@ def test_a_resolved_twin_withholds_speed_claims(made_up: Callable[..., Any], tmp
     assert "withheld" in text
     assert "certainly faster" not in text
     assert "no speed claim" in text
+
+
+def test_the_causes_stand_in_the_order_of_their_size_with_both_truths(plates: dict[str, Plate]) -> None:
+    data = plates["causes"].data
+    assert list(dict.fromkeys(data["perturbation"])) == ["interpolated-10", "rsqrt-bits-1", "rsqrt-12"]
+    assert set(data["truth"]) == {"angle", "given"}
+    angle = data[data["truth"] == "angle"]
+    for form in ("dot", "difference", "cross"):
+        mine = angle[angle["lambda_form"] == form]
+        assert f"{form} {(mine['length_max'] <= 1 / 255).sum()}" in plates["causes"].takeaway
+
+
+def test_each_precision_has_its_best_gamma(plates: dict[str, Plate]) -> None:
+    data = plates["widths"].data
+    for _, mine in data.groupby(["lambda_form", "precision"]):
+        assert mine.loc[mine["best"], "max_abs"].max() == mine["max_abs"].min()
+    best = data[data["best"] & (data["lambda_form"] == "difference")].set_index("precision")
+    assert f"float16 γ\u00a0=\u00a0{best.loc['float16', 'gamma']}" in plates["widths"].takeaway
+
+
+def test_a_run_of_one_gamma_has_no_best_one(made_up: Callable[..., Any], tmp_path: Path) -> None:
+    from phongbench_reports.figures import widths
+
+    assert isinstance(widths.draw(Study(made_up(tmp_path, gammas=(8,)))), Absent)

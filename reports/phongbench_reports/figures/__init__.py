@@ -6,7 +6,20 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from phongbench_reports.drawing import Plate
-from phongbench_reports.figures import error_angle, error_gamma, front, heatmap, precision, speed, split, stability
+from phongbench_reports.figures import (
+    causes,
+    error_angle,
+    error_gamma,
+    front,
+    ghost,
+    heatmap,
+    meshes,
+    precision,
+    speed,
+    split,
+    stability,
+    widths,
+)
 from phongbench_reports.study import Absent, Study
 
 
@@ -30,7 +43,11 @@ FIGURES = (
     Drawing("heatmap", "Largest error over α and γ", heatmap.draw),
     Drawing("front", "Error against time", front.draw),
     Drawing("stability", "Vectors that are not unit length", stability.draw),
+    Drawing("causes", "Why lengths are wrong", causes.draw),
+    Drawing("meshes", "Normals interpolated over a mesh", meshes.draw),
     Drawing("precision", "Error against precision", precision.draw),
+    Drawing("widths", "The best γ of each precision", widths.draw),
+    Drawing("ghost", "The second highlight of the cross form", ghost.draw),
     Drawing("split", "Where the error comes from", split.draw),
     Drawing("speed", "Time per element and working set", speed.draw),
 )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import numpy.typing as npt
 import pandas as pd
 from matplotlib.axes import Axes
 
@@ -12,12 +13,16 @@ from phongbench_reports.drawing import BLUE, GREEN, GRID, VERMILION, Plate, budg
 from phongbench_reports.study import Absent, Study, nearest
 from phongbench_reports.text import basis, label, listed, number, percent, records
 
+Vector = npt.NDArray[np.float64]
+
 PARTS = {
     "model_max": ("model", BLUE, "o"),
     "length_max": ("lengths", VERMILION, "s"),
     "rounding_max": ("rounding", GREEN, "^"),
 }  # fmt: skip
 LIMITS = (1e-8, 10.0)
+#: precisions beside one another: more would leave no room
+SHOWN = 3
 
 
 def rows_of(study: Study) -> pd.DataFrame:
@@ -35,56 +40,81 @@ def rows_of(study: Study) -> pd.DataFrame:
         rows = rows[rows["gamma"].isna() | (rows["gamma"] == gamma).fillna(False)]
     columns = [*CELL, "alpha", "perturbation", "length_error", *PARTS, "max_abs", "samples", "coverage"]
     rows = rows[columns].assign(label=[label(row) for row in records(rows)])
-    return rows.sort_values(["precision", *CELL[:-1]], kind="stable").reset_index(drop=True)
+    rows = rows.sort_values(["precision", *CELL[:-1]], kind="stable").reset_index(drop=True)
+    whole = rows[list(PARTS)].fillna(0.0).sum(axis=1)
+    shares = {name.replace("_max", "_share"): rows[name].fillna(0.0) / whole.where(whole > 0.0) for name in PARTS}
+    return rows.assign(**shares)
 
 
-def _panel(axes: Axes, rows: pd.DataFrame, names: list[str]) -> None:
-    place = {name: len(names) - 1 - index for index, name in enumerate(names)}
-    y = rows["label"].map(place).to_numpy(np.float64)
+def order_of(data: pd.DataFrame, precision: str) -> list[str]:
+    """Names of the formulas, the one whose parts in this precision add up to most first."""
+    rows = data[data["precision"] == precision]
+    whole = rows[list(PARTS)].fillna(0.0).sum(axis=1)
+    ordered = rows.assign(whole=whole).sort_values(["whole", "label"], ascending=[False, True], kind="stable")
+    return list(dict.fromkeys([*ordered["label"], *data["label"]]))
+
+
+def _sizes(axes: Axes, rows: pd.DataFrame, y: Vector) -> None:
+    """Each part on a log axis."""
     parts = rows[list(PARTS)].to_numpy(np.float64)
-    biggest = np.clip(parts.max(axis=1), *LIMITS)
+    biggest = np.clip(np.nanmax(parts, axis=1), *LIMITS)
     axes.hlines(y, LIMITS[0], biggest, color=GRID, linewidth=1.0, zorder=1)
     for index, (name, colour, marker) in enumerate(PARTS.values()):
         # Parts of 0 (exact formulas, length-free forms) would leave a log axis: they sit at its left end.
         axes.plot(
-            np.clip(parts[:, index], *LIMITS),
-            y,
-            color=colour,
-            marker=marker,
-            linestyle="none",
-            label=name,
-            clip_on=False,
-        )
-    axes.set_yticks([place[name] for name in names], names)
-    axes.tick_params(axis="y", length=0)
-    axes.grid(False, axis="y")
-    axes.set_ylim(-0.7, len(names) - 0.3)
+            np.clip(parts[:, index], *LIMITS), y, color=colour, marker=marker, linestyle="none", label=name,
+            clip_on=False, markersize=4.5,
+        )  # fmt: skip
+
+
+def _shares(axes: Axes, rows: pd.DataFrame, y: Vector) -> None:
+    """The parts of each formula stacked, as shares of their sum: a log axis cannot stack."""
+    left = np.zeros(len(rows))
+    for name, (_, colour, _) in PARTS.items():
+        share = 100.0 * rows[name.replace("_max", "_share")].fillna(0.0).to_numpy(np.float64)
+        axes.barh(y, share, left=left, height=0.62, color=colour, linewidth=0)
+        left = left + share
 
 
 def draw(study: Study) -> Plate | Absent:
-    """Three marks per formula, one panel per precision."""
+    """Per precision two panels: the size of the three parts, and what share of their sum each is."""
     data = rows_of(study)
     if data.empty:
         return Absent("The run holds no rows on vectors of the wrong length.", "Run with the stratum lengths.")
-    found = [name for name in ("float32", "float16", "float64") if (data["precision"] == name).any()]
-    names = list(dict.fromkeys(data["label"]))
+    found = [name for name in study.precisions if (data["precision"] == name).any()][:SHOWN]
+    names = order_of(data, found[0])
     height = 1.7 + 0.2 * len(names)
     margins = {"bottom": 0.78 / height, "top": 1 - 0.67 / height}
-    figure, panels = sheet(height, 1, len(found), left=0.24, right=0.985, wspace=0.06, sharey=True, **margins)
-    for axes, name in zip(panels, found, strict=True):
-        log_axis(axes.xaxis, labels=6)
-        axes.set_xlim(*LIMITS)
-        budget_lines(axes, vertical=True)
-        _panel(axes, data[data["precision"] == name], names)
-        axes.set_title(name)
-        axes.set_xlabel("largest absolute error of the part")
-    marks = panels[-1].get_legend_handles_labels()
+    figure, panels = sheet(
+        height, 1, 2 * len(found), left=0.225, right=0.985, wspace=0.09, sharey=True,
+        width_ratios=(2.4, 1) * len(found), **margins,
+    )  # fmt: skip
+    place = {name: len(names) - 1 - index for index, name in enumerate(names)}
+    for index, name in enumerate(found):
+        rows = data[data["precision"] == name]
+        y = np.array([place[name] for name in rows["label"]], dtype=np.float64)
+        sizes, shares = panels[2 * index : 2 * index + 2]
+        log_axis(sizes.xaxis, labels=6 if len(found) < SHOWN else 3)
+        sizes.set_xlim(*LIMITS)
+        budget_lines(sizes, vertical=True, named=len(found) < SHOWN)
+        _sizes(sizes, rows, y)
+        _shares(shares, rows, y)
+        sizes.set_title(name, pad=14)
+        sizes.set_xlabel("largest error of the part" if len(found) < SHOWN else "largest error")
+        shares.set(xlim=(0.0, 100.0), xticks=(0, 50) if len(found) < SHOWN else (50,), xlabel="share (%)")
+    for axes in panels:
+        axes.grid(False, axis="y")
+        axes.tick_params(axis="y", length=0)
+    panels[0].set_yticks([place[name] for name in names], names)
+    panels[0].set_ylim(-0.7, len(names) - 0.3)
+    marks = panels[0].get_legend_handles_labels()
     figure.legend(*marks, loc="upper right", ncols=3, fontsize=8, columnspacing=1.0, handletextpad=0.2)
     told = basis(data)
     one = percent(float(data["length_error"].iloc[0]))
     footnote(
         figure,
-        f"α = {study.alpha:g}, one vector {one} in length, stratum lengths; ≤ 10⁻⁸ drawn at the left edge; {told}",
+        f"α = {study.alpha:g}, one vector {one} in length; ≤ 10⁻⁸ drawn at the left edge; the largest of each part, "
+        f"not all at one input; {told}",
     )
     return Plate(figure, data, _sentence(data, found), _alt(data), told, reproduce(study, data))
 

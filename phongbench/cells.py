@@ -1,0 +1,64 @@
+"""Cells as the arrays that `measure.measure_cells` takes: made once, passed over by every piece of pairs."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phongbench import jit, kernels
+from phongbench.lowering import FLOAT64, Precision
+from phongbench.plan import Cell
+from phongbench.spec import MAX_COEFFICIENTS, Approximation
+
+Array = NDArray[Any]
+
+
+@dataclass(frozen=True)
+class CellArrays:
+    """What the compiled loops need to know of some cells; see `measure_cells` for the columns."""
+
+    rows: Array
+    coefficients: Array
+    coefficients_64: Array
+    tables: Array
+    tables_64: Array
+
+    @staticmethod
+    def of(
+        chosen: Sequence[tuple[Cell, Approximation]], alphas: Sequence[float], precision: Precision, truths: int
+    ) -> "CellArrays":
+        """The arrays of these cells; the rows of their tally follow the same order, each cell's truths together.
+
+        alphas     the exponents that the exact values are given for, in that order
+        precision  the working precision
+        truths     1 or 2
+        """
+        tables = [kernels.table_row(spec, cell.setting, FLOAT64) for cell, spec in chosen]
+        rows = np.empty((len(chosen), 7), np.int64)
+        for i, (cell, spec) in enumerate(chosen):
+            known = kernels.known_values(spec, cell.setting)
+            rows[i] = (
+                kernels.FORM_ROW.get(cell.lambda_form, kernels.COSINE_ROW),
+                kernels.COSINE_ROW if cell.gated else kernels.OPEN_ROW,
+                alphas.index(cell.setting.alpha),
+                i * truths,
+                jit.address(kernels.values_kernel(spec, precision, known)),
+                jit.address(kernels.values_kernel(spec, FLOAT64, known)),
+                len(tables[i]),
+            )
+        longest = max((len(t) for t in tables), default=1)
+        padded = np.array([np.pad(t, (0, longest - len(t))) for t in tables]).reshape(len(chosen), longest)
+        return CellArrays(
+            rows,
+            _stacked(precision, chosen),
+            _stacked(FLOAT64, chosen),
+            precision.rounded(padded),
+            padded,
+        )
+
+
+def _stacked(precision: Precision, chosen: Sequence[tuple[Cell, Approximation]]) -> Array:
+    rows = [kernels.coefficient_row(spec, cell.setting, precision) for cell, spec in chosen]
+    return np.array(rows, precision.carrier).reshape(len(rows), MAX_COEFFICIENTS)
