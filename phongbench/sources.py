@@ -71,6 +71,12 @@ WIKIPEDIA_PHONG = Source(
 WIKIPEDIA_BLINN = Source(
     "WIKIPEDIA_BLINN", "Blinn-Phong shading model, Wikipedia", 2022, "claims read in a copy of the article"
 )
+LOMONT_2003 = Source(
+    "LOMONT_2003",
+    "C. Lomont, Fast Inverse Square Root, technical report, Purdue University",
+    2003,
+    "constant quoted from memory; the errors that it leaves are computed here",
+)
 HYPERGRAPH = Source(
     "HYPERGRAPH",
     "G. S. Owen, HyperGraph, ACM SIGGRAPH Education Committee",

@@ -18,6 +18,7 @@ from phongbench.approximations import REGISTRY
 from phongbench.errors import InputError, InterruptedStudyError, MeasurementError
 from phongbench.lowering import precision_named
 from phongbench.plan import Plan
+from phongbench.probes import invariants
 from phongbench.probes.probing import Probing
 from phongbench.progress import Progress
 from phongbench.provenance import collect, fingerprint_code
@@ -142,11 +143,13 @@ def run_study(
         outcome = Outcome(Run(path, manifest), len(sweep.cells), sweep.evaluations)
         for message in sweep.failures.values():
             outcome.failures[message] = outcome.failures.get(message, 0) + 1
-        probing = Probing(sweep, rows.accuracy(sweep, parts), rows.worst(sweep, parts), jobs or default_jobs())
+        probing = Probing(
+            sweep, rows.accuracy(sweep, parts), rows.worst(sweep, parts), jobs or default_jobs(), note=progress.note
+        )
         outcome.seconds["accuracy"] = time.perf_counter() - started
         clock = time.perf_counter()
         tables = _probe(probing, path, progress)
-        outcome.violations = probing.violations
+        outcome.violations = [*probing.violations, *invariants.violations(tables["accuracy"])]
         progress.stage("writing the tables")
         stored: dict[str, Any] = {}
         manifest["files"] = stored
@@ -161,6 +164,7 @@ def run_study(
         manifest["state"] = "complete"
         manifest["failures"] = outcome.failures
         manifest["violations"] = outcome.violations
+        manifest["probes"] = probing.facts
         manifest["seconds"] = {k: round(v, 3) for k, v in outcome.seconds.items()}
         results.write_manifest(path, manifest)
         results.clear(path, [results.PARTS])
@@ -287,10 +291,13 @@ def _probe(probing: Probing, path: Path, progress: Progress) -> dict[str, pd.Dat
         if kept is None:
             before = len(probing.violations)
             tables = dict(probe.measure(probing))
-            results.keep_probe(path, probe.name, tables, probing.violations[before:])
+            told = {"violations": probing.violations[before:], "facts": probing.facts.get(probe.name)}
+            results.keep_probe(path, probe.name, tables, told)
         else:
-            tables, violations = kept
-            probing.violations += violations
+            tables, told = kept
+            probing.violations += told["violations"]
+            if told["facts"] is not None:
+                probing.facts[probe.name] = told["facts"]
         for name, frame in tables.items():
             if name in ("accuracy", "worst"):
                 swept = getattr(probing, name)

@@ -14,7 +14,7 @@ from phongbench_reports.tables import Table
 from phongbench_reports.text import records, span
 
 #: kind of pair -> a short name
-WAYS = {"classic": "classic R", "lengthwise": "lengthwise R", "half": "(N, H)"}
+WAYS = {"classic": "classic R", "lengthwise": "lengthwise R", "half": "(N,\u00a0H)"}
 
 
 def mesh_edges(study: Study) -> Table | Absent:

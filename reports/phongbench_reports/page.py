@@ -132,4 +132,5 @@ def render(study: Study, sections: list[Section], links: Links) -> str:
     return _environment().get_template("page.html.j2").render(
         name=study.name, facts=facts, sections=sections, links=links, unmeasured=unmeasured(study),
         provenance=provenance(study), withheld=study.twin_differs,
+        violations=study.run.manifest.get("violations") or [],
     )  # fmt: skip

@@ -21,7 +21,7 @@ def test_a_row_an_exponent_and_a_column_a_way(made_up: Callable[..., Any], tmp_p
     assert "< 2°" in cells  # the dot form, at the finest edge already
     wide = found.data.set_index(["alpha", "lambda_form", "pair"])["degrees"]
     assert wide[128.0, "cross", "half"] > wide[128.0, "cross", "classic"]
-    assert "(N, H)" in found.takeaway
+    assert "(N,\u00a0H)" in found.takeaway
 
 
 def test_a_run_without_such_rows_says_how_to_get_them(made_up: Callable[..., Any], tmp_path: Path) -> None:

@@ -120,11 +120,11 @@ def _sentence(row: pd.Series, data: pd.DataFrame) -> str:
     last = data.iloc[-1]
     back = data.loc[data["angle_degrees"] > 90.0, "ungated"]
     return (
-        f"|a × b| cannot tell a from −a: without a test of a·b the cross form shines again, {number(last['ungated'])} "
-        f"at 180° where Phong is {number(last['exact'])}, and a sphere lit from the camera gets a bright rim; "
-        f"the run measured an error of {number(row['max_abs'])} there. "
-        f"With the test nothing is left beyond 90°, where {number(float((back > 1 / 255).mean() * 100))}\u00a0% of the "
-        f"angles were lit by more than one 8-bit code."
+        f"|a × b| cannot tell a from −a: without a test of a·b the cross form shines again, as bright as "
+        f"{number(last['ungated'])} at 180° where Phong is {number(last['exact'])}, and a sphere lit from the camera "
+        f"gets a bright rim; the run measured an error of {number(row['max_abs'])} there. The test takes away all "
+        f"light beyond 90°, where {number(float((back > 1 / 255).mean() * 100))}\u00a0% of the angles exceed one 8-bit "
+        "code without it."
     )
 
 

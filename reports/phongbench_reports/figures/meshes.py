@@ -34,10 +34,12 @@ ALPHAS = (10.0, STABILITY_ALPHA, 1000.0)
 LOOKS: dict[str, tuple[str, str, str, Any]] = {
     "classic": ("R = 2(L·N)N−L", VERMILION, "s", "-"),
     "lengthwise": ("R = 2(N·L)N−(N·N)L", BLUE, "o", (0, (5, 2))),
-    "half": ("(N, H)", GREEN, "^", (0, (1.5, 1.5))),
+    "half": ("(N,\u00a0H)", GREEN, "^", (0, (1.5, 1.5))),
 }
 OWN = ("icosphere", "torus", "uv-sphere")
 LIMITS = (0.01, 300.0)
+#: names of files of this length together do not fit below the figure
+LONG = 24
 COLUMNS = [
     "mesh", "edge_degrees", "triangles", "left_out", "pair", "lambda_form", "space", "alpha", "gamma", "samples",
     "codes_changed", "codes_raw", "codes_renormalised",
@@ -116,12 +118,12 @@ def draw(study: Study) -> Plate | Absent:
             end_labels(axes, ends, gap=0.1)
     for axes in panels[-len(forms) :]:
         axes.set_xlabel("widest edge (degrees)")
-    files = sorted(set(data["mesh"]) - set(OWN))
-    hollow = "" if not files else f"; hollow: {listed(files)}" if len(files) < 3 else f"; hollow: {len(files)} files"
+    files = listed(sorted(set(data["mesh"]) - set(OWN)))
+    hollow = {"none": ""}.get(files, f"; hollow: {files if len(files) < LONG else 'files'}")
     footnote(
         figure,
-        f"lyon, γ\u00a0=\u00a0{int(data['gamma'].iloc[0])}, float32; filled: worst of {listed(OWN)}{hollow}; "
-        f"{span(data['samples'])} samples a mark",
+        f"lyon, γ\u00a0=\u00a0{int(data['gamma'].iloc[0])}; filled: worst of {listed(OWN)}{hollow}; dotted: the "
+        f"formula's own error; below {LIMITS[0]:g} at the edge; {span(data['samples'])} samples each",
     )
     return Plate(figure, data, _sentence(study, data), _alt(data), _basis(data), _command(study, data))
 
@@ -134,7 +136,7 @@ def _words(axes: Axes, rows: pd.DataFrame, *, first: bool, left: bool, alpha: fl
     axes.set_ylabel(f"α = {alpha:g}\n8-bit codes changed")
     look: dict[str, Any] = {"color": MUTED, "fontsize": 7.5, "transform": axes.get_yaxis_transform(), "va": "bottom"}
     axes.text(0.99, 1.0, "1 code", ha="right", **look)
-    axes.text(0.99, float(rows["codes_renormalised"].max()), "the formula's own error", ha="right", **look)
+    axes.text(0.99, float(rows["codes_renormalised"].max()), "own error", ha="right", **look)
 
 
 def _command(study: Study, data: pd.DataFrame) -> str:

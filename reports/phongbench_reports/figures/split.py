@@ -94,14 +94,14 @@ def draw(study: Study) -> Plate | Absent:
         rows = data[data["precision"] == name]
         y = np.array([place[name] for name in rows["label"]], dtype=np.float64)
         sizes, shares = panels[2 * index : 2 * index + 2]
-        log_axis(sizes.xaxis, labels=6 if len(found) < SHOWN else 4)
+        log_axis(sizes.xaxis, labels=6 if len(found) < SHOWN else 3)
         sizes.set_xlim(*LIMITS)
         budget_lines(sizes, vertical=True, named=len(found) < SHOWN)
         _sizes(sizes, rows, y)
         _shares(shares, rows, y)
         sizes.set_title(name, pad=14)
-        sizes.set_xlabel("largest error of the part")
-        shares.set(xlim=(0.0, 100.0), xticks=(0, 50), xlabel="share of sum (%)")
+        sizes.set_xlabel("largest error of the part" if len(found) < SHOWN else "largest error")
+        shares.set(xlim=(0.0, 100.0), xticks=(0, 50) if len(found) < SHOWN else (50,), xlabel="share (%)")
     for axes in panels:
         axes.grid(False, axis="y")
         axes.tick_params(axis="y", length=0)
