@@ -30,6 +30,11 @@ def codes(error: float) -> str:
     return f"{told} code{'s' * (told != '1')}"
 
 
+def times(ratio: float) -> str:
+    """A ratio to two digits: "3.6", "160"."""
+    return f"{float(f'{ratio:.2g}'):g}" if ratio < 1e6 else "over a million"
+
+
 def rounded(value: float) -> str:
     """A large number to three digits: "63,800"."""
     return f"{float(f'{value:.3g}'):,.0f}"

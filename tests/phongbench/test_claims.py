@@ -16,7 +16,7 @@ from phongbench.claims.claim import LackingRowsError, plain
 from phongbench.claims.cuts import KEYS, Rows
 from phongbench.claims.incidence import rise
 from phongbench.claims.mirror import energy_within, exponent_of, half_width
-from phongbench.claims.words import codes, exponents, listed, rounded
+from phongbench.claims.words import codes, exponents, listed, rounded, times
 from phongbench.errors import CorruptRunError, InputError
 from phongbench.fitting import half_angle_ratio
 from phongbench.plan import preset
@@ -504,4 +504,5 @@ def test_exponents_are_told_as_all_a_range_or_a_list() -> None:
     assert exponents([5.0], measured) == "alpha 5"
     assert exponents([], measured) == "none of the 5 exponents"
     assert listed([]) == "none"
+    assert [times(ratio) for ratio in (0.97, 3.56, 164.2, 2e9)] == ["0.97", "3.6", "160", "over a million"]
     assert (codes(CODE), codes(0.1), rounded(63779.6)) == ("1 code", "26 codes", "63,800")
