@@ -14,7 +14,7 @@ from fastapi import FastAPI
 from phongbench import __version__
 from phongbench_api import errors, openapi
 from phongbench_api.guard import Guard
-from phongbench_api.routes import ROUTERS
+from phongbench_api.routes import ROUTERS, echo
 from phongbench_api.service import Service
 from phongbench_api.settings import Settings
 
@@ -66,7 +66,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     app.state.service = Service(chosen)
     app.add_middleware(Guard, settings=chosen)
     errors.install(app)
-    for router in ROUTERS:
+    for router in (*ROUTERS, *((echo.router,) if chosen.echo else ())):
         app.include_router(router)
     openapi.install(app)
     return app

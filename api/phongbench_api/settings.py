@@ -41,6 +41,7 @@ class Settings:
     write_seconds    for a client to take the next piece of an answer
     drain_seconds    between SIGTERM, when `/readyz` turns 503, and closing the listening socket
     table_bytes      memory for columns of runs
+    echo             answer /echo, what moving bytes costs by itself; for measuring
     """
 
     runs: Path = DEFAULT_ROOT
@@ -56,14 +57,15 @@ class Settings:
     max_lights: int = 256
     max_rows: int = 50_000
     max_cost: float = 10.0
-    max_wait: float = 1.0
-    max_reading: int = 256 * _MIB
+    max_wait: float = 0.5
+    max_reading: int = 128 * _MIB
     inline_cost: float = 2e-4
     head_seconds: float = 10.0
     read_seconds: float = 30.0
     write_seconds: float = 30.0
     drain_seconds: float = 0.0
     table_bytes: int = 256 * _MIB
+    echo: bool = False
 
     @property
     def hosts(self) -> tuple[str, ...] | None:
