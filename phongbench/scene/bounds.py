@@ -1,85 +1,102 @@
 """What leaving something out may change at most, from a scene's lights, materials and distances."""
 
 from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from phongbench.lighting import Light, Skips
+from phongbench.lighting import Skips
 from phongbench.scene.parts import Mesh, Plane, Scene, Sphere
 
 Array = NDArray[Any]
 
 
-def brightest(scene: Scene) -> float:
-    """A bound on every colour of the scene: what a surface, facing every light from the nearest place, would show.
+@dataclass(frozen=True, eq=False)
+class Bounds:
+    """The bounds of one scene; computed when first asked for."""
 
-    Reflections mix and do not add, (1 - k) direct + k reflected, so they are no brighter than what they mix.
-    """
-    lit = [0.0, 0.0, 0.0]
-    for light in scene.lights:
-        lit = [sum(pair) for pair in zip(lit, _most(scene, light, nearest(scene, light)), strict=True)]
-    ambient = _largest(m.reflection.ambient for m in scene.materials)
-    direct = [a * i + one for a, i, one in zip(ambient, scene.ambient_light, lit, strict=True)]
-    return max(*direct, *scene.background)
+    scene: Scene
+
+    @cached_property
+    def brightest(self) -> float:
+        """A bound on every colour: what a surface, facing every light from the nearest place, would show.
+
+        Reflections mix and do not add, (1 - k) direct + k reflected, so they are no brighter than what they mix.
+        """
+        scene = self.scene
+        ambient = _largest(m.reflection.ambient for m in scene.materials) * scene.ambient_light
+        lit = (self.fades[:, None] * self._products).sum(axis=0)
+        return float(max(*(ambient + lit), *scene.background))
+
+    @cached_property
+    def beyond_reach(self) -> float:
+        """How bright all lights with a reach are together where each one's reach ends."""
+        reaches = np.array([np.inf if light.reach is None else light.reach for light in self.scene.lights])
+        limited = np.isfinite(reaches)
+        fades = self._fades(np.where(limited, reaches, 0.0))
+        return float((limited * fades * self._products.max(axis=1, initial=0.0)).sum())
+
+    def dark_tail(self, skips: Skips) -> float:
+        """How bright all highlights are together where each counts as dark."""
+        tail = 4 * float(np.finfo(np.float32).eps) if skips.tail is None else skips.tail
+        return tail * float((self.fades * self.highlights.max(axis=1, initial=0.0)).sum())
+
+    @cached_property
+    def fades(self) -> Array:
+        """(lights,) what is left of each light at the surface nearest to it."""
+        return self._fades(self._distances)
+
+    @cached_property
+    def highlights(self) -> Array:
+        """(lights, 3) each light's highlight on the material that has the brightest, before it fades."""
+        specular = _largest(m.reflection.specular for m in self.scene.materials)
+        return specular * _rows(light.specular for light in self.scene.lights)
+
+    @cached_property
+    def _products(self) -> Array:
+        """(lights, 3) the most that each light adds to a colour, before it fades."""
+        diffuse = _largest(m.reflection.diffuse for m in self.scene.materials)
+        return diffuse * _rows(light.diffuse for light in self.scene.lights) + self.highlights
+
+    @cached_property
+    def _distances(self) -> Array:
+        """(lights,) the distance to the nearest surface, or less; 0 for a light far away, where it does not matter."""
+        scene = self.scene
+        places = _rows((0.0, 0.0, 0.0) if light.position is None else light.position for light in scene.lights)
+        nearest = np.full(len(places), np.inf)
+        for thing in scene.objects:
+            nearest = np.minimum(nearest, _distances(thing, places))
+        return np.where([light.position is None for light in scene.lights], 0.0, nearest)
+
+    def _fades(self, distances: Array) -> Array:
+        """1 / (c + l d + q d^2), and the largest float32 where that is infinite."""
+        c, linear, quadratic = _rows(light.attenuation for light in self.scene.lights).T
+        below = c + linear * distances + quadratic * distances**2
+        with np.errstate(divide="ignore"):
+            return np.asarray(np.minimum(1 / below, float(np.finfo(np.float32).max)))
 
 
-def beyond_reach(scene: Scene) -> float:
-    """How bright all lights with a reach are together where each one's reach ends."""
-    return sum(max(_most(scene, light, light.reach)) for light in scene.lights if light.reach is not None)
-
-
-def dark_tail(scene: Scene, skips: Skips) -> float:
-    """How bright all highlights are together where each counts as dark."""
-    tail = 4 * float(np.finfo(np.float32).eps) if skips.tail is None else skips.tail
-    specular = _largest(m.reflection.specular for m in scene.materials)
-    return tail * float(
-        sum(
-            attenuation(light, nearest(scene, light)) * max(np.multiply(specular, light.specular))
-            for light in scene.lights
-        )
-    )
-
-
-def nearest(scene: Scene, light: Light) -> float:
-    """The distance from a light to the nearest surface, or less; 0 for one far away, where it does not matter."""
-    if light.position is None:
-        return 0.0
-    return min(_distance(thing, np.array(light.position)) for thing in scene.objects)
-
-
-def _distance(thing: Sphere | Plane | Mesh, place: Array) -> float:
+def _distances(thing: Sphere | Plane | Mesh, places: Array) -> Array:
+    """(n,) how far places are from an object's surface, or less."""
     if isinstance(thing, Sphere):
-        return abs(float(np.linalg.norm(place - thing.centre)) - thing.radius)
+        return np.asarray(np.abs(np.linalg.norm(places - thing.centre, axis=1) - thing.radius))
     if isinstance(thing, Plane):
-        return abs(float(np.dot(place - thing.point, thing.normal)))
+        return np.asarray(np.abs((places - thing.point) @ thing.normal))
     corners = thing.vertices[thing.faces]
     # no point of a triangle is farther from its nearest corner than the longest edge over the square root of 3
-    edges = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
-    gaps = np.linalg.norm(corners - place, axis=2).min(axis=1) - edges / np.sqrt(3)
-    return max(0.0, float(gaps.min()))
+    edges = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1) / np.sqrt(3)
+    gaps = [(np.linalg.norm(corners - place, axis=2).min(axis=1) - edges).min() for place in places]
+    return np.maximum(0.0, gaps)
 
 
-def attenuation(light: Light, distance: float) -> float:
-    """What is left of a light at this distance; the largest float32 where its formula is infinite."""
-    if light.position is None:
-        return 1.0
-    c, l, q = light.attenuation  # noqa: E741  the letters of the formula
-    below = c + l * distance + q * distance**2
-    return 1 / below if below > 0 else float(np.finfo(np.float32).max)
+def _rows(vectors: Iterable[Any]) -> Array:
+    """(n, 3), also of none."""
+    return np.array(list(vectors), float).reshape(-1, 3)
 
 
-def _most(scene: Scene, light: Light, distance: float | None) -> list[float]:
-    """The most that a light adds to a colour at this distance or beyond."""
-    fade = attenuation(light, distance or 0.0)
-    diffuse = _largest(m.reflection.diffuse for m in scene.materials)
-    specular = _largest(m.reflection.specular for m in scene.materials)
-    return [
-        fade * (kd * d + ks * s) for kd, d, ks, s in zip(diffuse, light.diffuse, specular, light.specular, strict=True)
-    ]
-
-
-def _largest(colours: Iterable[Any]) -> list[float]:
+def _largest(colours: Iterable[Any]) -> Array:
     """The largest of each channel."""
-    return [max(channel) for channel in zip(*colours, strict=True)] or [0.0, 0.0, 0.0]
+    return np.asarray(_rows(colours).max(axis=0, initial=0.0))

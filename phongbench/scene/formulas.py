@@ -8,9 +8,10 @@ from numpy.typing import NDArray
 
 from phongbench import kernels
 from phongbench.errors import InputError
-from phongbench.lighting import Light, Specular
+from phongbench.lighting import Specular
 from phongbench.progress import Progress
-from phongbench.scene import bounds, pictures
+from phongbench.scene import pictures
+from phongbench.scene.bounds import Bounds
 from phongbench.scene.parts import Material, Scene
 from phongbench.scene.rendering import render
 from phongbench.scene.thrift import Thrift
@@ -88,21 +89,16 @@ def lobe_error(scene: Scene, formula: Specular) -> float:
 
     Holds for unit normals in reflect space; a formula of (N, H) is taken at coplanar vectors, and may exceed it.
     """
-    return max((_of_material(scene, m, m.specular or formula) for m in scene.materials), default=0.0)
+    bounds = Bounds(scene)
+    lit = (bounds.fades[:, None] * [light.specular for light in scene.lights]).sum(axis=0) if scene.lights else 0.0
+    return max((_of_material(m, m.specular or formula, lit) for m in scene.materials), default=0.0)
 
 
-def _of_material(scene: Scene, material: Material, formula: Specular) -> float:
+def _of_material(material: Material, formula: Specular, lit: Any) -> float:
+    """The lobe's largest error times the material's highlight, under lights that are `lit` together."""
     reflection = material.reflection
     if max(reflection.specular) == 0:
         return 0.0
     spec, form, setting, _ = formula.resolved("phong", reflection.shininess)
     wrong = float(np.abs(kernels.curve(spec, form, setting, _GRID) - np.maximum(_GRID, 0) ** setting.alpha).max())
-    return wrong * max(
-        sum(_brightness(scene, light)[channel] for light in scene.lights) * reflection.specular[channel]
-        for channel in range(3)
-    )
-
-
-def _brightness(scene: Scene, light: Light) -> list[float]:
-    fade = bounds.attenuation(light, bounds.nearest(scene, light))
-    return [fade * c for c in light.specular]
+    return wrong * float(np.max(np.multiply(reflection.specular, lit)))

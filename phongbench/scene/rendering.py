@@ -16,7 +16,8 @@ from phongbench import tiles
 from phongbench.errors import CancelledError, InputError
 from phongbench.lighting import Specular, Viewer
 from phongbench.progress import Progress
-from phongbench.scene import bounds, views
+from phongbench.scene import views
+from phongbench.scene.bounds import Bounds
 from phongbench.scene.geometry import COLOURS, Geometry, geometry
 from phongbench.scene.parts import MOST_DEPTH, MOST_SUPERSAMPLING, Scene
 from phongbench.scene.reading import check_size
@@ -179,8 +180,12 @@ def _draw(
         total.add(work())
     else:
         with ThreadPoolExecutor(helpers) as pool:
-            for done in [pool.submit(work) for _ in range(helpers)]:
-                total.add(done.result())
+            try:
+                for done in [pool.submit(work) for _ in range(helpers)]:
+                    total.add(done.result())
+            except BaseException as problem:  # an interrupt too: the others must not draw on
+                failed.append(problem)
+                raise
     if failed:
         raise failed[0]
     return total
@@ -189,16 +194,19 @@ def _draw(
 def _ledger(job: Job, tally: Tally) -> tuple[Skipped, ...]:
     """What was left out, line by line; bounds of a sample's colour, from the lights, materials and reflectivities."""
     thrift, pairs = job.thrift, tally.pairs
-    brightest = bounds.brightest(job.scene)
+    bounds = Bounds(job.scene)
     lines = [
+        Skipped("objects", "exact", "ray-object tests", tally.tests, tally.objects),
         Skipped("background", "exact", "rays", tally.rays, tally.background),
         Skipped("reflectivity", "exact", "reflected rays", tally.reflections, tally.reflectivity),
-        Skipped("cutoff", "bounded", "reflected rays", tally.reflections, tally.cutoff, thrift.cutoff * brightest),
+        Skipped(
+            "cutoff", "bounded", "reflected rays", tally.reflections, tally.cutoff, thrift.cutoff * bounds.brightest
+        ),
         Skipped("shadow_rays", "exact", "shadow rays", tally.shadow_rays, tally.shadow_rays_saved),
     ]
     bounded = {
-        "out_of_reach": bounds.beyond_reach(job.scene) if thrift.shading.reach else 0.0,
-        "dark_tail": bounds.dark_tail(job.scene, thrift.shading) if thrift.shading.dark_tail else 0.0,
+        "out_of_reach": bounds.beyond_reach if thrift.shading.reach else 0.0,
+        "dark_tail": bounds.dark_tail(thrift.shading) if thrift.shading.dark_tail else 0.0,
     }
     for name, skipped in pairs.items():
         if name != "pairs" and name != "in_shadow":

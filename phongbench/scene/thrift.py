@@ -14,13 +14,15 @@ CUTOFF = 1 / 510
 class Thrift:
     """What may be left out, one switch each.
 
-    Exact, the picture is the same bits: `background` shading rays that hit nothing; `reflectivity` reflections of
+    Exact, the picture is the same bits: `objects` asking the camera's rays through a tile for spheres that lie beside
+    it; `background` shading rays that hit nothing; `reflectivity` reflections of
     surfaces that reflect nothing; `shadow_rays` asking for shadows where a light does not reach or is behind.
     Bounded: `cutoff` reflections whose accumulated weight is below it change a sample by at most cutoff * brightest
     (0: all are followed).
     shading  the same for light on surfaces; see there
     """
 
+    objects: bool = True
     background: bool = True
     reflectivity: bool = True
     shadow_rays: bool = True
@@ -34,7 +36,7 @@ class Thrift:
     @classmethod
     def none(cls) -> "Thrift":
         """Nothing is left out."""
-        return cls(False, False, False, 0.0, Skips.none())
+        return cls(False, False, False, False, 0.0, Skips.none())
 
     @classmethod
     def exact(cls) -> "Thrift":
@@ -47,6 +49,8 @@ class Tally:
     """What one renderer's thread counts; see `Ledger` for the meaning."""
 
     rays: int = 0
+    tests: int = 0
+    objects: int = 0
     background: int = 0
     reflections: int = 0
     reflectivity: int = 0

@@ -26,14 +26,17 @@ select, put = jit.select, jit.put
 
 
 @jit.driver
-def nearest(rays: Array, count: int, spheres: Array, planes: Array, t: Array, which: Array, spare: Array) -> None:
+def nearest(
+    rays: Array, count: int, spheres: Array, names: Array, planes: Array, t: Array, which: Array, spare: Array
+) -> None:  # fmt: skip
     """The nearest sphere or plane of each ray.
 
     rays     float32 (6, capacity)  origin, unit direction
     spheres  float32 (4, s)         centre, radius
     planes   float32 (4, p)         unit normal n and c: n.x = c
+    names    int32 (s + p,)         the numbers of these objects in the scene
     t        float32 (capacity,)    out: distance, FAR where nothing is hit
-    which    int32 (capacity,)      out: number of the sphere, s + that of the plane, or -1
+    which    int32 (capacity,)      out: number of the object, or -1
     spare    float32 (capacity,)    scratch
     """
     ox, oy, oz, dx, dy, dz = rays[0], rays[1], rays[2], rays[3], rays[4], rays[5]
@@ -44,7 +47,7 @@ def nearest(rays: Array, count: int, spheres: Array, planes: Array, t: Array, wh
         cx, cy, cz, r = spheres[0, s], spheres[1, s], spheres[2, s], spheres[3, s]
         for i in range(count):
             put(spare, i, _sphere(ox[i] - cx, oy[i] - cy, oz[i] - cz, dx[i], dy[i], dz[i], r))
-        _keep(count, s, spare, t, which)
+        _keep(count, names[s], spare, t, which)
     for p in range(planes.shape[1]):
         nx, ny, nz, c = planes[0, p], planes[1, p], planes[2, p], planes[3, p]
         for i in range(count):
@@ -52,16 +55,15 @@ def nearest(rays: Array, count: int, spheres: Array, planes: Array, t: Array, wh
                 spare, i,
                 _plane(c - (nx * ox[i] + ny * oy[i] + nz * oz[i]), nx * dx[i] + ny * dy[i] + nz * dz[i]),
             )  # fmt: skip
-        _keep(count, spheres.shape[1] + p, spare, t, which)
+        _keep(count, names[spheres.shape[1] + p], spare, t, which)
 
 
 @jit.inline
 def _keep(count: Any, number: Any, found: Array, t: Array, which: Array) -> None:
     """Take over what is nearer."""
-    name = np.int32(number)
     for i in range(count):
         nearer = found[i] < t[i]
-        put(which, i, select(nearer, name, which[i]))
+        put(which, i, select(nearer, number, which[i]))
         put(t, i, select(nearer, found[i], t[i]))
 
 

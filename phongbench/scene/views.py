@@ -15,6 +15,8 @@ Array = NDArray[Any]
 
 #: nearer to a surface than this share of its distance from the origin, a camera is on it
 _TOUCHING = 1e-6
+#: radians that rays and angles in float32 may be astray: an arc cosine near 1 is wrong by the root of the rounding
+ASTRAY = np.float32(2e-3)
 _HALF, _ONE, _TWO = np.float32(0.5), np.float32(1), np.float32(2)
 
 
@@ -66,6 +68,45 @@ def primary_rays(view: Array, first: Any, places: Array, size: Any, rays: Array)
         scale = _ONE / np.sqrt(dx * dx + dy * dy + dz * dz)
         rays[0, i], rays[1, i], rays[2, i] = view[0, 0], view[0, 1], view[0, 2]
         rays[3, i], rays[4, i], rays[5, i] = dx * scale, dy * scale, dz * scale
+
+
+@jit.driver
+def in_sight(view: Array, spheres: Array, first: Any, shape: Any, size: Any, seen: Array) -> int:
+    """The spheres that rays of a tile may hit: those that the cone around the tile touches. Returns how many.
+
+    view, first, size  as in `primary_rays`
+    spheres            float32 (4, s)
+    shape              columns and rows of the tile, in samples
+    seen               int32 (s,)      out: their numbers, ascending
+    """
+    middle = np.zeros(3, np.float32)
+    corner = np.zeros(3, np.float32)
+    _towards(view, first[0] + shape[0] * _HALF, first[1] + shape[1] * _HALF, size, middle)
+    least = _ONE  # the cosine of the corner that is farthest from the middle
+    for c in range(4):
+        _towards(view, first[0] + shape[0] * np.float32(c % 2), first[1] + shape[1] * np.float32(c // 2), size, corner)
+        least = min(least, middle[0] * corner[0] + middle[1] * corner[1] + middle[2] * corner[2])
+    width = np.arccos(max(-_ONE, min(_ONE, least)))
+    count = 0
+    for s in range(spheres.shape[1]):
+        x, y, z = spheres[0, s] - view[0, 0], spheres[1, s] - view[0, 1], spheres[2, s] - view[0, 2]
+        distance = np.sqrt(x * x + y * y + z * z)
+        apart = np.arccos(max(-_ONE, min(_ONE, (x * middle[0] + y * middle[1] + z * middle[2]) / distance)))
+        if apart <= width + np.arcsin(min(_ONE, spheres[3, s] / distance)) + ASTRAY:
+            seen[count] = s
+            count += 1
+    return count
+
+
+@jit.inline
+def _towards(view: Array, column: Any, row: Any, size: Any, out: Array) -> None:
+    """The unit direction through a place of the picture, in samples."""
+    x, y = _TWO * np.float32(column) / np.float32(size[0]) - _ONE, _TWO * np.float32(row) / np.float32(size[1]) - _ONE
+    for axis in range(3):
+        out[axis] = view[1, axis] + x * view[2, axis] + y * view[3, axis]
+    scale = _ONE / np.sqrt(out[0] * out[0] + out[1] * out[1] + out[2] * out[2])
+    for axis in range(3):
+        out[axis] *= scale
 
 
 def check_camera(scene: Scene) -> None:

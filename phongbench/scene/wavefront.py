@@ -67,6 +67,9 @@ class Worker:
         self.which, self.which_shadow, self.group, self.ray_of = (np.empty(capacity, np.int32) for _ in range(4))
         self.uv = np.zeros((2, capacity), np.float32)
         self.points, self.normals, self.seen, self.colours = (np.empty((capacity, 3), np.float32) for _ in range(4))
+        objects = job.geometry.spheres.shape[1] + job.geometry.planes.shape[1]
+        self.every = np.arange(objects, dtype=np.int32)
+        self.seen_spheres = np.empty(job.geometry.spheres.shape[1], np.int32)
         self.lights = [_light_row(light) for light in job.scene.lights]
 
     def draw(self, first: tuple[int, int], shape: tuple[int, int], picture: Array) -> None:
@@ -84,17 +87,26 @@ class Worker:
         views.primary_rays(job.view, corner, places, size, wave.rays)
         wave.pixels[: wave.count] = pixels
         wave.weights[: wave.count] = 1 / s**2
+        wanted = self._in_sight(corner, (shape[0] * s, shape[1] * s), size)
         for bounce in range(job.depth + 1):
             if not self.here.count:
                 break
-            self._bounce(picture, bounce)
+            self._bounce(picture, bounce, self.every if bounce else wanted)
             self.here, self.next = self.next, self.here
 
-    def _bounce(self, picture: Array, bounce: int) -> None:
-        """Trace the wave, shade what it found, and make the next one."""
+    def _in_sight(self, corner: tuple[int, int], shape: tuple[int, int], size: tuple[int, int]) -> Array:
+        """The objects that the camera's rays through a tile may hit: spheres that its cone touches, and all planes."""
+        g = self.job.geometry
+        if not self.job.thrift.objects:
+            return self.every
+        count = int(views.in_sight(self.job.view, g.spheres, corner, shape, size, self.seen_spheres))
+        return np.concatenate([self.seen_spheres[:count], self.every[g.spheres.shape[1] :]])
+
+    def _bounce(self, picture: Array, bounce: int, objects: Array) -> None:
+        """Trace the wave against these objects, shade what it found, and make the next one."""
         wave, tally = self.here, self.tally
         started = time.perf_counter()
-        sizes = self._trace(wave)
+        sizes = self._trace(wave, objects)
         tally.rays += wave.count
         tally.tracing += time.perf_counter() - started
         self.next.count = 0
@@ -104,10 +116,13 @@ class Worker:
                 self._group(group, first, int(count), picture, bounce)
             first += int(count)
 
-    def _trace(self, wave: Wave) -> Array:
-        """What each ray hits, sorted by group; returns the groups' sizes."""
+    def _trace(self, wave: Wave, objects: Array) -> Array:
+        """What each ray hits of these objects, sorted by group; returns the groups' sizes."""
         g, count = self.job.geometry, wave.count
-        tracing.nearest(wave.rays, count, g.spheres, g.planes, self.t, self.which, self.spare)
+        spheres = np.ascontiguousarray(g.spheres[:, objects[: len(objects) - g.planes.shape[1]]])
+        tracing.nearest(wave.rays, count, spheres, objects, g.planes, self.t, self.which, self.spare)
+        self.tally.tests += count * len(self.every)
+        self.tally.objects += count * (len(self.every) - len(objects))
         self._triangles(wave)
         sizes = np.zeros(len(self.job.shaders) + 2, np.int64)
         tracing.sort(
@@ -206,7 +221,7 @@ class Worker:
             count = int(tracing.shadow_rays(points, normals, place, far, span, rays, limit, point_of))
             tally.shadow_rays += len(points)
             tally.shadow_rays_saved += len(points) - count
-            tracing.nearest(rays, count, g.spheres, g.planes, t, self.which_shadow, self.spare)
+            tracing.nearest(rays, count, g.spheres, self.every, g.planes, t, self.which_shadow, self.spare)
             self._hidden_by_triangles(count)
             tracing.hide(t, limit, point_of, count, row)
         spent = time.perf_counter() - started

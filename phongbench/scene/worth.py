@@ -23,7 +23,7 @@ def variants() -> dict[str, Thrift]:
     """Everything left out, then one switch off each, then only exact skips, then none; the first is what is shipped."""
     full = Thrift()
     found = {"all": full}
-    for name in ("background", "reflectivity", "shadow_rays"):
+    for name in ("objects", "background", "reflectivity", "shadow_rays"):
         switched: dict[str, Any] = {name: False}
         found[f"without {name}"] = replace(full, **switched)
     found["without cutoff"] = replace(full, cutoff=0.0)

@@ -10,11 +10,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from phongbench.errors import CancelledError
 from phongbench.lighting import Light, Specular
+from phongbench.progress import Progress
 from phongbench.scene import plain, tracing, views
-from phongbench.scene.bounds import brightest
+from phongbench.scene.bounds import Bounds
 from phongbench.scene.geometry import geometry
-from phongbench.scene.parts import Camera, Chequerboard, Material, Picture, Plane, Reflection, Scene, Sphere
+from phongbench.scene.parts import Camera, Chequerboard, Material, Mesh, Picture, Plane, Reflection, Scene, Sphere
 from phongbench.scene.reading import examples, read_scene
 from phongbench.scene.rendering import render
 from phongbench.scene.thrift import Thrift
@@ -28,7 +30,8 @@ def nearest(origins: Any, directions: Any, spheres: Any = (), planes: Any = ()) 
     rays = np.concatenate([np.transpose(origins), np.transpose(directions)]).astype(np.float32, order="C")
     t, spare, which = np.empty(count, np.float32), np.empty(count, np.float32), np.empty(count, np.int32)
     rows = [np.array(rows, np.float32).reshape(-1, 4).T.copy() for rows in (spheres, planes)]
-    tracing.nearest(rays, count, *rows, t, which, spare)
+    names = np.arange(len(spheres) + len(planes), dtype=np.int32)
+    tracing.nearest(rays, count, rows[0], names, rows[1], t, which, spare)
     return t, which
 
 
@@ -95,7 +98,7 @@ def test_every_sample_of_a_tile_is_drawn_once(samples: int) -> None:
     assert (np.bincount(pixels) == samples**2).all()
 
 
-ANALYTIC = [name for name in examples() if name != "tessellation"]
+ANALYTIC = [name for name in examples() if not read_scene(name).of(Mesh)]
 
 
 @pytest.mark.parametrize("name", ANALYTIC)
@@ -139,7 +142,7 @@ def test_a_contribution_cutoff_costs_no_more_than_it_says(cutoff: float) -> None
     full, cut = (render(scene, thrift=replace(Thrift.exact(), cutoff=c)) for c in (0.0, cutoff))
     lost = float(np.abs(full.picture - cut.picture).max())
     line = next(line for line in cut.ledger if line.name == "cutoff")
-    assert line.bound == pytest.approx(cutoff * brightest(scene))
+    assert line.bound == pytest.approx(cutoff * Bounds(scene).brightest)
     assert 0 < lost <= line.bound
     assert cut.rays < full.rays
 
@@ -167,6 +170,37 @@ def test_a_picture_depends_on_neither_tiles_nor_threads(small: str, written: Wri
     one, two = render(scene, threads=1), render(scene, tile=tile, threads=threads)
     assert np.array_equal(one.picture, two.picture)
     assert one.rays == two.rays
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_a_cancelled_picture_is_given_up(small: str, written: Written, threads: int) -> None:
+    asked: list[int] = []
+
+    def cancelled() -> bool:
+        asked.append(1)
+        return len(asked) > 3
+
+    with pytest.raises(CancelledError):
+        render(written(small), tile=8, threads=threads, cancelled=cancelled)
+    assert len(asked) <= 3 + threads  # of 24 tiles
+
+
+def test_progress_is_told_of_every_tile(small: str, written: Written) -> None:
+    class Told(Progress):
+        """Counts."""
+
+        def __init__(self) -> None:
+            self.total, self.done = 0.0, 0.0
+
+        def stage(self, text: str, total: float | None = None) -> None:
+            self.total = total or 0
+
+        def advance(self, steps: float = 1) -> None:
+            self.done += steps
+
+    told = Told()
+    render(written(small), tile=16, progress=told)
+    assert told.done == told.total == 6
 
 
 def test_shadows_fall_where_the_light_is_hidden() -> None:

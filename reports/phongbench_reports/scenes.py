@@ -1,0 +1,125 @@
+"""Figures made of pictures: what reflections, interpolation and formulas do to a scene. PNG: pixels are the point.
+
+`python -m phongbench_reports.scenes FOLDER` draws all of them. Nothing here is measured but errors of the pictures.
+"""
+
+from __future__ import annotations
+
+import io
+import sys
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phongbench.lighting import Specular
+from phongbench.scene import pictures
+from phongbench.scene.formulas import name_of
+from phongbench.scene.parts import Mesh, Scene
+from phongbench.scene.reading import read_scene
+from phongbench.scene.rendering import render
+from phongbench_reports.drawing import footnote, ink, sheet
+
+#: pixels of a picture in a figure, and how finely the figure is written
+SIZE, DPI = (480, 270), 160
+#: side by side on the test card: one that is visibly wrong, the same with a better slope, one that is nearly right
+SHOWN = (Specular("lyon", "dot", 8), Specular("lyon", "dot", 8, "minimax"), Specular("lyon-quadratic", "dot", 4))
+
+Codes = NDArray[np.uint8]
+
+
+def depths(scene_name: str = "chequerboard", deepest: int = 3) -> bytes:
+    """A scene with 0, 1, ... reflections in a row, and by how many codes each differs from the one before."""
+    scene = read_scene(scene_name)
+    drawn = [render(scene, size=SIZE, depth=depth, supersampling=2) for depth in range(deepest + 1)]
+    titles = ["direct light only"]
+    for number, (before, after) in enumerate(pairwise(drawn), 1):
+        off = np.abs(pictures.codes(after.picture).astype(int) - pictures.codes(before.picture)).max(axis=2)
+        share = float((off > 0).mean())
+        titles.append(f"{number} reflection{'s' * (number > 1)}: {share:.1%} of the pixels change")
+    note = f"scene {scene.name}, {SIZE[0]} × {SIZE[1]} pixels, 4 samples each; changes of one 8-bit sRGB code or more"
+    return _plate([pictures.codes(d.picture) for d in drawn], titles, 2, note)
+
+
+def interpolation(degrees: Sequence[float] = (44.0, 21.0, 5.0)) -> bytes:
+    """Flat, Gouraud and Phong shading of one sphere in triangles from coarse to fine."""
+    scene = read_scene("tessellation")
+    kinds = (("none", "flat"), ("colours", "Gouraud"), ("normals", "Phong"))
+    found, titles = [], []
+    for smooth, name in kinds:
+        for index in range(len(degrees)):
+            alone = _alone(scene, index, smooth)
+            found.append(pictures.codes(render(alone, size=(270, 270), supersampling=2).picture))
+            titles.append(f"{name}, edges of {degrees[index]:g}°")
+    highlight = scene.materials[0].reflection.shininess
+    note = f"Gouraud shading mixes colours, Phong shading normals, made unit again; α = {highlight:g}, one far light"
+    return _plate(found, titles, len(degrees), note, 3.1)
+
+
+def formulas(scene_name: str = "test-card") -> bytes:
+    """Exact Phong, some formulas, and the difference of each, enlarged."""
+    scene = read_scene(scene_name)
+    exact = render(scene, size=SIZE, specular=Specular()).picture
+    found, titles = [], []
+    for formula in SHOWN:
+        other = render(scene, size=SIZE, specular=formula).picture
+        factor, error = pictures.amplification(exact, other), pictures.compare(exact, other, flip=False)
+        shown = np.clip(factor * np.abs(pictures.encoded(other) - pictures.encoded(exact)), 0, 1)
+        name = name_of({"approximation": formula.approximation, "lambda_form": formula.lambda_form,
+                        "gamma": formula.gamma, "beta": formula.beta})  # fmt: skip
+        found += [pictures.codes(other), (255 * shown + 0.5).astype(np.uint8)]
+        titles += [name, f"difference to exact Phong × {factor:g}; at most {error.max_codes} codes"]
+    note = f"scene {scene.name}: α doubles from 2 to 4096 in reading order; differences of sRGB values as shown"
+    return _plate(found, titles, 2, note)
+
+
+#: file name -> what draws it
+FIGURES: dict[str, Callable[[], bytes]] = {
+    "depths.png": depths, "interpolation.png": interpolation, "formulas.png": formulas,
+}  # fmt: skip
+
+
+def _alone(scene: Scene, index: int, smooth: str) -> Scene:
+    """One of the scene's meshes, in the middle, close up."""
+    mesh: Mesh = scene.of(Mesh)[index]
+    middle = (mesh.vertices.max(axis=0) + mesh.vertices.min(axis=0)) / 2
+    moved = replace(mesh, vertices=mesh.vertices - middle, smooth=smooth)
+    camera = replace(scene.camera, position=(0.0, 0.0, 8.0), target=(0.0, 0.0, 0.0))
+    return replace(scene, objects=(moved,), camera=camera)
+
+
+def _plate(found: Sequence[Codes], titles: Sequence[str], columns: int, note: str, height: float = 2.7) -> bytes:
+    """Pictures in rows with a title above each and a note below, as a PNG that is the same for the same pictures."""
+    rows = -(-len(found) // columns)
+    tall = height * rows + 0.3
+    with ink():
+        figure, axes = sheet(
+            tall, rows, columns, left=0.01, right=0.99, top=1 - 0.3 / tall, bottom=0.35 / tall, wspace=0.03, hspace=0.14
+        )
+        for one, picture, title in zip(axes, found, titles, strict=True):
+            one.imshow(picture, interpolation="none" if columns == 3 else "antialiased")
+            one.set_title(title, fontsize=9)
+            one.set_axis_off()
+        footnote(figure, note)
+        buffer = io.BytesIO()
+        settings: dict[str, Any] = {"facecolor": "white", "metadata": {"Software": "phongbench"}}
+        figure.savefig(buffer, format="png", dpi=DPI, **settings)
+    return buffer.getvalue()
+
+
+def write(folder: Path) -> list[Path]:
+    """Draw every figure into a folder; the files."""
+    folder.mkdir(parents=True, exist_ok=True)
+    paths = [folder / name for name in FIGURES]
+    for path, draw in zip(paths, FIGURES.values(), strict=True):
+        path.write_bytes(draw())
+    return paths
+
+
+if __name__ == "__main__":
+    for written in write(Path(sys.argv[1])):
+        sys.stdout.write(f"{written}\n")
