@@ -16,7 +16,7 @@ from click.testing import CliRunner
 
 from phongbench.cli import main
 from phongbench_api import wire
-from phongbench_api.serve import _listen, from_environment
+from phongbench_api.serve import from_environment
 from phongbench_api.settings import Settings
 
 QUERY = {"approximation": "lyon", "lambda": "cross", "gamma": "8", "alpha": "50"}
@@ -103,14 +103,6 @@ def test_a_port_that_is_taken_is_said_in_two_lines() -> None:
     assert found.exit_code == 2
     assert "cannot listen" in found.output
     assert "--port" in found.output
-
-
-def test_small_answers_are_not_held_back() -> None:
-    # asyncio turns Nagle's algorithm off only where the socket names its protocol; accepted ones inherit the name
-    with _listen(Settings(port=0)) as door, connected(f"http://127.0.0.1:{door.getsockname()[1]}"):
-        accepted, _ = door.accept()
-        with accepted:
-            assert accepted.proto == socket.IPPROTO_TCP
 
 
 def test_a_worker_gets_the_settings_of_its_parent(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
