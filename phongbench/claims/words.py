@@ -13,7 +13,7 @@ def listed(words: Iterable[str]) -> str:
 def exponents(some: Sequence[float], measured: Sequence[float]) -> str:
     """Some of the measured exponents in words: "alpha 10 and 20", "alpha 100 .. 1000", "every exponent (5 .. 1000)"."""
     if not some:
-        return f"none of the {len(measured)} exponents"
+        return f"none of the {len(measured)} exponents" if len(measured) > 1 else "no measured exponent"
     ends = f"{some[0]:g} .. {some[-1]:g}"
     if len(some) == len(measured) > 1:
         return f"every exponent ({ends})"

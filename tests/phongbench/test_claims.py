@@ -274,6 +274,14 @@ def test_a_cheap_root_is_enough_where_it_changes_at_most_one_code(rows: Any, ver
     assert judged("e", accuracy=accuracy(rows))["verdict"] == verdict
 
 
+def test_roots_come_in_the_order_of_their_accuracy_and_alike_ones_share_a_sentence() -> None:
+    rows = rooted("rsqrt-bits-0", 10.0, cross=0.1) + rooted("rsqrt-12", 10.0, cross=CODE)
+    rows = [row | {"length_error": 0.03 if row["perturbation"] == "rsqrt-bits-0" else 3e-4} for row in rows]
+    found = judged("e", accuracy=accuracy(rows))
+    assert [one["root"] for one in found["conditions"]] == ["rsqrt-12", "rsqrt-bits-0"]
+    assert "is enough at no measured exponent" in found["because"]
+
+
 # f and h: speed
 
 
@@ -436,7 +444,7 @@ def engine_rows(swept: Callable[..., pd.DataFrame]) -> pd.DataFrame:
 def test_every_rule_judges_the_rows_of_the_engine(engine_rows: pd.DataFrame) -> None:
     found = {one.claim.key: one.as_dict() for one in judge(Tables(accuracy=engine_rows))}
     assert list(found) == list("abcdefghijkl")
-    for key in "abcgj":
+    for key in "abcegj":
         assert found[key]["verdict"] == "holds under conditions"
     assert found["a"]["conditions"][0]["gamma"] == 8
     limits = {one["alpha"]: one for one in found["b"]["conditions"] if one["lambda_form"] == "dot"}
