@@ -47,6 +47,8 @@ ACCURACY_KEY = (
 )  # fmt: skip
 #: how a largest error was found, the weaker first: of samples, of a search, of every input, or bounded by a proof
 COVERAGES = ("sampled", "searched", "exhaustive", "certified")
+#: what stands for the precision of certified rows: the formula in exact arithmetic
+EXACT = "exact"
 TIMING_COLUMNS = (
     "approximation", "lambda_form", "space", "beta_policy", "gamma", "precision", "working_set", "elements",
     "threads", "ns_min",
