@@ -47,6 +47,8 @@ ACCURACY_KEY = (
 )  # fmt: skip
 #: how a largest error was found, the weaker first: of samples, of a search, of every input, or bounded by a proof
 COVERAGES = ("sampled", "searched", "exhaustive", "certified")
+#: what stands for the precision of certified rows: the formula in exact arithmetic
+EXACT = "exact"
 TIMING_COLUMNS = (
     "approximation", "lambda_form", "space", "beta_policy", "gamma", "precision", "working_set", "elements",
     "threads", "ns_min",
@@ -76,8 +78,6 @@ BEHAVIOUR_COLUMNS = (*CELL_COLUMNS, "case", "outcome", "lowest", "highest", "exa
 SMOOTHNESS_COLUMNS = (
     *CELL_COLUMNS, "samples", "rises", "largest_rise", "kink", "kink_degrees", "overflows", "subnormals",
 )  # fmt: skip
-#: in the column `precision` of certified rows: bounds in real numbers, of no working precision
-EXACT = "exact"
 #: everything a run writes into its folder
 RUN_CONTENT = (PARTS, "report", MANIFEST, *(f"{name}.parquet" for name in TABLES))
 #: the columns of every table
