@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from phongbench import __version__, clock, contenders, jit, kernels, peers, sampling, yardstick
+from phongbench import __version__, clock, contenders, jit, kernels, peers, sampling, subnormals, yardstick
 from phongbench.approximations import REGISTRY
 from phongbench.blocks import elements_of, memory_sizes
 from phongbench.contenders import Contender, Subject
@@ -131,7 +131,7 @@ def bench(
 
     names           peers, or None for all
     budget_seconds  for the rounds; compiling and the sweep come on top
-    returns         machine, alpha, gamma, `rows`, `absent` {peer: why}, `notes`, `sweep`, as plain data
+    returns         machine, alpha, gamma, `rows`, `absent` {peer: why}, `notes`, `subnormals`, `sweep`, as plain data
     Raises UnknownNameError for an unknown peer, InputError where the budget is too short, saying what it takes,
     LockedError while another timing runs.
     """
@@ -157,11 +157,13 @@ def bench(
         progress.stage("timing", rounds * len(fields))
         for place in fields:
             rows += place.measured(rounds, seed, progress)
+        progress.stage("timing subnormal numbers")
+        slow = subnormals.measure(seed=seed)
     progress.stage("sweeping")
     if rounds < GOOD_ROUNDS:
         notes.append(f"{rounds} rounds only, so intervals are wide: a larger --budget narrows them")
     found = {"alpha": ALPHA, "gamma": GAMMA, "machine": machine().cpu, "rows": rows, "absent": absent, "notes": notes}
-    return found | {"sweep": sweep()}
+    return found | {"subnormals": slow, "sweep": sweep()}
 
 
 def _ours() -> dict[str, Contender]:

@@ -73,8 +73,8 @@ def _largest(cause: Cause) -> float:
 CAUSES = (
     Cause("rsqrt-12", "a 12-bit reciprocal root", _TABLE),
     Cause("rsqrt-bits-0", "the bit trick alone", _BITS, 0),
-    Cause("rsqrt-bits-1", "the bit trick and a Newton step", _BITS, 1),
-    Cause("rsqrt-bits-2", "the bit trick and two Newton steps", _BITS, 2),
+    Cause("rsqrt-bits-1", "the bit trick with a Newton step", _BITS, 1),
+    Cause("rsqrt-bits-2", "the bit trick with two Newton steps", _BITS, 2),
     Cause("half", "rounding to float16", _HALF),
     Cause("series", "Lyon's short series, lengths up to 10 % wrong", _SERIES),
     Cause("interpolated-10", "interpolation along a mesh edge of 10 degrees", _EDGE, degrees=10.0, both=False),

@@ -47,6 +47,8 @@ ACCURACY_KEY = (
 )  # fmt: skip
 #: how a largest error was found, the weaker first: of samples, of a search, of every input, or bounded by a proof
 COVERAGES = ("sampled", "searched", "exhaustive", "certified")
+#: what stands for the precision of certified rows: the formula in exact arithmetic
+EXACT = "exact"
 TIMING_COLUMNS = (
     "approximation", "lambda_form", "space", "beta_policy", "gamma", "precision", "working_set", "elements",
     "threads", "ns_min",
@@ -72,7 +74,10 @@ BEHAVIOUR_COLUMNS = (*CELL_COLUMNS, "case", "outcome", "lowest", "highest", "exa
 #: shape of the lobe over all angles. rises: places where it grows away from its peak; largest_rise: how far above what
 #: it was nearer to the peak; kink: second difference over the squared step at the lobe's end, over the largest of exact
 #: Phong's; missing where no end is
-SMOOTHNESS_COLUMNS = (*CELL_COLUMNS, "samples", "rises", "largest_rise", "kink", "kink_degrees")
+#: overflows: samples whose lambda (or cosine) or value is infinite or at the end of fixed point; subnormals: likewise
+SMOOTHNESS_COLUMNS = (
+    *CELL_COLUMNS, "samples", "rises", "largest_rise", "kink", "kink_degrees", "overflows", "subnormals",
+)  # fmt: skip
 #: everything a run writes into its folder
 RUN_CONTENT = (PARTS, "report", MANIFEST, *(f"{name}.parquet" for name in TABLES))
 #: the columns of every table

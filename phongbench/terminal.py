@@ -169,6 +169,13 @@ def bench_tables(found: Mapping[str, Any]) -> None:
         console.print(f"{name} is absent: {why}", soft_wrap=True)
     for note in found["notes"]:
         console.print(f"note: {note}", soft_wrap=True)
+    heads = ("pairs", "subnormal", "bare chain", "ours", "chain / ours", "interval")
+    slow = [
+        (r["pairs"], f"{r['subnormal']:.1%}", r["chain_ns"], r["ours_ns"], r["ratio"], _interval(r))
+        for r in found.get("subnormals", ())
+    ]
+    if slow:
+        table("What subnormal numbers cost: lyon, gamma 64, float32, in l1, ns per element", heads, slow)
     sweep = found["sweep"]
     console.print(
         f"accuracy sweep: {sweep['evaluations_per_second'] / 1e9:.2f} billion evaluations a second and core, "

@@ -60,7 +60,8 @@ def truth_kernel(half_space: bool, both: bool = True) -> Any:
     """Compiled (unit deficits, given cosines, [alpha], angle out, given out) over float64 rows of equal length.
 
     In half space the pair is (N, H) and the truth is Phong's at twice the angle, the coplanar configuration: its
-    deficit is 2 d (2 - d), its cosine 2 c^2 - 1. Unless both truths are wanted, `given out` is left alone.
+    deficit is 2 d (2 - d), its cosine 2 c^2 - 1, and it is 0 for an N.H that is not positive. Unless both truths are
+    wanted, `given out` is left alone.
     """
     of_deficit, power = _bodies()
 
@@ -75,7 +76,8 @@ def truth_kernel(half_space: bool, both: bool = True) -> Any:
     def half(deficit: Any, cosine: Any, alpha: Any, angle: Any, given: Any) -> None:
         exponent = alpha[0]
         for i in range(len(deficit)):
-            angle[i] = of_deficit(2.0 * deficit[i] * (2.0 - deficit[i]), exponent)
+            d = 1.0 if deficit[i] > 1.0 else deficit[i]  # behind the normal there is no highlight
+            angle[i] = of_deficit(2.0 * d * (2.0 - d), exponent)
         if both:
             for i in range(len(deficit)):
                 c = cosine[i]

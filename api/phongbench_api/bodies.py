@@ -2,7 +2,9 @@
 
 from starlette.requests import Request
 
+from phongbench_api import wire
 from phongbench_api.errors import TooLargeError
+from phongbench_api.settings import Settings
 from phongbench_api.work import Office
 
 
@@ -19,6 +21,15 @@ async def read(request: Request, limit: int, office: Office) -> bytes:
                 raise _too_large(limit)
             pieces.append(piece)
     return b"".join(pieces)
+
+
+def check_count(count: int, field: str, media: str, settings: Settings) -> None:
+    """TooLargeError for more vectors than a request may hold, or than an answer in JSON may."""
+    if count > settings.max_points:
+        raise TooLargeError(f"more than {settings.max_points} vectors", field, "ask in parts")
+    if media == wire.JSON and count > settings.max_json_points:
+        what = f"more than {settings.max_json_points} vectors, which is too much JSON"
+        raise TooLargeError(what, field, f"ask for bytes: Accept: {wire.OCTETS}")
 
 
 def _too_large(limit: int) -> TooLargeError:

@@ -35,7 +35,7 @@ def plan(service: Service, ask: CurveAsk, media: str) -> tuple[float, Callable[[
     return (cost + DRAWING, drawn) if media == wire.SVG else (cost, numbers)
 
 
-def answer(found: Any, media: str, spans: wire.Spans) -> Response:
+def answer(media: str, found: Any, spans: wire.Spans) -> Response:
     """The curve in the media type asked for."""
     if media == wire.JSON:
         return wire.json(found, spans)

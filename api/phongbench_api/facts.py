@@ -9,7 +9,17 @@ from phongbench.provenance import versions
 from phongbench_api import wire
 from phongbench_api.settings import Settings
 
-_LIMITS = ("max_body", "max_json", "max_points", "max_lights", "max_rows", "max_cost", "max_wait", "read_seconds")
+_LIMITS = (
+    "max_body",
+    "max_json",
+    "max_points",
+    "max_json_points",
+    "max_lights",
+    "max_rows",
+    "max_cost",
+    "max_wait",
+    "read_seconds",
+)
 EXAMPLE = {"name": "phongbench", "version": __version__}
 
 

@@ -11,7 +11,7 @@ from starlette.responses import Response
 
 from phongbench.lowering import Precision, precision_named
 from phongbench_api import bodies, highlight, wire
-from phongbench_api.errors import RequestError, TooLargeError, UnsupportedMediaError
+from phongbench_api.errors import RequestError, UnsupportedMediaError
 from phongbench_api.highlight import Formula
 from phongbench_api.models import BinaryAsk, SpecularAsk
 from phongbench_api.service import Service
@@ -56,6 +56,10 @@ class Pairs:
         more = highlight.compared(self.formula, self.a, self.b, found, gone) if self.compare else {}
         return {"values": found} | more
 
+    def answer(self, found: dict[str, Any], spans: wire.Spans) -> Response:
+        """The values in the media type that was asked for."""
+        return wire.json(found, spans) if self.media == wire.JSON else wire.binary(found["values"], self.media, spans)
+
 
 async def read(request: Request, service: Service) -> Pairs:
     """The request; RequestError of some kind for what is wrong with it."""
@@ -68,18 +72,12 @@ async def read(request: Request, service: Service) -> Pairs:
     ask, a, b = await (_of_json if kind == wire.JSON else _of_binary)(request, service, kind)
     if len(a) != len(b):
         raise RequestError(f"there are {len(a)} vectors a and {len(b)} vectors b", "b", "one of each for every pair")
-    if len(a) > service.settings.max_points:
-        raise TooLargeError(f"more than {service.settings.max_points} pairs", "a", "ask in parts")
+    bodies.check_count(len(a), "a", media, service.settings)
     if ask.compare and media != wire.JSON:
         raise RequestError("a comparison is told in JSON only", "compare", f"Accept: {wire.JSON}")
     formula, precision = highlight.asked(ask), precision_named(ask.precision)
     cost = service.kernels.pairs_cost(formula, precision, len(a), compare=ask.compare)
     return Pairs(formula, precision, a, b, ask.compare, media, cost, service)
-
-
-def answer(ask: Pairs, found: dict[str, Any], spans: wire.Spans) -> Response:
-    """The values in the media type that was asked for."""
-    return wire.json(found, spans) if ask.media == wire.JSON else wire.binary(found["values"], ask.media, spans)
 
 
 async def _of_json(request: Request, service: Service, kind: str) -> tuple[SpecularAsk, Array, Array]:

@@ -19,8 +19,7 @@ async def answered(request: Request, service: Service, question: Callable[[], An
     """The answer as JSON, worked out on a core."""
     spans = wire.Spans()
     spans.mark("parse")
-    found = await service.office.do(request, QUESTION, lambda gone: question(), spans)
-    return wire.json(found, spans)
+    return await service.office.do(request, QUESTION, lambda gone: question(), wire.json, spans)
 
 
 def front_of(service: Service, name: str, ask: FrontAsk) -> dict[str, Any]:

@@ -29,6 +29,7 @@ class Settings:
     max_body         bytes of a binary or multipart body
     max_json         bytes of a JSON body: parsing holds the interpreter, about 10 ms a MiB, and health waits for it
     max_points       pairs or points of a request
+    max_json_points  pairs or points of an answer in JSON: writing it holds the interpreter, too
     max_lights       lights of a shading request
     max_rows         rows of an answer
     max_cost         predicted seconds that one request may take
@@ -51,11 +52,12 @@ class Settings:
     max_body: int = 64 * _MIB
     max_json: int = 4 * _MIB
     max_points: int = 2_000_000
+    max_json_points: int = 100_000
     max_lights: int = 256
     max_rows: int = 50_000
     max_cost: float = 10.0
-    max_wait: float = 1.0
-    max_reading: int = 256 * _MIB
+    max_wait: float = 0.5
+    max_reading: int = 128 * _MIB
     inline_cost: float = 2e-4
     head_seconds: float = 10.0
     read_seconds: float = 30.0

@@ -48,6 +48,15 @@ class Shading:
             except CancelledError:
                 raise Cancelled from None
 
+    def answer(self, found: Shaded, spans: wire.Spans) -> Response:
+        """Colours and ledger; in binary the ledger is a header."""
+        skipped = found.ledger.as_dict()
+        if self.media == wire.JSON:
+            return wire.json({"colours": found.colours, "skipped": skipped}, spans)
+        response = wire.binary(found.colours, self.media, spans)
+        response.headers["phongbench-skipped"] = orjson.dumps(skipped).decode()
+        return response
+
 
 async def read(request: Request, service: Service) -> Shading:
     """The request; RequestError of some kind for what is wrong with it."""
@@ -62,21 +71,10 @@ async def read(request: Request, service: Service) -> Shading:
     settings = service.settings
     body = await bodies.read(request, settings.max_json if kind == wire.JSON else settings.max_body, service.office)
     asked = _of_json(body) if kind == wire.JSON else _of_parts(body, header or "", settings.max_json)
-    if len(asked.points) > settings.max_points:
-        raise TooLargeError(f"more than {settings.max_points} points", "points", "ask in parts")
+    bodies.check_count(len(asked.points), "points", media, settings)
     if len(asked.arguments["lights"]) > settings.max_lights:
         raise TooLargeError(f"more than {settings.max_lights} lights", "lights", "ask for some of them at a time")
     return Shading(asked, media, service.kernels.shading_cost(asked), service)
-
-
-def answer(ask: Shading, found: Shaded, spans: wire.Spans) -> Response:
-    """Colours and ledger; in binary the ledger is a header."""
-    skipped = found.ledger.as_dict()
-    if ask.media == wire.JSON:
-        return wire.json({"colours": found.colours, "skipped": skipped}, spans)
-    response = wire.binary(found.colours, ask.media, spans)
-    response.headers["phongbench-skipped"] = orjson.dumps(skipped).decode()
-    return response
 
 
 def _of_json(body: bytes) -> ShadingRequest:

@@ -1,5 +1,7 @@
 """Kernels compiled before the server says it is ready, and what work is predicted to cost."""
 
+import subprocess
+import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -9,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from phongbench import kernels
+from phongbench import jit, kernels
 from phongbench.approximations import REGISTRY, example
 from phongbench.errors import InputError
 from phongbench.lowering import FLOAT32, FLOAT64, Precision
@@ -99,19 +101,27 @@ class Kernels:
             self._ready.add(key)
 
     def warm(self, stopped: Callable[[], bool]) -> bool:
-        """Compile what is asked for most, and time it: every curve, and every formula and lambda form in float32.
+        """Compile what is asked for most, and time it: every curve, every formula and lambda form in float32, shading.
 
-        Exact Phong in float64 is what others are compared with. False if it was told to stop.
+        Exact Phong in float64 is what others are compared with. On a cold cache a second process compiles the shading
+        meanwhile. False if it was told to stop.
         """
-        work: list[Callable[[], None]] = [partial(self.compile_curve, formula) for formula in curves()]
+        helper = _helper()
+        work: list[Callable[[], object]] = [partial(self.compile_curve, formula) for formula in curves()]
         work += [partial(self._prepare, formula) for formula in loops()]
         work += [partial(self.compile_pairs, formula, FLOAT64) for formula in loops() if formula.spec.kind == "exact"]
+        work += [helper.wait] if helper else []
         work += [partial(self.compile_shading, asked) for asked in shadings()]
         work.append(self._calibrate_shading)
-        for step in work:
-            if stopped():
-                return False
-            step()
+        try:
+            for step in work:
+                if stopped():
+                    return False
+                step()
+        finally:
+            if helper and helper.poll() is None:
+                helper.kill()
+                helper.wait()
         return True
 
     def _prepare(self, formula: Formula) -> None:
@@ -189,3 +199,20 @@ def _accepted(spec: Approximation, gamma: int | None) -> Setting | None:
             continue
         return setting
     return None
+
+
+def _helper() -> "subprocess.Popen[bytes] | None":
+    """A process that compiles the loops of shading into the cache, if that is cold.
+
+    Compilation holds the interpreter, so threads cannot share it (see phongbench.warm).
+    """
+    if jit.DISABLED or any(jit.cache_folder().rglob("*shade_tiles*")):
+        return None
+    quiet = subprocess.DEVNULL
+    return subprocess.Popen([sys.executable, "-m", "phongbench_api.warm"], stdin=quiet, stdout=quiet, stderr=quiet)
+
+
+if __name__ == "__main__":
+    here = Kernels()
+    for one in shadings():
+        here.compile_shading(one)

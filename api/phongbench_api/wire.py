@@ -37,11 +37,6 @@ class Spans:
         self._spent[name] = self._spent.get(name, 0.0) + now - self._last
         self._last = now
 
-    def spend(self, name: str, seconds: float) -> None:
-        """So many of the seconds to be marked next went into `name`."""
-        self._spent[name] = self._spent.get(name, 0.0) + seconds
-        self._last += seconds
-
     def header(self) -> dict[str, str]:
         """Milliseconds of parse, queue, kernel and encode, in that order."""
         names = ("parse", "queue", "kernel", "encode")

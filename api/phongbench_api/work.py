@@ -7,7 +7,6 @@ A running thread cannot be killed, so what would take too long is refused before
 import asyncio
 import math
 import threading
-import time
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
 from typing import TypeVar
@@ -22,6 +21,7 @@ from phongbench_api.settings import Settings
 from phongbench_api.wire import Spans
 
 T = TypeVar("T")
+R = TypeVar("R")
 #: what a piece of work is given: a question that it asks now and then, whether to stop
 Gone = Callable[[], bool]
 
@@ -71,45 +71,48 @@ class Office:
         finally:
             self.reading -= size
 
-    async def do(self, request: Request, cost: float, work: Callable[[Gone], T], spans: Spans) -> T:
-        """The result of the work, which is predicted to take so many seconds of one core.
+    async def do(
+        self, request: Request, cost: float, work: Callable[[Gone], T], encode: Callable[[T, Spans], R], spans: Spans
+    ) -> R:
+        """What `encode` makes of the work's result, by one core that is predicted to take so many seconds.
 
         TooLargeError where that is more than one request may take, BusyError where the wait would be too long;
         Cancelled once the client is gone.
         """
         if cost <= self.settings.inline_cost:
-            result = work(_never)
-            spans.mark("kernel")
-            return result
+            return _done(work, encode, spans, _never)
         if cost > self.settings.max_cost:
-            limit = self.settings.max_cost
-            raise TooLargeError(
-                f"this would take about {cost:.1f} s; a request may take {limit:g} s", mend="ask for less"
-            )
+            what = f"this would take about {cost:.1f} s; a request may take {self.settings.max_cost:g} s"
+            raise TooLargeError(what, mend="ask for less")
         self.check()
         self.pending, self._jobs = self.pending + cost, self._jobs + 1
         try:
-            return await self._in_thread(request, work, spans)
+            return await self._in_thread(request, work, encode, spans)
         finally:
             self.pending, self._jobs = self.pending - cost, self._jobs - 1
 
-    async def _in_thread(self, request: Request, work: Callable[[Gone], T], spans: Spans) -> T:
+    async def _in_thread(
+        self, request: Request, work: Callable[[Gone], T], encode: Callable[[T, Spans], R], spans: Spans
+    ) -> R:
         gone = threading.Event()
 
-        def timed() -> tuple[T, float]:
-            started = time.perf_counter()
-            return work(gone.is_set), time.perf_counter() - started
+        def begun() -> R:
+            spans.mark("queue")
+            return _done(work, encode, spans, gone.is_set)
 
         with anyio.CancelScope() as scope:
             watcher = asyncio.create_task(_watch(request, gone, scope))
             try:
-                result, seconds = await anyio.to_thread.run_sync(timed, limiter=self._limiter)
+                return await anyio.to_thread.run_sync(begun, limiter=self._limiter)
             finally:
                 watcher.cancel()
-            spans.spend("kernel", seconds)
-            spans.mark("queue")
-            return result
         raise Cancelled
+
+
+def _done(work: Callable[[Gone], T], encode: Callable[[T, Spans], R], spans: Spans, gone: Gone) -> R:
+    result = work(gone)
+    spans.mark("kernel")
+    return encode(result, spans)
 
 
 async def _watch(request: Request, gone: threading.Event, scope: anyio.CancelScope) -> None:

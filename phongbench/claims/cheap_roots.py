@@ -4,20 +4,14 @@ from __future__ import annotations
 
 import pandas as pd
 
+from phongbench.causes import CAUSES
 from phongbench.claims.claim import CONDITIONS, FAILS, HOLDS, VISIBLE, Claim, Finding, LackingRowsError, Numbers
 from phongbench.claims.cuts import KEY, Rows, at, coverage, evidence, forms_of, near_gamma
 from phongbench.claims.words import codes, exponents, listed, sentence
 from phongbench.sources import WIKIPEDIA_PHONG
 
-#: perturbation -> which cheap root normalised the vectors, the most accurate first
-ROOTS = {
-    "rsqrt-12": "a 12-bit root",
-    "rsqrt-bits-2": "the bit trick with two Newton steps",
-    "rsqrt-bits-1": "the bit trick with one Newton step",
-    "half": "rounding to float16",
-    "series": "Lyon's short series",
-    "rsqrt-bits-0": "the bit trick alone",
-}
+#: perturbation -> which cheap root, or rounding, made the vectors; the first clause of its text
+ROOTS = {cause.name: cause.text.partition(",")[0] for cause in CAUSES if cause.both}
 #: the gamma that is judged, or the measured one nearest to it
 GAMMA = 8
 FORMS = ("dot", "difference", "cross")
@@ -33,7 +27,7 @@ def judge(rows: Rows) -> Finding:
     measured = sorted(float(alpha) for alpha in cells["alpha"].unique())
     told = [
         _record(mine, measured)
-        for root in ROOTS
+        for root in _by_accuracy(cells)
         for form in forms_of(cells)
         if len(mine := at(cells, perturbation=root, lambda_form=form))
     ]
@@ -61,6 +55,12 @@ def _source(rows: Rows) -> pd.DataFrame:
             'measure them: phongbench run with lyon among --only; a plan\'s strata must hold "lengths"',
         )
     return near_gamma(cells, GAMMA)
+
+
+def _by_accuracy(cells: pd.DataFrame) -> list[str]:
+    """The roots, the one whose lengths err least first."""
+    size = cells["length_error"].abs().groupby(cells["perturbation"]).max()
+    return sorted(map(str, size.index), key=lambda root: (float(size[root]), root))
 
 
 def _record(mine: pd.DataFrame, measured: list[float]) -> Numbers:

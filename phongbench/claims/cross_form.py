@@ -7,7 +7,7 @@ import pandas as pd
 from phongbench import laws
 from phongbench.claims.claim import CONDITIONS, FAILS, HOLDS, VISIBLE, Claim, Finding, LackingRowsError, Numbers
 from phongbench.claims.cuts import KEY, Rows, at, coverage, evidence, near_gamma
-from phongbench.claims.words import exponents, sentence
+from phongbench.claims.words import exponents, sentence, times
 from phongbench.sources import WIKIPEDIA_PHONG
 
 #: much less: at most a quarter of the change
@@ -103,7 +103,7 @@ def _because(told: list[Numbers]) -> str:
     first = told[0]
     where = exponents(first["alphas"], first["alphas_measured"])
     start = f"at gamma {first['gamma']}, wrong lengths change cross at most a quarter as much as dot at {where}"
-    least = f"(least {first['least_times']:.2g} times less, alpha {first['least_alpha']:g})"
+    least = f"(least {times(first['least_times'])} times less, alpha {first['least_alpha']:g})"
     return sentence(f"{start} {least}", *(_who(one) for one in told[1:]))
 
 

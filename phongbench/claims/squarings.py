@@ -7,7 +7,7 @@ import pandas as pd
 from phongbench.claims.claim import CONDITIONS, FAILS, HOLDS, Claim, Finding, LackingRowsError, Numbers
 from phongbench.claims.cuts import Rows, at, evidence, forms_of, near_gamma
 from phongbench.claims.times import FASTER, PLACES, quiet
-from phongbench.claims.words import listed, sentence
+from phongbench.claims.words import listed, sentence, times
 from phongbench.contenders import BASELINE, LIBM
 from phongbench.sources import WIKIPEDIA_PHONG
 
@@ -71,8 +71,8 @@ def _record(mine: pd.Series, exact: pd.Series) -> Numbers:
 def _because(told: list[Numbers]) -> str:
     place, form = told[0]["working_set"], told[0]["lambda_form"]
     gains = [
-        f"{one['times_faster']:.2g} times as fast as {ENGINES[one['engine']]} "
-        f"({one['times_faster_low']:.2g} .. {one['times_faster_high']:.2g})"
+        f"{times(one['times_faster'])} times as fast as {ENGINES[one['engine']]} "
+        f"({times(one['times_faster_low'])} .. {times(one['times_faster_high'])})"
         for one in told
         if (one["working_set"], one["lambda_form"]) == (place, form)
     ]

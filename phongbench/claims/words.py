@@ -13,7 +13,7 @@ def listed(words: Iterable[str]) -> str:
 def exponents(some: Sequence[float], measured: Sequence[float]) -> str:
     """Some of the measured exponents in words: "alpha 10 and 20", "alpha 100 .. 1000", "every exponent (5 .. 1000)"."""
     if not some:
-        return f"none of the {len(measured)} exponents"
+        return f"none of the {len(measured)} exponents" if len(measured) > 1 else "no measured exponent"
     ends = f"{some[0]:g} .. {some[-1]:g}"
     if len(some) == len(measured) > 1:
         return f"every exponent ({ends})"
@@ -28,6 +28,11 @@ def codes(error: float) -> str:
         return "codes without end"
     told = f"{255 * error:.2g}" if 255 * error < 10 else f"{255 * error:.0f}"
     return f"{told} code{'s' * (told != '1')}"
+
+
+def times(ratio: float) -> str:
+    """A ratio to two digits: "3.6", "160"."""
+    return f"{float(f'{ratio:.2g}'):g}" if ratio < 1e6 else "over a million"
 
 
 def rounded(value: float) -> str:

@@ -26,7 +26,7 @@ from phongbench.kernels import deficit_of_angle
 from phongbench.plan import Plan
 from phongbench.probes.cosines import COSINES
 from phongbench.probes.probing import Probing
-from phongbench.results import ACCURACY_COLUMNS
+from phongbench.results import ACCURACY_COLUMNS, EXACT
 from phongbench.spec import Approximation, Setting
 
 #: a bound this close to a found error is tight: 0.2 %
@@ -37,7 +37,6 @@ NOTHING = 1e-9
 HALVINGS, HOPELESS = 1500, 200
 #: seconds a law takes, for the forecast only
 SECONDS = 0.003
-EXACT = "exact"
 ABSENT = "no certified bounds: python-flint is not installed; pip install 'phongbench[certify]' brings it"
 
 #: highlight coordinates u = exponent * d where boxes begin; the lobe lies in 0 .. 12

@@ -21,7 +21,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from phongbench.front import cell_name
-from phongbench.results import ACCURACY_KEY, COVERAGES
+from phongbench.results import ACCURACY_KEY, COVERAGES, EXACT
 
 #: strata of unit vectors: samples of the domain that the search covers
 UNIT_STRATA = ("uniform", "highlight", "peak", "cutoff", "grazing")
@@ -52,7 +52,7 @@ def slack(alpha: float | NDArray[np.float64]) -> float | NDArray[np.float64]:
 def _by_coverage(accuracy: pd.DataFrame) -> Iterator[str]:
     """Rule 1."""
     key = [c for c in ACCURACY_KEY if c != "coverage"]
-    several = accuracy[accuracy["precision"] != "exact"]
+    several = accuracy[accuracy["precision"] != EXACT]
     several = several[several.duplicated(key, keep=False)]
     for weak, strong in pairwise(COVERAGES[:-1]):
         first, second = (several[several["coverage"] == name] for name in (weak, strong))

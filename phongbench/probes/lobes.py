@@ -33,10 +33,14 @@ def values(spec: Approximation, cell: Cell, block: Array, setting: Setting | Non
     kernel = kernels.values_kernel(spec, precision, kernels.known_values(spec, setting))
     with np.errstate(all="ignore"):  # infinite coefficients are what some settings ask for
         row, table = kernels.coefficient_row(spec, setting, precision), kernels.table_row(spec, setting, precision)
-    form = kernels.FORM_ROW.get(cell.lambda_form, kernels.COSINE_ROW)
     gate = kernels.COSINE_ROW if cell.gated else kernels.OPEN_ROW
-    _values(jit.address(kernel), block[form], block[gate], row, table, out)
+    _values(jit.address(kernel), coordinate(cell, block), block[gate], row, table, out)
     return out
+
+
+def coordinate(cell: Cell, block: Array) -> Array:
+    """What the cell's formula is given: the row of its lambda form, or of the cosine."""
+    return np.asarray(block[kernels.FORM_ROW.get(cell.lambda_form, kernels.COSINE_ROW)])
 
 
 def spread(cells: Sequence[Cell], wanted: Setting) -> list[int]:

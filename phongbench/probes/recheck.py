@@ -38,7 +38,7 @@ class Value:
     """An exact value as the float64 tier found it.
 
     pair  six floats, a then b
-    kind  angle or given
+    kind  angle, given, or cosine: the angle that the product a.b names
     what  where it comes from, in words
     """
 
@@ -88,6 +88,9 @@ def _disagreement(value: Value, number: Callable[[float], Any]) -> tuple[float, 
         again = truth.phong_of_angle(u, v, value.alpha, value.half)
         return _distance(again, value.exact), truth.angle_error(value.alpha, value.half)
     x = truth.product(u, v)
+    if value.kind == "cosine":  # found from 1 - x, which float64 rounds
+        again = truth.phong_of_cosine(x, value.alpha, value.half)
+        return _distance(again, value.exact), truth.angle_error(value.alpha, value.half)
     again = truth.phong_of_cosine(x, value.alpha, value.half)
     cosine = float(2 * x * x - 1 if value.half and x > 0 else x)
     size = sum(abs(p * q) for p, q in zip(value.pair[:3], value.pair[3:], strict=True))
@@ -130,7 +133,7 @@ def _stored(worst: pd.DataFrame) -> Iterator[Value]:
     """The stored worst inputs. Where the input is a cosine, the truth is that of the product a.b, which is exact."""
     names = ["alpha", "space", "truth", "exact", "stratum", "approximation", "precision", *_PAIR]
     for alpha, space, kind, exact, stratum, name, precision, *pair in zip(*(worst[n] for n in names), strict=True):
-        seen = "given" if stratum == COSINES.name else kind
+        seen = "cosine" if stratum == COSINES.name else kind
         what = f"worst {stratum} input of {name} in {precision}, alpha {alpha:g}, {seen}"
         yield Value(tuple(map(float.fromhex, pair)), float(alpha), space == "half", seen, float(exact), what)
 

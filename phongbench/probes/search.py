@@ -10,8 +10,8 @@ The six components hardly form boxes: almost no point of one is a unit vector. S
    reaches to 90 degrees. Every box is sampled; its two best points become the middles of boxes half as wide; the best
    `BOXES` are kept. This finds the angle at which the formula errs most, and frames in which rounding adds to it.
 2. Leaves in bit space: all 729 pairs whose components are at most one step away, from the best pairs of stage 1, from
-   the stored worst inputs of the cell's samples and from the worst pair of its neighbour in alpha; the search moves to
-   the best one until none is better.
+   the stored worst inputs of the cell's samples, from its worst cosine and from the worst pair of its neighbour in
+   alpha; the search moves to the best one until none is better.
 
 All cells share the same random numbers, so equal plans give equal rows, for any number of threads.
 """
@@ -31,7 +31,7 @@ from phongbench import jit, kernels, rows
 from phongbench.kernels import coordinates_at, values_at
 from phongbench.lowering import FLOAT32, FLOAT64, precision_named
 from phongbench.plan import Cell, Plan
-from phongbench.probes.cosines import exponents
+from phongbench.probes.cosines import COSINES, exponents
 from phongbench.probes.invariants import VECTORS
 from phongbench.probes.probing import Probing
 from phongbench.results import ACCURACY_COLUMNS, WORST_COLUMNS
@@ -121,13 +121,17 @@ def _key(cell: Cell) -> tuple[Any, ...]:
 
 
 def _kept(worst: pd.DataFrame) -> dict[tuple[Any, ...], list[Array]]:
-    """The stored worst inputs on unit vectors, by cell: (error, exact, value, a, b) each."""
+    """The stored worst inputs on unit vectors, by cell: (error, exact, value, a, b) each.
+
+    Those of the stratum `cosines` are none of the domain's, but near one: they seed, and count for nothing (-1).
+    """
     if worst.empty:
         return {}
-    unit = worst[~worst["stratum"].isin(["lengths", "hostile", "cosines", VECTORS]) & (worst["truth"] == "angle")]
+    unit = worst[~worst["stratum"].isin(["lengths", "hostile", VECTORS]) & (worst["truth"] == "angle")]
     names = ["approximation", "lambda_form", "space", "beta_policy", "alpha", "gamma", "precision", "gated"]
     keys = zip(*(unit[n].fillna(0) if n == "gamma" else unit[n] for n in names), strict=True)
-    numbers = unit[["error", "exact", "value"]].to_numpy(float)
+    numbers = np.array(unit[["error", "exact", "value"]], float)
+    numbers[(unit["stratum"] == COSINES.name).to_numpy()] = -1.0
     pairs = np.array([[float.fromhex(x) for x in unit[c]] for c in ("ax", "ay", "az", "bx", "by", "bz")]).T
     found: dict[tuple[Any, ...], list[Array]] = {}
     for key, number, pair in zip(keys, numbers, pairs.reshape(-1, 6), strict=True):

@@ -1,4 +1,4 @@
-"""How smooth each lobe is: does it ever grow away from its peak, and how hard is its edge?
+"""How smooth each lobe is: does it ever grow away from its peak, how hard is its edge, which numbers does it strain?
 
 Growth is looked for in the cell's own precision along one great circle, whose vectors are held in that precision: bands
 that rounding draws are part of what a viewer sees. The edge is the formula's own, so it is looked at in float64: a
@@ -57,6 +57,19 @@ def rises(values: Array) -> tuple[int, float]:
         return int(np.count_nonzero(np.diff(known) > 0)), float(np.nanmax(known - lowest))
 
 
+def strained(precision: Precision, coordinate: Array, values: Array) -> tuple[int, int]:
+    """(samples that overflowed, samples with a subnormal number), in what the formula is given or in what it makes.
+
+    Fixed point does not overflow, it saturates: there, a number at either end of the range counts.
+    """
+    over, under = np.zeros(len(values), bool), np.zeros(len(values), bool)
+    for numbers in (coordinate, values):
+        size = np.abs(numbers)
+        over |= (size >= precision.largest) if precision.saturates else np.isinf(numbers)
+        under |= (size > 0) & (size < precision.tiny)
+    return int(over.sum()), int(under.sum())
+
+
 def end_of(spec: Approximation, cell: Cell) -> float:
     """The angle between R and V, in radians, where the lobe ends: at its cutoff, or where the gate closes; pi if never.
 
@@ -88,21 +101,24 @@ def measure(probing: Probing) -> Mapping[str, pd.DataFrame]:
     """The table `smoothness`: one row for every cell of the sweep."""
     sweep = probing.sweep
     chosen = [c for c in range(len(sweep.cells)) if c not in sweep.failures]
-    found: list[tuple[int, float, float, float]] = []
+    found: list[tuple[float, ...]] = []
     edges: dict[Any, tuple[float, float]] = {}
     for position in chosen:
         cell = sweep.cells[position]
         spec = probing.registry[cell.approximation]
-        block = circle(precision_named(cell.precision), cell.setting.space, cell.setting.alpha)
+        precision = precision_named(cell.precision)
+        block = circle(precision, cell.setting.space, cell.setting.alpha)
         key = (cell.approximation, cell.lambda_form, cell.setting, cell.gated)
         if key not in edges:  # the same in every precision
             edges[key] = kink(spec, cell)
-        found.append((*rises(lobes.values(spec, cell, block)), *edges[key]))
+        values = lobes.values(spec, cell, block)
+        found.append((*rises(values), *edges[key], *strained(precision, lobes.coordinate(cell, block), values)))
         probing.advance(1 / len(chosen))
     circle.cache_clear()
-    table = pd.DataFrame(found, columns=["rises", "largest_rise", "kink", "kink_degrees"])
+    table = pd.DataFrame(found, columns=list(SMOOTHNESS_COLUMNS[-6:]))
     frame = pd.concat([rows.of_cells(sweep, np.array(chosen, np.int64)), table], axis=1)
     frame["samples"] = FINE + COARSE
+    frame = frame.astype({"rises": "int64", "overflows": "int64", "subnormals": "int64"})
     return {"smoothness": frame[list(SMOOTHNESS_COLUMNS)]}
 
 

@@ -83,14 +83,16 @@ def smoothness(study: Study) -> Table | Absent:
         found = [str(edge["lambda_form"]), str(int(edge["gamma"])), hard, number(edge["kink_degrees"])]
         for row in (row for name in precisions for row in records(cell[cell["precision"] == name])):
             found += [number(row["rises"]), number(255 * row["largest_rise"])]
+            found.append(f"{number(row['overflows'])} / {number(row['subnormals'])}")
         body.append(tuple(found))
     headings = ["lambda form", "γ", "edge", "at degrees"]
     for name in precisions:
-        headings += [f"rises, {name}", f"largest rise, codes, {name}"]
+        headings += [f"{name}: rises", "largest, codes", "overflows / subnormals"]
     return Table(
         tuple(headings), tuple(body), rows, _smooth_sentence(mine, alpha),
         "edge: second difference at the lobe's end over that of exact Phong's peak; about 1 is a Mach band, more is a "
-        "kink or a step; rises: places where the lobe grows away from its peak; every cell in the CSV",
+        "kink or a step; rises: places where the lobe grows away from its peak; overflows (in fixed point saturations) "
+        f"and subnormals: of lambda or value, in {number(mine['samples'].iloc[0])} samples; every cell in the CSV",
         frozenset(range(1, len(headings))),
     )  # fmt: skip
 

@@ -12,6 +12,7 @@ import pandas as pd
 
 from phongbench.front import CELL
 from phongbench.precisions import in_order
+from phongbench.results import EXACT
 
 if TYPE_CHECKING:
     from phongbench.results import Run
@@ -72,7 +73,7 @@ class Study:
     @cached_property
     def precisions(self) -> list[str]:
         """The swept precisions, float32 first."""
-        found = in_order(self.accuracy["precision"].unique())
+        found = in_order(set(self.accuracy["precision"]) - {EXACT})
         first = [name for name in ("float32", "float16", "float64") if name in found]
         return [*first, *(name for name in found if name not in first)]
 

@@ -22,6 +22,7 @@ from phongbench_api import serve
 from phongbench_api.app import create_app
 from phongbench_api.load import overload, paired
 from phongbench_api.load.__main__ import markdown
+from phongbench_api.load.lines import Lines, Seen
 from phongbench_api.load.server import echoing
 from phongbench_api.settings import Settings
 
@@ -53,7 +54,7 @@ def test_the_interval_holds_the_median_and_narrows(values: list[float]) -> None:
 
 
 def test_quantiles_are_of_one_status_and_one_span() -> None:
-    seen = overload.Seen([(0.0, 0.010, 200), (1.0, 0.030, 200), (1.5, 0.001, 503), (2.0, 0.050, 200), (2.5, 9.0, 0)])
+    seen = Seen([(0.0, 0.010, 200), (1.0, 0.030, 200), (1.5, 0.001, 503), (2.0, 0.050, 200), (2.5, 9.0, 0)])
     assert seen.quantile(0.5, 200) == pytest.approx(30)
     assert seen.quantile(1.0, 503) == pytest.approx(1)
     assert seen.quantile(1.0, 200, 0.5, 2.0) == pytest.approx(30)
@@ -85,13 +86,33 @@ def test_lines_are_kept_and_one_that_breaks_is_counted() -> None:
     busy = b"HTTP/1.1 503 Busy\r\ncontent-length: 0\r\n\r\n"
 
     async def ask(port: int) -> list[int]:
-        lines = overload.Lines(port)
-        found = [await lines.ask(overload.HEALTH) for _ in range(4)]
+        lines = Lines(port)
+        found = [await lines.ask(b"GET / HTTP/1.1\r\n\r\n") for _ in range(4)]
         lines.close()
         return found
 
     with scripted([ok, busy, ok, ok[:-1]]) as port:
         assert asyncio.run(ask(port)) == [200, 503, 200, 0]
+
+
+def test_clients_that_wait_are_counted_all_together() -> None:
+    class Busy(Lines):
+        async def ask(self, request: bytes) -> int:
+            await asyncio.sleep(0)
+            asked.append(request)
+            return 200 if len(asked) % 2 else 503
+
+    asked: list[bytes] = []
+    rate = asyncio.run(overload._closed(Busy(0), b"", 0.05))
+    assert rate * 0.05 <= (len(asked) + 1) / 2 <= rate * 10
+
+
+def test_what_there_was_not_is_told_as_none() -> None:
+    nothing = Seen()
+    told = overload._told(10.0, 1.5, 3.0, nothing, Seen([(0.0, 0.1, 503)]), nothing)
+    assert told["refused"] == 1
+    assert told["admitted_p50_ms"] is told["flat"] is None
+    assert "| admitted | none |" in markdown({"paired": [], "overload": told})
 
 
 def test_an_answer_that_is_no_success_ends_the_paired_measurement() -> None:
@@ -104,18 +125,8 @@ def test_an_answer_that_is_no_success_ends_the_paired_measurement() -> None:
 
 
 def test_a_short_measurement_has_every_number(runs: Path) -> None:
-    command = [
-        sys.executable,
-        "-m",
-        "phongbench_api.load",
-        "--runs",
-        str(runs),
-        "--rounds",
-        "3",
-        "--seconds",
-        "3",
-        "--json",
-    ]
+    wishes = ["--runs", str(runs), "--rounds", "3", "--seconds", "3", "--json"]
+    command = [sys.executable, "-m", "phongbench_api.load", *wishes]
     found = json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
     assert len(found["paired"]) == 3
     assert all(0 < row["ratio_low"] <= row["ratio"] <= row["ratio_high"] for row in found["paired"])
@@ -125,5 +136,5 @@ def test_a_short_measurement_has_every_number(runs: Path) -> None:
     assert overloaded["health_failed"] == 0
     assert 0 <= overloaded["refused"] < 1
     table = markdown(found)
-    assert table.count("\n") == 14
+    assert len(table.splitlines()) == 5 + 1 + 10
     assert "exact Phong" in table

@@ -145,6 +145,13 @@ def test_a_comparison_is_told_in_json_only(client: TestClient) -> None:
     assert (answer.status_code, answer.json()["errors"][0]["field"]) == (422, "compare")
 
 
+def test_more_json_than_can_be_written_at_once_is_refused_with_the_way_out(client: TestClient) -> None:
+    body = directions(100_001).astype("<f4").tobytes()
+    asked = {"content-type": wire.OCTETS, "accept": wire.JSON}
+    refused = client.post("/v1/specular", params=QUERY, content=body, headers=asked)
+    assert (refused.status_code, wire.OCTETS in refused.json()["mend"]) == (413, True)
+
+
 def test_a_media_type_that_is_not_read_is_415_and_told(client: TestClient) -> None:
     answer = client.post("/v1/specular", content=b"a=1", headers={"content-type": "application/x-www-form-urlencoded"})
     assert answer.status_code == 415

@@ -37,7 +37,7 @@ def office(**settings: Any) -> Office:
 
 
 async def do(place: Office, cost: float, work: Callable[..., Any], client: Client | None = None) -> Any:
-    return await place.do(client or Client(), cost, work, wire.Spans())  # type: ignore[arg-type]
+    return await place.do(client or Client(), cost, work, lambda found, spans: found, wire.Spans())  # type: ignore[arg-type]
 
 
 def test_small_work_is_done_at_once_and_large_work_in_a_thread() -> None:

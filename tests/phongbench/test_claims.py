@@ -16,7 +16,7 @@ from phongbench.claims.claim import LackingRowsError, plain
 from phongbench.claims.cuts import KEYS, Rows
 from phongbench.claims.incidence import rise
 from phongbench.claims.mirror import energy_within, exponent_of, half_width
-from phongbench.claims.words import codes, exponents, listed, rounded
+from phongbench.claims.words import codes, exponents, listed, rounded, times
 from phongbench.errors import CorruptRunError, InputError
 from phongbench.fitting import half_angle_ratio
 from phongbench.plan import preset
@@ -274,6 +274,14 @@ def test_a_cheap_root_is_enough_where_it_changes_at_most_one_code(rows: Any, ver
     assert judged("e", accuracy=accuracy(rows))["verdict"] == verdict
 
 
+def test_roots_come_in_the_order_of_their_accuracy_and_alike_ones_share_a_sentence() -> None:
+    rows = rooted("rsqrt-bits-0", 10.0, cross=0.1) + rooted("rsqrt-12", 10.0, cross=CODE)
+    rows = [row | {"length_error": 0.03 if row["perturbation"] == "rsqrt-bits-0" else 3e-4} for row in rows]
+    found = judged("e", accuracy=accuracy(rows))
+    assert [one["root"] for one in found["conditions"]] == ["rsqrt-12", "rsqrt-bits-0"]
+    assert "is enough at no measured exponent" in found["because"]
+
+
 # f and h: speed
 
 
@@ -436,7 +444,7 @@ def engine_rows(swept: Callable[..., pd.DataFrame]) -> pd.DataFrame:
 def test_every_rule_judges_the_rows_of_the_engine(engine_rows: pd.DataFrame) -> None:
     found = {one.claim.key: one.as_dict() for one in judge(Tables(accuracy=engine_rows))}
     assert list(found) == list("abcdefghijkl")
-    for key in "abcgj":
+    for key in "abcegj":
         assert found[key]["verdict"] == "holds under conditions"
     assert found["a"]["conditions"][0]["gamma"] == 8
     limits = {one["alpha"]: one for one in found["b"]["conditions"] if one["lambda_form"] == "dot"}
@@ -504,4 +512,5 @@ def test_exponents_are_told_as_all_a_range_or_a_list() -> None:
     assert exponents([5.0], measured) == "alpha 5"
     assert exponents([], measured) == "none of the 5 exponents"
     assert listed([]) == "none"
+    assert [times(ratio) for ratio in (0.97, 3.56, 164.2, 2e9)] == ["0.97", "3.6", "160", "over a million"]
     assert (codes(CODE), codes(0.1), rounded(63779.6)) == ("1 code", "26 codes", "63,800")

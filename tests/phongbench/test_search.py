@@ -86,6 +86,16 @@ def test_a_stored_worst_input_is_never_lost(probing, found):
     assert (again["accuracy"]["max_abs"] == 7.0).all()
 
 
+def test_the_worst_cosine_seeds_the_search_but_counts_for_nothing(probing):
+    cosine = probing.worst.query("gated and rank == 1").assign(stratum="cosines", coverage="exhaustive", error=7.0)
+    worst = pd.concat([probing.worst, cosine], ignore_index=True)
+    cell = next(c for c in probing.sweep.cells if c.gated)
+    kept = search._kept(worst)[search._key(cell)]
+    assert sorted(candidate[0] for candidate in kept)[:1] == [-1.0]
+    again = search.measure(replace(probing, worst=worst))["accuracy"]
+    assert (again["max_abs"] < 1).all()
+
+
 @pytest.mark.parametrize("form", ["dot", "difference", "cross"])
 def test_in_a_tiny_format_it_comes_near_the_worst_of_all_pairs(form):
     """Nearly unit vectors of eighths: all pairs of them can be gone through."""

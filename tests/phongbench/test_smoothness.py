@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from phongbench import engine, laws
+from phongbench.lowering import FLOAT16, FLOAT32, precision_named
 from phongbench.plan import Cell, preset
 from phongbench.probes import smoothness
 from phongbench.probes.probing import Probing
@@ -110,6 +111,31 @@ def test_in_float16_the_dot_form_draws_bands_where_difference_draws_none(rows):
     dot, difference = (lyon(rows, lambda_form=form, **at).iloc[0] for form in ("dot", "difference"))
     assert dot["largest_rise"] > 1 / 255 > 10 * difference["largest_rise"]
     assert dot["rises"] > 10 * max(1, difference["rises"])
+
+
+def test_strained_numbers_are_counted(rows):
+    at = {"lambda_form": "difference", "alpha": 50.0, "beta_policy": "taylor"}
+    plain = lyon(rows, precision="float32", gamma=8, **at).iloc[0]
+    assert (plain["overflows"], plain["subnormals"]) == (0, 0)
+    assert lyon(rows, precision="float16", gamma=16, **at).iloc[0]["subnormals"] > 20
+    # at 180 degrees half of |a - b|^2 reaches 2, just beyond the end of q1.15; its double saturates from 90 degrees on
+    assert lyon(rows, precision="q1.15", gamma=8, **at).iloc[0]["overflows"] == 0
+    gaussian = rows[(rows["approximation"] == "gaussian") & (rows["precision"] == "float16") & rows["gated"]]
+    assert (gaussian["subnormals"] >= 10).all()
+
+
+@pytest.mark.parametrize(
+    ("precision", "numbers", "over", "under"),
+    [
+        (FLOAT16, [0.0, 1e-7, 1.0, np.inf, np.nan], 1, 1),
+        (FLOAT32, [1e-7, 1e-40, -np.inf, -1e-39], 1, 2),
+        (precision_named("q0.8"), [0.0, 2.0**-8, 1 - 2.0**-8, -1.0], 2, 0),
+    ],
+)
+def test_what_counts_as_strained(precision, numbers, over, under):
+    given = np.array(numbers, precision.carrier)
+    assert smoothness.strained(precision, given, np.zeros_like(given)) == (over, under)
+    assert smoothness.strained(precision, given, given) == (over, under)
 
 
 @pytest.mark.parametrize(

@@ -46,6 +46,17 @@ def test_fast_and_slow_truth_agree_on_vectors(half):
             assert abs(given[i] - wanted) < 5e-14 * max(1, wanted)
 
 
+def test_in_half_space_nothing_shines_behind_the_normal():
+    """N.H = -1 is twice 180 degrees, which is none: the doubled angle would come round to the peak again."""
+    deficit = np.array([0.0, 0.5, 1.0, 1.5, 2.0])
+    angle, given = fast(deficit, 1 - deficit, 10.0, half=True)
+    assert angle[0] == given[0] == 1
+    assert (angle[1:] == 0).all()
+    assert (given[1:] == 0).all()
+    down, up = np.array([0.0, 0.0, -1.0]), np.array([0.0, 0.0, 1.0])
+    assert exact_angle(down, up, 10.0, half_space=True) == 0
+
+
 def test_the_body_is_the_definition():
     with mpmath.workdps(40):
         assert abs(phong_of_deficit(0.2, 10.0) - 0.8**10) < 1e-15

@@ -162,7 +162,8 @@ def smoothness_rows(accuracy: pd.DataFrame) -> pd.DataFrame:
     banded = (rows["lambda_form"] == "dot") & (rows["precision"] == "float16")
     gamma = rows["gamma"].astype("float64")
     return rows.assign(
-        samples=2560, rises=np.where(banded, 200, 0), largest_rise=np.where(banded, 0.05, 0.0),
+        samples=2560, overflows=0, subnormals=np.where(rows["precision"] == "float16", 300, 0),
+        rises=np.where(banded, 200, 0), largest_rise=np.where(banded, 0.05, 0.0),
         kink=(2 / gamma) ** (gamma / 2) * 32.0 ** (2 - gamma),
         kink_degrees=np.degrees(np.arccos(np.clip(1 - gamma / rows["alpha"], 0, 1))),
     )  # fmt: skip

@@ -55,7 +55,7 @@ def test_smoothness_shows_edges_and_rises(study: Study) -> None:
     rows = {(row[0], row[1]): row[2:] for row in shown.rows}
     assert rows["dot", "2"][0] == "1"
     assert rows["dot", "8"][0] == "< 0.001"
-    assert rows["dot", "8"][2:] == ("0", "0", "200", "12.8")
+    assert rows["dot", "8"][2:] == ("0", "0", "0 / 0", "200", "12.8", "0 / 300")
 
 
 @pytest.mark.parametrize(("draw", "name"), [(hostile, "behaviour"), (smoothness, "smoothness")])

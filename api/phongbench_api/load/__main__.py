@@ -21,7 +21,7 @@ from phongbench_api.load.running import server
 def main(runs: Path, rounds: int, seconds: float, as_json: bool) -> None:
     """Measure the service over loopback, by itself on this machine: let nothing else run meanwhile."""
     found = measure(runs, rounds, seconds)
-    click.echo(json.dumps(found, indent=2) if as_json else markdown(found))
+    click.echo(json.dumps(found, indent=2, allow_nan=False) if as_json else markdown(found))
 
 
 def measure(runs: Path, rounds: int, seconds: float) -> dict[str, Any]:
@@ -48,17 +48,22 @@ def markdown(found: dict[str, Any]) -> str:
         f"| capacity, clients that wait | {o['capacity_per_s']:.0f} requests/s |",
         f"| sent at {o['share']:.0%} of it | {o['requests']} requests, {o['left_out']} left out by the client |",
         f"| refused with 503 | {o['refused']:.1%}; {_spread(o, 'refused')} |",
-        f"| any other failure | {o['other'] + o['broken']:.1%} |",
+        f"| any other failure | {abs(o['other'] + o['broken']):.1%} |",
         f"| admitted | {_spread(o, 'admitted')} |",
-        f"| last third / middle third of admitted | {o['flat']:.2f} |",
+        f"| last third / middle third of admitted | {_number(o['flat'])} |",
         f"| for comparison, at half the capacity | {_spread(o, 'half')} |",
         f"| GET /healthz meanwhile | {_spread(o, 'health')}; {o['health_failed']:.1%} failed |",
     ]  # fmt: skip
     return "\n".join(lines)
 
 
+def _number(value: float | None) -> str:
+    return "none" if value is None else f"{value:.2f}"
+
+
 def _spread(o: dict[str, Any], name: str) -> str:
-    return f"median {o[f'{name}_p50_ms']:.1f} ms, 99 % {o[f'{name}_p99_ms']:.1f} ms"
+    median, last = o[f"{name}_p50_ms"], o[f"{name}_p99_ms"]
+    return "none" if median is None else f"median {median:.1f} ms, 99 % {last:.1f} ms"
 
 
 if __name__ == "__main__":

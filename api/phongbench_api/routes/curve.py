@@ -1,5 +1,6 @@
 """A formula over the angle."""
 
+from functools import partial
 from typing import Annotated
 
 from fastapi import APIRouter, Query, Request
@@ -21,5 +22,5 @@ async def curve(request: Request, ask: Annotated[CurveAsk, Query()]) -> Response
     media = wire.negotiate(request.headers.get("accept"), curves.FAMILY)
     cost, work = curves.plan(service(request), ask, media)
     spans.mark("parse")
-    found = await service(request).office.do(request, cost, work, spans)
-    return curves.answer(found, media, spans)
+    encode = partial(curves.answer, media)
+    return await service(request).office.do(request, cost, work, encode, spans)

@@ -1,5 +1,6 @@
 """Finished reports and their figures."""
 
+from functools import partial
 from typing import Annotated, Literal
 
 from fastapi import APIRouter, Path, Request
@@ -22,7 +23,7 @@ async def figure(
     spans = wire.Spans()
     cost = stored_files.READING if kind == "svg" else stored_files.DRAWING
     work = lambda gone: stored_files.figure(service(request), run, name, kind)  # noqa: E731
-    return stored_files.answer(request, await service(request).office.do(request, cost, work, spans), spans)
+    return await service(request).office.do(request, cost, work, partial(stored_files.answer, request), spans)
 
 
 @router.get("/runs/{run}/report/{path:path}", summary="A finished report", **_FILES)
@@ -30,5 +31,5 @@ async def report(request: Request, run: str, path: str) -> Response:
     """The report as `phongbench report` drew it: its page, and the files the page names."""
     spans = wire.Spans()
     work = lambda gone: stored_files.report_file(service(request), run, path or "index.html")  # noqa: E731
-    found = await service(request).office.do(request, stored_files.READING, work, spans)
-    return stored_files.answer(request, found, spans)
+    encode = partial(stored_files.answer, request)
+    return await service(request).office.do(request, stored_files.READING, work, encode, spans)

@@ -1,5 +1,7 @@
 """The rows of a run's tables."""
 
+from functools import partial
+
 from fastapi import APIRouter, Request
 from starlette.responses import Response
 
@@ -15,8 +17,8 @@ async def _rows(request: Request, run: str, table: str) -> Response:
     media = wire.negotiate(request.headers.get("accept"), tables.FAMILY)
     ask = tables.asked(request, table, home.settings.max_rows)
     spans.mark("parse")
-    found = await home.office.do(request, tables.PAGE, lambda gone: tables.page(home, run, table, ask), spans)
-    return tables.answer(found, media, spans)
+    work, encode = partial(tables.page, home, run, table, ask), partial(tables.answer, media)
+    return await home.office.do(request, tables.cost(ask), work, encode, spans)
 
 
 def _add(table: str) -> None:

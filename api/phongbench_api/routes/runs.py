@@ -17,15 +17,13 @@ router = APIRouter(prefix="/v1/runs", tags=["runs"])
 async def runs(request: Request, ask: Annotated[PageAsk, Query()]) -> Response:
     """Manifests; a run whose manifest cannot be read is listed with the state `corrupt`."""
     spans, home = wire.Spans(), service(request)
-    found = await home.office.do(request, listing.LISTING, lambda gone: listing.page(home.store, ask), spans)
-    return wire.json(found, spans)
+    work = lambda gone: listing.page(home.store, ask)  # noqa: E731
+    return await home.office.do(request, listing.LISTING, work, wire.json, spans)
 
 
 @router.get("/{run}", summary="One run", **described(listing.EXAMPLE_RUN, 404, 409, 503))
 async def run(request: Request, run: str) -> Response:
     """The manifest of a run, by its id or `latest`."""
     spans, home = wire.Spans(), service(request)
-    found = await home.office.do(
-        request, listing.LISTING, lambda gone: home.store.told(home.store.find(run).path), spans
-    )
-    return wire.json(found, spans)
+    work = lambda gone: home.store.told(home.store.find(run).path)  # noqa: E731
+    return await home.office.do(request, listing.LISTING, work, wire.json, spans)

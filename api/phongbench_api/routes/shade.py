@@ -26,5 +26,4 @@ async def shade(request: Request) -> Response:
     spans = wire.Spans()
     ask = await shading.read(request, service(request))
     spans.mark("parse")
-    found = await service(request).office.do(request, ask.cost, ask.evaluate, spans)
-    return shading.answer(ask, found, spans)
+    return await service(request).office.do(request, ask.cost, ask.evaluate, ask.answer, spans)

@@ -26,5 +26,4 @@ async def specular(request: Request) -> Response:
     spans = wire.Spans()
     ask = await pairs.read(request, service(request))
     spans.mark("parse")
-    found = await service(request).office.do(request, ask.cost, ask.evaluate, spans)
-    return pairs.answer(ask, found, spans)
+    return await service(request).office.do(request, ask.cost, ask.evaluate, ask.answer, spans)
