@@ -10,7 +10,7 @@ from typing import Any
 import click
 
 from phongbench import __version__
-from phongbench.commands.answers import bench, front, recommend
+from phongbench.commands.answers import bench, claims, front, recommend
 from phongbench.commands.common import DIFFERENT, ROOT, CommaList
 from phongbench.commands.common import facts as _facts
 from phongbench.commands.common import grid as _grid
@@ -72,7 +72,7 @@ def main() -> None:
     """Entry point."""
 
 
-for command in (front, recommend, bench):
+for command in (front, recommend, claims, bench):
     main.add_command(command)
 
 
@@ -100,7 +100,9 @@ for command in (front, recommend, bench):
     metavar="FILE.py",
     help="Add your own approximation.",
 )
-@click.option("--precision", "precisions", type=CommaList("names"), help="float16,float32,float64")
+@click.option(
+    "--precision", "precisions", type=CommaList("names"), help="float16,bfloat16,float32,float64, fixed point as q1.15"
+)
 @click.option("--samples", type=int, help="Pairs for each cell and stratum.")
 @click.option("--seed", type=int, help="Of all random choices; equal seeds give equal rows.")
 @click.option("--probe", "probes", type=CommaList("names"), help="Stability probes to run after the sweep, or `none`.")

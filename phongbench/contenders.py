@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from phongbench import jit, kernels, vectors
 from phongbench.approximations import REGISTRY
 from phongbench.errors import InputError, KernelError, MeasurementError
-from phongbench.lowering import FLOAT16, Precision, lower
+from phongbench.lowering import Precision, lower
 from phongbench.spec import MAX_COEFFICIENTS, Approximation, Setting
 
 Array = NDArray[Any]
@@ -69,12 +69,12 @@ class Subject:
 def subjects(cells: Iterable[tuple[Approximation, str, Setting, Precision]]) -> tuple[Subject, ...]:
     """The distinct kernels behind cells, in the order first met, at shininess ALPHA where it is accepted.
 
-    float16 cells are left out: their steps are emulated by conversions, so their time says nothing about
-    half-precision hardware.
+    Emulated precisions are left out: their steps are conversions, so their time says nothing about hardware that has
+    them.
     """
     found: dict[Any, Subject] = {}
     for approximation, form, setting, precision in cells:
-        if precision != FLOAT16:
+        if not precision.rounds:
             usual = replace(setting, alpha=ALPHA, slope=approximation.slopes[0])
             chosen = usual if approximation.accepts(usual) else replace(setting, slope=approximation.slopes[0])
             subject = Subject(approximation, form, chosen, precision)
@@ -114,8 +114,10 @@ class Contender:
 def compiled(subject: Subject) -> Contender:
     """The subject's kernel, compiled now; MeasurementError where that fails, for whatever reason in the kernel."""
     spec, setting, precision = subject.approximation, subject.setting, subject.precision
-    if precision == FLOAT16:
-        raise InputError("float16 is emulated, so its time says nothing", subject.name, "time float32 or float64")
+    if precision.rounds:
+        raise InputError(
+            f"{precision.name} is emulated, so its time says nothing", subject.name, "time float32 or float64"
+        )
     try:
         spec.check(setting)
         started = time.perf_counter()

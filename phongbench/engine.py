@@ -20,7 +20,7 @@ from phongbench import jit, kernels
 from phongbench.accuracy import Tally
 from phongbench.approximations import REGISTRY
 from phongbench.kernels import coordinates_at
-from phongbench.lowering import FLOAT64, PRECISIONS, Precision
+from phongbench.lowering import FLOAT64, Precision, precision_named
 from phongbench.measure import measure_cells
 from phongbench.plan import Cell, Plan
 from phongbench.sampling import HOSTILE_PAIRS, STRATA, Stratum, cutoff_deficit, pairs
@@ -74,7 +74,7 @@ class Sweep:
     cells: list[Cell]
     contexts: list[Context]
     failures: dict[int, str] = field(default_factory=dict)
-    made: dict[tuple[Any, ...], "_Cells"] = field(default_factory=dict, repr=False)
+    made: dict[tuple[Any, ...], "CellArrays"] = field(default_factory=dict, repr=False)
 
     @property
     def evaluations(self) -> int:
@@ -110,7 +110,7 @@ def prepare(plan: Plan, registry: Mapping[str, Approximation] = REGISTRY) -> Swe
     contexts = [
         Context(
             index=index,
-            precision=PRECISIONS[plan.precisions[key[0]]],
+            precision=precision_named(plan.precisions[key[0]]),
             space=plan.spaces[key[1]],
             stratum=STRATA[key[2]],
             scale=key[3],
@@ -169,7 +169,7 @@ def compile_kernels(sweep: Sweep, progress: Callable[[int, int], None] | None = 
         if progress:
             progress(done, len(wanted))
         try:
-            for p in (PRECISIONS[precision], FLOAT64):
+            for p in (precision_named(precision), FLOAT64):
                 kernels.values_kernel(sweep.registry[name], p, known)
         except Exception as problem:  # noqa: BLE001  as above
             sweep.failures |= dict.fromkeys(positions, f"{type(problem).__name__}: {problem}")
@@ -240,7 +240,7 @@ def trial_rates(sweep: Sweep, samples: int = 2 * PIECE) -> dict[str, float]:
 
 
 @dataclass(frozen=True)
-class _Cells:
+class CellArrays:
     """The cells of a context as the arrays that `measure_cells` takes."""
 
     rows: Array
@@ -257,7 +257,7 @@ def _block(sweep: Sweep, context: Context, start: int) -> Measured:
     key = (live, context.precision, context.truths)
     # most strata of an alpha share their cells; two threads may both make them, with equal content
     if key not in sweep.made:
-        sweep.made[key] = _cells(sweep, context, live, alphas)
+        sweep.made[key] = cell_arrays(sweep, context, live, alphas)
     cells = sweep.made[key]
     tally = Tally(len(live) * context.truths)
     count = min(SLAB, context.samples - start)
@@ -282,7 +282,7 @@ def _block(sweep: Sweep, context: Context, start: int) -> Measured:
     return Measured(context, live, tally)
 
 
-def _cells(sweep: Sweep, context: Context, live: Sequence[int], alphas: Sequence[float]) -> _Cells:
+def cell_arrays(sweep: Sweep, context: Context, live: Sequence[int], alphas: Sequence[float]) -> CellArrays:
     """What the compiled loops need to know of each cell; the rows of the tally follow the order of `live`."""
     chosen = [(sweep.cells[c], sweep.registry[sweep.cells[c].approximation]) for c in live]
     tables = [kernels.table_row(spec, cell.setting, FLOAT64) for cell, spec in chosen]
@@ -300,11 +300,11 @@ def _cells(sweep: Sweep, context: Context, live: Sequence[int], alphas: Sequence
         )
     longest = max((len(t) for t in tables), default=1)
     padded = np.array([np.pad(t, (0, longest - len(t))) for t in tables]).reshape(len(chosen), longest)
-    return _Cells(
+    return CellArrays(
         rows,
         _stacked(context.precision, chosen),
         _stacked(FLOAT64, chosen),
-        padded.astype(context.precision.dtype).astype(context.precision.carrier),
+        context.precision.rounded(padded),
         padded,
     )
 

@@ -17,9 +17,9 @@ import pandas as pd
 
 from phongbench.errors import InputError, UnknownNameError
 from phongbench.exponents import Exponents
-from phongbench.lowering import FLOAT16, FLOAT32
+from phongbench.lowering import FLOAT32, precision_named
 from phongbench.provenance import fingerprint_machine
-from phongbench.results import Run, intact
+from phongbench.results import Run, intact, strongest
 
 #: What names a cell of the front.
 CELL = ["approximation", "lambda_form", "space", "beta_policy", "gamma", "precision"]
@@ -79,7 +79,7 @@ def errors_at(
     alphas = asked.measured(accuracy["alpha"].unique())
     unit = (accuracy["perturbation"] == "none") & (accuracy["length_error"] == 0.0) & accuracy["gated"].astype(bool)
     meant = (accuracy["stratum"] == stratum) & (accuracy["precision"] == precision) & (accuracy["truth"] == truth)
-    rows = accuracy.loc[unit & meant & accuracy["alpha"].isin(alphas), [*CELL, *INPUT, metric]]
+    rows = strongest(accuracy.loc[unit & meant & accuracy["alpha"].isin(alphas)])[[*CELL, *INPUT, metric]]
     return worst_of(whole_or_any(rows, asked).rename(columns={metric: "error"}))
 
 
@@ -133,7 +133,7 @@ def times_of(timing: pd.DataFrame, *, working_set: str = "l1", precision: str | 
     """One timing row per kernel of a working set: columns KERNEL + ns, ratio, ratio_low, ratio_high.
 
     `ns` is ns_min, the minimum over clean epochs. Where several thread counts were timed, the smallest counts.
-    precision  only its kernels; float16 is emulated and never timed, so float32 stands for it: same work, same order
+    precision  only its kernels; emulated ones are never timed: float32 stands for them, same work and order
     """
     known = sorted(timing["working_set"].astype(str).unique())
     if len(timing) and working_set not in known:
@@ -147,7 +147,7 @@ def times_of(timing: pd.DataFrame, *, working_set: str = "l1", precision: str | 
 
 def timed_precision(precision: str) -> str:
     """The precision whose times stand for this one's."""
-    return FLOAT32.name if precision == FLOAT16.name else precision
+    return FLOAT32.name if precision_named(precision).rounds else precision
 
 
 def times_at(times: pd.DataFrame, alphas: tuple[float, ...]) -> pd.DataFrame:

@@ -270,6 +270,56 @@ def half_product(x: Any, y: Any) -> Any:
     return np.float32(np.float16(x * y))
 
 
+def _brained(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
+    if isinstance(sig.return_type, types.Integer):
+        return arguments[0]
+    x, word = arguments[0], ir.IntType(32)
+    bits = builder.bitcast(x, word)
+    odd = builder.and_(builder.lshr(bits, word(16)), word(1))
+    near = builder.add(bits, builder.add(odd, word(0x7FFF)))
+    quiet = builder.or_(bits, word(0x00400000))
+    chosen = builder.select(builder.fcmp_unordered("uno", x, x), quiet, near)
+    return builder.bitcast(builder.and_(chosen, word(0xFFFF0000)), ir.FloatType())
+
+
+@_operation(_same_or_half, _brained)
+def round_to_bfloat16(x: Any) -> Any:
+    """The nearest bfloat16, held in a float32 (ties to even, overflow to infinity); integers pass unchanged."""
+    if isinstance(x, int | np.integer):
+        return x
+    bits = int(np.float32(x).view(np.uint32))
+    near = bits | 0x00400000 if np.isnan(x) else bits + 0x7FFF + (bits >> 16 & 1)
+    return np.uint32(near & 0xFFFF0000).view(np.float32)
+
+
+def _fixed(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
+    x, shift, low, high = arguments
+    if isinstance(sig.return_type, types.Integer):
+        return x
+    number = builder.select(builder.fcmp_unordered("uno", x, x), x.type(0.0), x)
+    above = builder.select(builder.fcmp_ordered(">", number, low), number, low)
+    inside = builder.select(builder.fcmp_ordered("<", above, high), above, high)
+    return builder.fsub(builder.fadd(inside, shift), shift)
+
+
+def _same_or_fixed(x: Any, shift: Any, low: Any, high: Any) -> Any:
+    whole = isinstance(x, types.Integer)
+    return (x if whole else types.float64, (x if whole else types.float64, *3 * (types.float64,)))
+
+
+@_operation(_same_or_fixed, _fixed)
+def round_to_fixed(x: Any, shift: Any, low: Any, high: Any) -> Any:
+    """The nearest multiple of a step within [low, high], ties to even, held in a float64; 0 for NaN.
+
+    shift  float64  1.5 * 2^52 steps: adding and subtracting it rounds to a step
+    Integers pass unchanged.
+    """
+    if isinstance(x, int | np.integer):
+        return x
+    number = np.float64(0.0) if np.isnan(x) else np.float64(x)
+    return np.float64((min(max(number, low), high) + shift) - shift)
+
+
 @_operation(
     lambda condition, yes, no: (yes, (types.boolean, yes, yes)),
     lambda context, builder, sig, a: builder.select(

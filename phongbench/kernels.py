@@ -111,12 +111,23 @@ def highlights(
         wanted = {"soa": "(3, n)", "aos": "(n, 3)"}[layout]
         raise InputError(f"pairs of shape {a.shape} and {b.shape}", None, f"both must be {wanted}")
     out = np.empty(a.shape[1 - _AXIS[layout]], precision.carrier)
-    kernel = pairs_kernel(
-        spec, form, precision, known_values(spec, setting), layout=layout, gated=needs_gate(spec, form, setting)
-    )
-    row, table = coefficient_row(spec, setting, precision), table_row(spec, setting, precision)
-    _call_pairs(jit.address(kernel), read_only(a), read_only(b), row, table, out)
+    prepared(spec, form, setting, precision=precision, layout=layout)(a, b, out)
     return out
+
+
+def prepared(
+    spec: Approximation, form: str, setting: Setting, *, precision: Precision = FLOAT32, layout: str = "soa"
+) -> Callable[[Array, Array, Array], None]:
+    """What `highlights` calls, for those who call it again and again: kernel, coefficients and table are made once.
+
+    returns  (a, b, out) -> None; a and b as for `highlights`, C-contiguous and in the precision's carrier, out (n,)
+             of the same type. Nothing is checked: a wrong shape reads what it must not.
+    """
+    gated = needs_gate(spec, form, setting)
+    kernel = pairs_kernel(spec, form, precision, known_values(spec, setting), layout=layout, gated=gated)
+    address = jit.address(kernel)
+    row, table = coefficient_row(spec, setting, precision), table_row(spec, setting, precision)
+    return lambda a, b, out: _call_pairs(address, read_only(a), read_only(b), row, table, out)
 
 
 def read_only(array: Array) -> Array:
@@ -145,7 +156,7 @@ def table_row(spec: Approximation, setting: Setting, precision: Precision) -> Ar
     table = np.zeros(1) if spec.table is None else spec.table(setting)
     if not 1 <= len(table) <= jit.MAX_TABLE:
         raise InputError(f"the table of {spec.name!r} has {len(table)} entries", None, f"use 1 to {jit.MAX_TABLE}")
-    return np.ascontiguousarray(table.astype(precision.dtype).astype(precision.carrier))
+    return np.ascontiguousarray(precision.rounded(table))
 
 
 def evaluate(spec: Approximation, setting: Setting, coordinate: Array, cosine: Array | None = None) -> Array:

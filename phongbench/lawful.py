@@ -17,7 +17,7 @@ import pandas as pd
 from phongbench import front, laws
 from phongbench.errors import InputError
 from phongbench.exponents import Exponents
-from phongbench.lowering import FLOAT16, PRECISIONS
+from phongbench.lowering import precision_named
 
 #: without times, work is counted: operations from vectors to each coordinate (the gate on a.b > 0 included), what a
 #: logarithm or an exponential takes, and what the laws' formulas add
@@ -34,7 +34,7 @@ class Wish:
     alpha         exponents of exact Phong
     max_error     largest absolute error allowed, > 0; 1/255 is one 8-bit code
     length_error  how wrong the vectors' lengths may be, relative, >= 0: 0.01 is up to 1 % too long or too short
-    precision     float16, float32 or float64
+    precision     a name that `precision_named` knows
     space         reflect, or half: (N, H) agrees with Phong on coplanar vectors only
     working_set   whose times count: l1, l2 or memory
     """
@@ -55,7 +55,7 @@ def cells(wish: Wish, notes: list[str]) -> pd.DataFrame:
     """
     low, high = wish.alpha.values[0], wish.alpha.values[-1]
     measure = f"measure it: phongbench run --alpha {','.join(f'{value:g}' for value in wish.alpha.values)}"
-    if low < 5 or wish.precision == FLOAT16.name or wish.space != "reflect":
+    if low < 5 or precision_named(wish.precision).rounds or wish.space != "reflect":
         raise InputError(
             "there is no run with times here, and the laws speak of alpha >= 5, float32 and float64, (R, V) only",
             f"alpha {wish.alpha}, {wish.precision}, {wish.space}", measure,
@@ -102,7 +102,7 @@ def _law(name: str, form: str, gamma: int | None, alpha: float, wish: Wish) -> f
     else:
         model = abs(float(laws.gaussian_classic(alpha))) * 1.01 if name == "gaussian" else 0.0
     # Rounding of lambda moves the peak by alpha / 2 spacings (law 11), that of the vectors' lengths by more.
-    spacing = float(np.finfo(PRECISIONS[wish.precision].dtype).eps)
+    spacing = precision_named(wish.precision).eps
     return float(model + _length_change(form, gamma, alpha, wish.length_error) + 2 * alpha * spacing)
 
 

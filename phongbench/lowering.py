@@ -4,7 +4,7 @@ A formula is written once, as a plain Python function of numbers. That function,
 is its own oracle. `lower` reads its source and writes the same function for a working precision:
 
 - literals and constants get the working precision (a bare 1.0 would silently promote float32 to float64);
-- in float16 every operation is rounded, as a half-precision unit would do it;
+- in float16, bfloat16 and fixed point every operation is rounded, as a unit of that precision would do it;
 - arguments annotated `int` are known when compiling: loops over range(n) unroll, tests on them fold;
 - calls to other bodies are lowered likewise; primitives are replaced by their implementation for the precision.
 
@@ -18,7 +18,6 @@ import inspect
 import linecache
 import textwrap
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import cache
 from typing import Any, TypeVar
 
@@ -26,7 +25,34 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phongbench import jit
-from phongbench.errors import KernelError, UnknownNameError
+from phongbench.errors import KernelError
+from phongbench.precisions import (
+    BFLOAT16,
+    FLOAT16,
+    FLOAT32,
+    FLOAT64,
+    PRECISIONS,
+    FixedPoint,
+    Precision,
+    precision_named,
+)
+
+#: what a working precision is stands in precisions.py; who lowers needs both
+__all__ = [
+    "BFLOAT16",
+    "FLOAT16",
+    "FLOAT32",
+    "FLOAT64",
+    "PRECISIONS",
+    "Body",
+    "FixedPoint",
+    "Precision",
+    "Table",
+    "known_arguments",
+    "lower",
+    "precision_named",
+    "primitive",
+]
 
 Body = Callable[..., Any]
 F = TypeVar("F", bound=Body)
@@ -34,48 +60,11 @@ F = TypeVar("F", bound=Body)
 Table = NDArray[Any]
 
 
-@dataclass(frozen=True, slots=True)
-class Precision:
-    """A working precision.
-
-    name     str          "float16", "float32" or "float64"
-    dtype    numpy dtype  the type whose values are representable
-    carrier  numpy dtype  the type that holds them in compiled loops: float16 values travel as float32
-    """
-
-    name: str
-    dtype: np.dtype[Any]
-    carrier: np.dtype[Any]
-
-    @property
-    def rounds(self) -> bool:
-        """True if every operation must be rounded by hand."""
-        return self.dtype != self.carrier
-
-    def constant(self, value: float) -> Any:
-        """The number nearest to `value` in this precision, held by the carrier."""
-        with np.errstate(over="ignore"):
-            return self.carrier.type(self.dtype.type(value))
-
-
-FLOAT16 = Precision("float16", np.dtype(np.float16), np.dtype(np.float32))
-FLOAT32 = Precision("float32", np.dtype(np.float32), np.dtype(np.float32))
-FLOAT64 = Precision("float64", np.dtype(np.float64), np.dtype(np.float64))
-PRECISIONS = {p.name: p for p in (FLOAT16, FLOAT32, FLOAT64)}
-
-
-def precision_named(name: str) -> Precision:
-    """The precision of this name; UnknownNameError lists the known ones."""
-    if name not in PRECISIONS:
-        raise UnknownNameError("precision", name, PRECISIONS)
-    return PRECISIONS[name]
-
-
 def primitive(**implementations: Body) -> Callable[[F], F]:
     """Mark a body as primitive: compiled code uses the implementation named after the precision.
 
-    The decorated plain body stays the definition, and the oracle. float16 uses the float32 implementation, rounded
-    once.
+    The decorated plain body stays the definition, and the oracle. An emulated precision uses its carrier's
+    implementation, rounded once.
     """
 
     def mark(body: F) -> F:
@@ -112,8 +101,9 @@ class _Lowering:
         self.namespace: dict[str, Any] = {
             # without a name, numba's cache searches every module for the function: 10 ms a kernel
             "__name__": body.__module__,
-            "_round": jit.round_to_half,
-            "_product": jit.half_product,
+            "_round": precision.rounding[0],
+            **{f"_r{i}": value for i, value in enumerate(precision.rounding[1])},
+            "_product": precision.product,
             "_cast": precision.carrier.type,
             "_index": np.int32,
             "_select": jit.select,
@@ -139,9 +129,8 @@ class _Lowering:
         for a in self.definition.args.args:
             annotation = ast.unparse(a.annotation) if a.annotation else "float"
             self.kinds[a.arg] = "table" if annotation.endswith("Table") else "float"
-        name = "_".join([self.body.__name__, self.precision.name, *(f"{k}{v}" for k, v in self.known.items())]).replace(
-            "-", "m"
-        )
+        words = [self.body.__name__, self.precision.name, *(f"{k}{v}" for k, v in self.known.items())]
+        name = "_".join(words).replace("-", "m").replace(".", "_")
         statements = self._block(self.definition.body)
         text = f"def {name}({', '.join(arguments)}):\n" + textwrap.indent(
             "\n".join(map(ast.unparse, statements)), "    "
@@ -205,8 +194,14 @@ class _Lowering:
             return expression
         if isinstance(expression, ast.Constant) and isinstance(expression.value, int):
             return self._constant(expression.value)
-        number = _call("_cast", expression)
-        return _call("_round", number) if self.precision.rounds else number
+        return self._rounded(_call("_cast", expression))
+
+    def _rounded(self, expression: ast.expr) -> ast.expr:
+        """The expression with its result rounded to the working precision, where that is not the carrier's own."""
+        if not self.precision.rounds:
+            return expression
+        more = (ast.Name(f"_r{i}", ast.Load()) for i in range(len(self.precision.rounding[1])))
+        return _call("_round", expression, *more)
 
     def _expression(self, node: ast.expr) -> tuple[ast.expr, str]:
         folded, number = self._fold(node)
@@ -240,10 +235,9 @@ class _Lowering:
         left, right = self._expression(node.left), self._expression(node.right)
         if left[1] == right[1] == "int" and not isinstance(node.op, ast.Div):
             return _call("_index", ast.BinOp(left[0], node.op, right[0])), "int"
-        if self.precision.rounds and isinstance(node.op, ast.Mult):
+        if self.precision.rounds and self.precision.product and isinstance(node.op, ast.Mult):
             return _call("_product", self._as_float(left), self._as_float(right)), "float"
-        result: ast.expr = ast.BinOp(self._as_float(left), node.op, self._as_float(right))
-        return (_call("_round", result) if self.precision.rounds else result), "float"
+        return self._rounded(ast.BinOp(self._as_float(left), node.op, self._as_float(right))), "float"
 
     def _choice(self, test: ast.expr, yes: ast.expr, no: ast.expr) -> tuple[ast.expr, str]:
         folded, truth = self._fold(test)
@@ -252,7 +246,9 @@ class _Lowering:
         condition, first, second = self._expression(test)[0], self._expression(yes), self._expression(no)
         if first[1] == second[1] == "int":
             return _call("_select", condition, first[0], second[0]), "int"
-        return _call("_select", condition, self._as_float(first), self._as_float(second)), "float"
+        chosen = _call("_select", condition, self._as_float(first), self._as_float(second))
+        # a constant has any size, but what is chosen must fit into fixed point
+        return (self._rounded(chosen) if self.precision.saturates else chosen), "float"
 
     def _call(self, node: ast.Call, function: ast.expr, arguments: list[ast.expr]) -> tuple[ast.expr, str]:
         callee = self._resolve(function)
@@ -292,10 +288,10 @@ class _Lowering:
             if n not in bound
         ]
         result = _call(name, *passed)
-        return (_call("_round", result) if rounds else result), "float"
+        return (self._rounded(result) if rounds else result), "float"
 
     def _implementation(self, callee: Body, implementations: dict[str, Body], bound: dict[str, int]) -> Body:
-        working = FLOAT32 if self.precision.rounds else self.precision
+        working = FLOAT32 if self.precision.carrier == FLOAT32.carrier else FLOAT64
         body = implementations[working.name]
         return body if getattr(body, "__compiled__", False) else lower(body, working, **bound)
 

@@ -13,14 +13,14 @@ from typing import Any
 
 from phongbench.approximations import REGISTRY
 from phongbench.errors import InputError, UnknownNameError
-from phongbench.lowering import PRECISIONS
 from phongbench.materials import exponents, read_mtl
+from phongbench.precisions import in_order, precision_named
 from phongbench.sampling import STRATUM_NAMES
 from phongbench.spec import ALPHA, GAMMA, SPACES, Approximation, Setting
 from phongbench.vectors import LAMBDA_FORMS
 
 #: questions beyond the sweep; phongbench.probes answers them
-PROBE_NAMES: tuple[str, ...] = ()
+PROBE_NAMES: tuple[str, ...] = ("cosines",)
 ALL_SLOPES = ("taylor", "minimax", "energy")
 #: real exponents (materials, file formats) and the non-powers of two that expose what powers of two hide
 QUICK_ALPHAS = (5.0, 10.0, 20.0, 32.0, 50.0, 64.0, 100.0, 128.0, 200.0, 256.0, 512.0, 1000.0)
@@ -34,7 +34,7 @@ class Cell:
     approximation  name in the registry
     lambda_form    dot, difference, cross, tan2, or none for kernels of the cosine
     setting        alpha, gamma, slope policy and space
-    precision      float16, float32 or float64
+    precision      a name that `precision_named` knows
     gated          False to measure what the form does where a.b <= 0
     """
 
@@ -56,7 +56,7 @@ class Plan:
     slopes          beta policies; an approximation without a wanted policy uses its own first one
     spaces          reflect (R, V), half (N, H)
     length_spaces   spaces in which wrong lengths are studied too
-    precisions      float16, float32, float64
+    precisions      float16, bfloat16, float32, float64, and fixed point as qI.F
     strata          of sampling.STRATUM_NAMES
     samples         pairs per cell and stratum
     seed            any whole number >= 0
@@ -137,7 +137,8 @@ class Plan:
             tuple(dict.fromkeys(s for a in registry.values() for s in a.slopes if s != "none")),
         )
         _known("space", (*self.spaces, *self.length_spaces), SPACES)
-        _known("precision", self.precisions, PRECISIONS)
+        for name in self.precisions:
+            precision_named(name)
         _known("stratum", self.strata, STRATUM_NAMES)
         _known("probe", self.probes, PROBE_NAMES)
         if self.samples < 1 or self.samples > 1 << 40:
@@ -159,7 +160,7 @@ class Plan:
             slopes=tuple(dict.fromkeys(self.slopes)),
             spaces=_ordered(self.spaces, SPACES),
             length_spaces=_ordered(self.length_spaces, SPACES),
-            precisions=_ordered(self.precisions, PRECISIONS),
+            precisions=in_order(self.precisions),
             strata=_ordered(self.strata, STRATUM_NAMES),
             probes=_ordered(self.probes, PROBE_NAMES),
         )
@@ -201,7 +202,7 @@ PRESETS: Mapping[str, Plan] = {
         gammas=(1, 2, 4, 8, 16, 32, 64, 128),
         lambda_forms=tuple(LAMBDA_FORMS),
         slopes=(*ALL_SLOPES, "lagarde"),
-        precisions=tuple(PRECISIONS),
+        precisions=("float16", "bfloat16", "float32", "float64"),
         samples=1 << 17,
         timing_budget=60.0,
         processes=2,
@@ -214,7 +215,7 @@ PRESETS: Mapping[str, Plan] = {
         lambda_forms=tuple(LAMBDA_FORMS),
         slopes=(*ALL_SLOPES, "lagarde"),
         length_spaces=SPACES,
-        precisions=tuple(PRECISIONS),
+        precisions=("float16", "bfloat16", "float32", "float64"),
         samples=1 << 20,
         timing_budget=600.0,
         processes=8,

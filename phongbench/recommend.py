@@ -22,7 +22,7 @@ from phongbench.contenders import TWIN
 from phongbench.errors import InputError, UnknownNameError
 from phongbench.exponents import Exponents
 from phongbench.lawful import Wish
-from phongbench.lowering import PRECISIONS
+from phongbench.lowering import precision_named
 from phongbench.results import DEFAULT_ROOT, Run
 from phongbench.spec import SPACES, Setting
 
@@ -52,9 +52,9 @@ def recommend(
         Exponents.of(alpha), _above(number(max_error, "max_error"), "max_error"),
         _at_least(number(length_error or 0.0, "length_error"), "length_error"), precision, space, working_set,
     )  # fmt: skip
-    for kind, name, known in (("precision", precision, PRECISIONS), ("space", space, SPACES)):
-        if name not in known:
-            raise UnknownNameError(kind, name, known)
+    precision_named(precision)
+    if space not in SPACES:
+        raise UnknownNameError("space", space, SPACES)
     notes: list[str] = []
     cells = lawful.cells(wish, notes) if run is None else _by_run(run, wish, notes)
     choice = front.choose(cells, wish.max_error)

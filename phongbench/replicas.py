@@ -20,7 +20,7 @@ from phongbench.approximations import REGISTRY, registry_with
 from phongbench.contenders import Subject
 from phongbench.errors import InputError, MeasurementError, PhongbenchError
 from phongbench.lock import machine_lock
-from phongbench.lowering import PRECISIONS
+from phongbench.lowering import precision_named
 from phongbench.spec import Setting
 from phongbench.timing import WORKING_SETS, Progress
 
@@ -107,7 +107,7 @@ def _work(task: dict[str, Any]) -> bytes:
             registry[s["approximation"]],
             s["lambda_form"],
             Setting(**s["setting"]),
-            PRECISIONS[s["precision"]],
+            precision_named(s["precision"]),
             s["label"],
         )
         for s in task["subjects"]

@@ -41,8 +41,12 @@ ACCURACY_COLUMNS = (
     "coverage", "nonfinite",
     "above_one", "negative", "excluded",
 )  # fmt: skip
-#: what identifies a row of accuracy.parquet
-ACCURACY_KEY = (*(c for c in CELL_COLUMNS if c != "beta"), "stratum", "perturbation", "length_error", "truth")
+#: what identifies a row of accuracy.parquet; where only the coverage differs, `strongest` chooses
+ACCURACY_KEY = (
+    *(c for c in CELL_COLUMNS if c != "beta"), "stratum", "perturbation", "length_error", "truth", "coverage",
+)  # fmt: skip
+#: how a largest error was found, the weaker first: of samples, of a search, of every input, or bounded by a proof
+COVERAGES = ("sampled", "searched", "exhaustive", "certified")
 TIMING_COLUMNS = (
     "approximation", "lambda_form", "space", "beta_policy", "gamma", "precision", "working_set", "elements",
     "threads", "ns_min",
@@ -50,7 +54,7 @@ TIMING_COLUMNS = (
     "contaminated",
 )  # fmt: skip
 WORST_COLUMNS = (
-    *CELL_COLUMNS, "stratum", "perturbation", "length_error", "truth", "rank", "error", "exact", "value",
+    *CELL_COLUMNS, "stratum", "perturbation", "length_error", "truth", "coverage", "rank", "error", "exact", "value",
     "ax", "ay", "az", "bx", "by", "bz",
 )  # fmt: skip
 #: errors of a formula on interpolated normals. mesh: icosphere, torus, uv-sphere or a file's name; normals: raw or
@@ -67,7 +71,8 @@ BEHAVIOUR_COLUMNS = (*CELL_COLUMNS, "case", "outcome", "lowest", "highest", "exa
 SMOOTHNESS_COLUMNS = (*CELL_COLUMNS, "samples", "rises", "largest_rise", "kink", "kink_degrees")
 #: everything a run writes into its folder
 RUN_CONTENT = (PARTS, "report", MANIFEST, *(f"{name}.parquet" for name in TABLES))
-_COLUMNS = {
+#: the columns of every table
+COLUMNS = {
     "accuracy": ACCURACY_COLUMNS,
     "timing": TIMING_COLUMNS,
     "worst": WORST_COLUMNS,
@@ -132,15 +137,27 @@ class Run:
     def _table(self, name: str) -> pd.DataFrame:
         path = self.path / f"{name}.parquet"
         if path.name not in self.manifest["files"]:
-            return pd.DataFrame(columns=list(_COLUMNS[name]))
+            return pd.DataFrame(columns=list(COLUMNS[name]))
         try:
             frame = pd.read_parquet(path)
         except (OSError, ValueError) as problem:
             raise CorruptRunError(f"cannot be read: {problem}", str(path), _REMEDY) from problem
-        missing = [c for c in _COLUMNS[name] if c not in frame.columns]
+        missing = [c for c in COLUMNS[name] if c not in frame.columns]
         if missing:
             raise CorruptRunError(f"lacks the columns {', '.join(missing)}", str(path), _REMEDY)
         return frame
+
+
+def strongest(rows: pd.DataFrame) -> pd.DataFrame:
+    """Of accuracy rows that differ in their coverage only, the strongest; the order of the rest is kept.
+
+    rows  with any columns of ACCURACY_KEY: those that are there say what is the same
+    """
+    if "coverage" not in rows or rows["coverage"].nunique() < 2:
+        return rows
+    same = [column for column in ACCURACY_KEY if column in rows.columns and column != "coverage"]
+    order = rows["coverage"].map(COVERAGES.index).sort_values(kind="stable").index
+    return rows.loc[order].drop_duplicates(same, keep="last").sort_index()
 
 
 _REMEDY = "restore the folder from a copy, or run the study again with the same plan and seed"

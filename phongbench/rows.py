@@ -66,6 +66,7 @@ def worst(sweep: Sweep, parts: Sequence[pd.DataFrame]) -> pd.DataFrame:
         frame[name] = numbers[f"worst{i}"]
     for i, name in enumerate(("ax", "ay", "az", "bx", "by", "bz"), start=3):
         frame[name] = pd.Series([float(x).hex() for x in numbers[f"worst{i}"]], dtype="str")
+    frame["coverage"] = pd.array(["sampled"] * len(frame), dtype="str")
     return frame[list(WORST_COLUMNS)]
 
 

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phongbench import jit, powers
-from phongbench.lowering import FLOAT16, FLOAT64, Precision, lower
+from phongbench.lowering import FLOAT64, Precision, lower
 
 #: relative length errors: a 12-bit reciprocal root errs by 3.7e-4, one Newton step of the classic bit trick by 1.75e-3
 LENGTH_ERRORS = (1e-4, 3.7e-4, 1.75e-3, 1e-2, 5e-2, 0.1)
@@ -100,11 +100,36 @@ def pairs(
     if stratum.name == "hostile":
         return _hostile_pairs(precision, seed, start, count)
     a, b = np.empty((3, count), precision.carrier), np.empty((3, count), precision.carrier)
-    width = 2 * CUTOFF_ULPS * float(np.finfo(precision.dtype).eps)
-    _pairs(
-        _LAWS[stratum.name], _key(seed), start, scale, width, half_space, *stratum.lengths, precision == FLOAT16, a, b
-    )
+    width = 2 * CUTOFF_ULPS * precision.eps
+    _pairs(_LAWS[stratum.name], _key(seed), start, scale, width, half_space, *stratum.lengths, a, b)
+    for v in (a, b):
+        hold(precision, v)
     return a, b
+
+
+def hold(precision: Precision, values: NDArray[Any]) -> None:
+    """Round numbers of the carrier type, shape (rows, n), to the precision, in place."""
+    if precision.rounds:
+        function, more = precision.rounding
+        shift, low, high = more or (0.0, 0.0, 0.0)
+        _hold(_ROUNDINGS.index(function), shift, low, high, values)
+
+
+_ROUNDINGS = (jit.round_to_half, jit.round_to_bfloat16, jit.round_to_fixed)
+
+
+@jit.driver
+def _hold(kind: int, shift: float, low: float, high: float, values: Any) -> None:
+    for row in values:
+        if kind == 0:
+            for i in range(len(row)):
+                row[i] = jit.round_to_half(row[i])
+        elif kind == 1:
+            for i in range(len(row)):
+                row[i] = jit.round_to_bfloat16(row[i])
+        else:
+            for i in range(len(row)):
+                row[i] = jit.round_to_fixed(row[i], shift, low, high)
 
 
 def cutoff_deficit(form: str, value: float) -> float | None:
@@ -174,7 +199,6 @@ def _pairs(
     half_space: bool,
     length_a: float,
     length_b: float,
-    half: bool,
     a: Any,
     b: Any,
 ) -> None:
@@ -184,12 +208,6 @@ def _pairs(
         for i in range(len(deficit)):
             deficit[i] = 0.5 * deficit[i] / (1.0 + math.sqrt(max(0.0, 1.0 - 0.5 * deficit[i])))
     _frames(key, start, deficit, length_a, length_b, a, b)
-    if half:
-        for row in range(3):
-            for i in range(len(deficit)):
-                a[row, i] = jit.round_to_half(a[row, i])
-            for i in range(len(deficit)):
-                b[row, i] = jit.round_to_half(b[row, i])
 
 
 @jit.driver
@@ -247,14 +265,13 @@ def _hostile_pairs(precision: Precision, seed: int, start: int, count: int) -> t
 
     Every one with every other.
     """
-    info = np.finfo(precision.dtype)
-    tiny, huge = float(info.smallest_subnormal), float(info.max)
+    tiny, huge = precision.smallest, precision.largest
     special = [
         0.0,
         -0.0,
         tiny,
         -tiny,
-        float(info.tiny),
+        precision.tiny,
         1e-3,
         1.0,
         -1.0,
@@ -265,11 +282,9 @@ def _hostile_pairs(precision: Precision, seed: int, start: int, count: int) -> t
         -math.inf,
         math.nan,
     ]
-    with np.errstate(over="ignore"):
-        vectors = np.array(
-            [(s, 0.0, 0.0) for s in special] + [(s, s, s) for s in special] + [(0.6, s, 0.8) for s in special],
-            precision.dtype,
-        ).astype(precision.carrier)
+    vectors = precision.rounded(
+        [(s, 0.0, 0.0) for s in special] + [(s, s, s) for s in special] + [(0.6, s, 0.8) for s in special]
+    )
     random, _ = pairs(STRATA[0], precision, seed=seed, start=0, count=8)
     vectors = np.concatenate([vectors, random.T, -random.T])
     index = np.arange(start, start + count)

@@ -62,3 +62,18 @@ OPENGL_MATERIALS = Source(
 PHONGBENCH = Source(
     "PHONGBENCH", "phongbench: derived here, proved by the tests", 2026, "derived and tested in this project"
 )
+WIKIPEDIA_PHONG = Source(
+    "WIKIPEDIA_PHONG",
+    "Phong reflection model, Wikipedia; what it says on lengths is marked `citation needed` there",
+    2022,
+    "claims read in its revision of April 2022",
+)
+WIKIPEDIA_BLINN = Source(
+    "WIKIPEDIA_BLINN", "Blinn-Phong shading model, Wikipedia", 2022, "claims read in a copy of the article"
+)
+HYPERGRAPH = Source(
+    "HYPERGRAPH",
+    "G. S. Owen, HyperGraph, ACM SIGGRAPH Education Committee",
+    1999,
+    "claims quoted from memory",
+)

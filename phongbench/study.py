@@ -16,7 +16,7 @@ import pandas as pd
 from phongbench import engine, probes, replicas, results, rows, skipping, timing, warm
 from phongbench.approximations import REGISTRY
 from phongbench.errors import InputError, InterruptedStudyError, MeasurementError
-from phongbench.lowering import PRECISIONS
+from phongbench.lowering import precision_named
 from phongbench.plan import Plan
 from phongbench.probes.probing import Probing
 from phongbench.progress import Progress
@@ -302,7 +302,7 @@ def _time(sweep: engine.Sweep, progress: Progress) -> pd.DataFrame:
     """Time every kernel of the plan that differs in time, once."""
     specs = sweep.registry
     subjects = timing.subjects(
-        (specs[c.approximation], c.lambda_form, c.setting, PRECISIONS[c.precision])
+        (specs[c.approximation], c.lambda_form, c.setting, precision_named(c.precision))
         for position, c in enumerate(sweep.cells)
         if c.gated and position not in sweep.failures and c.setting.space == specs[c.approximation].spaces[0]
     )

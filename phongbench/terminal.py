@@ -3,6 +3,7 @@
 NO_COLOR is honoured.
 """
 
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from types import TracebackType
 from typing import Any
@@ -12,8 +13,12 @@ from rich.console import Console
 from rich.progress import BarColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.progress import Progress as Bars
 from rich.table import Table
+from rich.text import Text
 
 from phongbench.progress import Progress
+
+#: a verdict's sign: told by its shape, not by a colour
+SIGNS = {"holds": "✓", "holds under conditions": "◐", "fails": "✗", "not measured": "–"}
 
 
 class TerminalProgress(Progress):
@@ -126,6 +131,27 @@ def recommendation(found: Mapping[str, Any]) -> None:
     for note in found["notes"]:
         console.print(f"note: {note}", soft_wrap=True)
     console.print(f"from {found['run']}" if found["run"] else "from the laws, without a run")
+
+
+def claims_table(found: Mapping[str, Any]) -> None:
+    """The textbook claims with their verdicts, each with its reason below, or what would measure it."""
+    console = Console(markup=False, highlight=False)
+    if not console.is_terminal:
+        console = Console(markup=False, highlight=False, width=160)
+    drawn = Table(box=SIMPLE, pad_edge=False, show_lines=False)
+    drawn.add_column("")
+    drawn.add_column("verdict", no_wrap=True)
+    drawn.add_column("claim, and what was found")
+    for claim in found["claims"]:
+        lacking = claim["lacking"] or ""
+        mend = f"\n{lacking[:1].upper()}{lacking[1:]}" if lacking else ""
+        text = Text.assemble((claim["claim"], "bold"), f"\n{claim['because']}{mend}\n")
+        drawn.add_row(claim["key"], f"{SIGNS[claim['verdict']]} {claim['verdict']}", text)
+    console.print(drawn)
+    counted = Counter(claim["verdict"] for claim in found["claims"])
+    told = ", ".join(f"{counted[verdict]} {verdict}" for verdict in SIGNS if counted[verdict])
+    notes = Console(stderr=True, markup=False, highlight=False, soft_wrap=True)
+    notes.print(f"of run {found['run']}: {told}; --json has the rules, all conditions and the rows that decide")
 
 
 def bench_tables(found: Mapping[str, Any]) -> None:

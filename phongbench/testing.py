@@ -58,7 +58,7 @@ def compiled(spec: Approximation, setting: Setting, precision: Precision, coordi
     """Values of the compiled kernel in a precision, held by its carrier."""
     loop = kernels.values_kernel(spec, precision, kernels.known_values(spec, setting))
     with np.errstate(all="ignore"):
-        given = coordinate.astype(precision.dtype).astype(precision.carrier)
+        given = precision.rounded(coordinate)
         out = np.empty_like(given)
         row, table = kernels.coefficient_row(spec, setting, precision), kernels.table_row(spec, setting, precision)
         _run(loop, given, np.ones_like(given), row, table, out)
@@ -74,7 +74,7 @@ def over(body: Body, precision: Precision, *columns: Any, **known: int) -> Array
     """Values of any lowered body, compiled, over columns of numbers: one column for each argument that is not known."""
     loops: dict[int, Callable[[Body], Callable[..., None]]] = {1: _over_1, 2: _over_2, 6: _over_6}
     with np.errstate(all="ignore"):
-        rounded = [np.atleast_1d(np.asarray(c, precision.dtype).astype(precision.carrier)) for c in columns]
+        rounded = [np.atleast_1d(precision.rounded(c)) for c in columns]
         given = [np.ascontiguousarray(c) for c in np.broadcast_arrays(*rounded)]
         out = np.empty_like(given[0])
         jit.driver(loops[len(columns)](lower(body, precision, **known)))(out, *given)
@@ -143,7 +143,7 @@ def check_peak(spec: Approximation) -> None:
     peak = coordinates(spec, np.array([1.0]))
     for setting, precision in product(settings(spec), PRECISIONS.values()):
         value = float(compiled(spec, setting, precision, peak)[0])
-        tolerance = 2 * float(np.finfo(precision.dtype).eps) * (setting.gamma or 1)  # squarings multiply a rounding
+        tolerance = 2 * precision.eps * (setting.gamma or 1)  # squarings multiply a rounding
         _require(abs(value - spec.peak) <= tolerance, spec, f"{value} at the peak in {precision.name}", setting)
 
 
@@ -154,7 +154,7 @@ def check_bounded_on_unit_vectors(spec: Approximation) -> None:
         coordinate = np.append(coordinate, np.inf)
     for setting, precision in product(settings(spec), PRECISIONS.values()):
         values = compiled(spec, setting, precision, coordinate)
-        highest = max(1.0, spec.peak) + 4 * float(np.finfo(precision.dtype).eps)
+        highest = max(1.0, spec.peak) + 4 * precision.eps
         for where, value in zip(coordinate, values, strict=True):
             _require(0 <= value <= highest, spec, f"{value} at {spec.coordinate} {where} in {precision.name}", setting)
 

@@ -25,7 +25,7 @@ from phongbench.contenders import Contender, Subject, subjects
 from phongbench.errors import InputError, MeasurementError, UnknownNameError
 from phongbench.laboratory import Laboratory, Progress
 from phongbench.lock import machine_lock
-from phongbench.lowering import FLOAT32, PRECISIONS, Precision
+from phongbench.lowering import FLOAT32, Precision, precision_named
 from phongbench.readout import COLUMNS
 
 __all__ = ["COLUMNS", "WORKING_SETS", "Progress", "Subject", "check", "compile_all", "cores", "measure", "subjects"]
@@ -119,7 +119,7 @@ def _compile_all(
     for subject in timed:
         by_precision.setdefault(subject.precision.name, []).append(subject)
     for name, mine in by_precision.items():
-        precision = PRECISIONS[name]
+        precision = precision_named(name)
         group = {c.key: c for c in contenders.companions(precision)}
         for subject in mine:
             try:

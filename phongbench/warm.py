@@ -11,7 +11,7 @@ import subprocess
 import sys
 
 from phongbench import engine, jit, skipping, timing
-from phongbench.lowering import PRECISIONS
+from phongbench.lowering import precision_named
 from phongbench.plan import Plan
 
 
@@ -49,7 +49,7 @@ def compile_for(plan: Plan) -> None:
     if plan.timing:
         timing.compile_all(
             timing.subjects(
-                (sweep.registry[c.approximation], c.lambda_form, c.setting, PRECISIONS[c.precision])
+                (sweep.registry[c.approximation], c.lambda_form, c.setting, precision_named(c.precision))
                 for c in sweep.cells
             ),
             lit=skipping.LIT if plan.skipping else (),

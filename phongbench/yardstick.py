@@ -105,7 +105,7 @@ def _key(cell: Cell, context: engine.Context, truth: str) -> dict[str, Any]:
     s, stratum = cell.setting, context.stratum
     values = (
         cell.approximation, cell.lambda_form, s.space, s.slope, s.alpha, s.gamma, cell.precision, cell.gated,
-        stratum.name, stratum.perturbation, stratum.length_error, truth,
+        stratum.name, stratum.perturbation, stratum.length_error, truth, "sampled",
     )  # fmt: skip
     return dict(zip(ACCURACY_KEY, values, strict=True))
 

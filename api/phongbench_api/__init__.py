@@ -1,1 +1,1 @@
-"""The HTTP service over phongbench: shading on request, stored runs and finished reports. Nothing is served yet."""
+"""The HTTP service over phongbench: shading on request, stored runs and finished reports. It never measures."""

@@ -1,4 +1,7 @@
-"""What a run answers, and how fast we are: the front, the formula for a budget, the comparison with peers."""
+"""What a run answers, and how fast we are.
+
+The front, the formula for a budget, the textbook claims, the comparison with peers.
+"""
 
 import sys
 from typing import Any
@@ -17,7 +20,9 @@ _JSON = click.option("--json", "as_json", is_flag=True, help="Print one JSON doc
 @click.option("--alpha", required=True, metavar="A", help=_ALPHA)
 @click.option("--metric", default="max_abs", show_default=True, help="Column of the accuracy rows.")
 @click.option("--stratum", default="highlight", show_default=True, help="Which inputs.")
-@click.option("--precision", default="float32", show_default=True, help="float16, float32 or float64.")
+@click.option(
+    "--precision", default="float32", show_default=True, help="float16, bfloat16, float32, float64, q1.15, ..."
+)
 @click.option("--working-set", default="l1", show_default=True, help="Whose times: l1, l2 or memory.")
 @click.option("--space", default="reflect", show_default=True, help=_SPACE)
 @click.option("--all", "everything", is_flag=True, help="Show the cells that are off the front too.")
@@ -46,7 +51,9 @@ def front(run_name: str, everything: bool, as_json: bool, **wishes: Any) -> None
 @click.option("--max-error", required=True, metavar="E", help="Largest absolute error allowed, e.g. 0.004 or 1/255.")
 @click.option("--run", "run_name", metavar="RUN", help="Which run answers.  [default: the newest with times]")
 @click.option("--length-error", metavar="e", help="How wrong vector lengths may be: 0.01 is up to 1 %.")
-@click.option("--precision", default="float32", show_default=True, help="float16, float32 or float64.")
+@click.option(
+    "--precision", default="float32", show_default=True, help="float16, bfloat16, float32, float64, q1.15, ..."
+)
 @click.option("--space", default="reflect", show_default=True, help=_SPACE)
 @click.option("--working-set", default="l1", show_default=True, help="Whose times: l1, l2 or memory.")
 @_JSON
@@ -69,6 +76,28 @@ def recommend(run_name: str | None, as_json: bool, **wishes: Any) -> None:
     show(found, as_json, lambda: recommendation(found))
     if not found["choices"]:
         sys.exit(DIFFERENT)
+
+
+@click.command(short_help="Judge the textbook claims by a run.")
+@click.argument("run_name", metavar="RUN")
+@_JSON
+def claims(run_name: str, as_json: bool) -> None:
+    """Judge the textbook claims by the rows of a run.
+
+    Each claim holds, holds under conditions, fails, or was not measured, by a stated rule; --json has the rules, all
+    conditions as numbers and the rows that decide. What was not measured says which flags measure it.
+
+    \b
+    Examples:
+      phongbench claims latest
+      phongbench claims latest --json
+    """
+    from phongbench import results
+    from phongbench.claims import answer
+    from phongbench.terminal import claims_table
+
+    found = answer(results.find(run_name, ROOT))
+    show(found, as_json, lambda: claims_table(found))
 
 
 @click.command(short_help="Time our kernels against NumPy, numexpr, JAX, PyTorch, Taichi.")

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import pandas as pd
 
 from phongbench.plan import Plan
+from phongbench.probes import cosines
 from phongbench.probes.probing import Probing
 
 
@@ -30,7 +31,7 @@ class Probe:
 
 
 #: in the order in which they run
-PROBES: tuple[Probe, ...] = ()
+PROBES: tuple[Probe, ...] = (Probe("cosines", "measuring every cosine", cosines.measure, cosines.seconds),)
 
 
 def chosen(plan: Plan) -> tuple[Probe, ...]:

@@ -115,7 +115,7 @@ def test_threads_that_compile_at_once_all_use_our_folder(tmp_path):
     )
     environment = os.environ | {"PHONGBENCH_CACHE": str(tmp_path / "cache")}
     found = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, env=environment, capture_output=True, check=True)
-    assert int(found.stdout) == 12
+    assert int(found.stdout) == 16
     assert [p.name for p in tmp_path.iterdir()] == ["cache"]
 
 

@@ -143,3 +143,13 @@ def test_manifests_are_strict_json(run):
     with pytest.raises(ValueError, match="not JSON compliant"):
         results.write_manifest(run.path, {"x": float("nan")})
     assert json.loads((run.path / "manifest.json").read_text())["run"] == run.id
+
+
+def test_the_strongest_coverage_speaks_for_a_cell():
+    rows = pd.DataFrame(
+        {"approximation": ["lyon"] * 4, "alpha": [10.0, 10.0, 10.0, 20.0], "max_abs": [0.3, 0.2, 0.1, 0.4]}
+        | {"coverage": ["exhaustive", "sampled", "searched", "sampled"]}
+    )
+    assert list(results.strongest(rows)["max_abs"]) == [0.3, 0.4]
+    assert list(results.strongest(rows.iloc[1:])["max_abs"]) == [0.1, 0.4]
+    pd.testing.assert_frame_equal(results.strongest(rows[["alpha"]]), rows[["alpha"]])

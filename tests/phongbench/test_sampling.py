@@ -86,7 +86,7 @@ def test_peak_holds_equal_vectors_and_neighbours():
 def test_cutoff_stays_within_a_few_ulp(precision):
     a, b = pairs(BY_NAME["cutoff"], precision, seed=1, start=0, count=4000, scale=0.16)
     deficit = ((a.astype(float) - b.astype(float)) ** 2).sum(axis=0) / 2
-    assert np.abs(deficit / 0.16 - 1).max() < 20 * float(np.finfo(precision.dtype).eps)
+    assert np.abs(deficit / 0.16 - 1).max() < 20 * precision.eps
 
 
 def test_grazing_reaches_the_antipode():

@@ -1,0 +1,52 @@
+"""A curve as numbers, as a table, or drawn."""
+
+import csv
+import io
+from collections.abc import Callable
+from typing import Any
+
+from starlette.responses import Response
+
+from phongbench_api import highlight, wire
+from phongbench_api.models import CurveAsk
+from phongbench_api.service import Service
+
+FAMILY = (wire.JSON, wire.CSV, wire.SVG)
+COLUMNS = ("angle_degrees", "value", "exact", "error")
+EXAMPLE: dict[str, Any] = {name: [0.0] for name in COLUMNS}
+#: predicted seconds of drawing; the first picture also imports what draws
+DRAWING = 0.5
+
+
+def plan(service: Service, ask: CurveAsk, media: str) -> tuple[float, Callable[[Any], Any]]:
+    """Predicted seconds, and the work: numbers, or the drawn SVG."""
+    formula = highlight.asked(ask)
+    cost = service.kernels.curve_cost(formula, ask.points)
+
+    def numbers(_gone: Any) -> Any:
+        service.kernels.compile_curve(formula)
+        return highlight.curve(formula, ask.points, ask.degrees)
+
+    def drawn(gone: Any) -> bytes:
+        from phongbench_reports.lobe import svg  # late: it brings matplotlib
+
+        return svg(highlight.name_of(formula), formula.setting.alpha, numbers(gone))
+
+    return (cost + DRAWING, drawn) if media == wire.SVG else (cost, numbers)
+
+
+def answer(found: Any, media: str, spans: wire.Spans) -> Response:
+    """The curve in the media type asked for."""
+    if media == wire.JSON:
+        return wire.json(found, spans)
+    body = found if media == wire.SVG else _csv(found)
+    spans.mark("encode")
+    return Response(body, headers=spans.header(), media_type=media)
+
+
+def _csv(found: dict[str, Any]) -> str:
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow(COLUMNS)
+    writer.writerows(zip(*(found[name].tolist() for name in COLUMNS), strict=True))
+    return out.getvalue()

@@ -1,0 +1,135 @@
+"""What a request may ask, as models: names, bounds and examples come from the registry, and go into the OpenAPI."""
+
+from collections.abc import Iterable
+from typing import Annotated, Any
+
+from pydantic import BaseModel, ConfigDict, Field, GetCoreSchemaHandler
+from pydantic_core import CoreSchema, core_schema
+
+from phongbench import front, sampling, slopes, timing
+from phongbench.approximations import REGISTRY
+from phongbench.lowering import PRECISIONS
+from phongbench.spec import ALPHA, GAMMA, SPACES
+from phongbench.vectors import LAMBDA_FORMS
+
+
+class OneOf:
+    """A name out of those known: an enumeration in the schema, and a refusal that lists them without what was sent."""
+
+    def __init__(self, names: Iterable[Any]) -> None:
+        self.names = list(dict.fromkeys(names))
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        """pydantic asks for it."""
+        return core_schema.literal_schema(self.names)
+
+
+GAMMA_VALUES = [1 << n for n in range(int(GAMMA.low).bit_length() - 1, int(GAMMA.high).bit_length())]
+
+
+class _Gamma:
+    """Powers of two; a query's text is read as a whole number first."""
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        """pydantic asks for it."""
+        known = core_schema.literal_schema(GAMMA_VALUES)
+        return core_schema.chain_schema([core_schema.int_schema(), known])
+
+    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: Any) -> dict[str, Any]:
+        """pydantic asks for it."""
+        return {"type": "integer", "enum": GAMMA_VALUES}
+
+
+POLICIES = tuple(dict.fromkeys(policy for spec in REGISTRY.values() for policy in spec.slopes))
+STRATA = tuple(dict.fromkeys(stratum.name for stratum in sampling.STRATA))
+
+ApproximationName = Annotated[str, OneOf(REGISTRY)]
+FormName = Annotated[str, OneOf([*LAMBDA_FORMS, "none"])]
+PolicyName = Annotated[str, OneOf([*slopes.OFFSETS, *POLICIES])]
+SpaceName = Annotated[str, OneOf(SPACES)]
+PrecisionName = Annotated[str, OneOf(PRECISIONS)]
+GammaValue = Annotated[int, _Gamma()]
+AlphaValue = Annotated[float, Field(ge=ALPHA.low, le=ALPHA.high, allow_inf_nan=False)]
+#: 50, or 10,50,200, or 10..200
+Alphas = Annotated[
+    str,
+    Field(
+        pattern=r"^[0-9]{1,6}(\.[0-9]{1,12})?((\.\.[0-9]{1,6}(\.[0-9]{1,12})?)|(,[0-9]{1,6}(\.[0-9]{1,12})?){0,31})$",
+        examples=["50", "10,50,200", "10..200"],
+    ),
+]
+#: 0.004, 1e-3 or 1/255
+Budget = Annotated[
+    str,
+    Field(pattern=r"^[0-9]{1,6}(\.[0-9]{0,12})?([eE]-?[0-9]{1,2})?(/[1-9][0-9]{0,8})?$", examples=["1/255", "0.02"]),
+]
+RunName = Annotated[str, Field(pattern=r"^(latest|[a-z0-9][a-z0-9-]{7,63})$", examples=["latest"])]
+
+
+class Ask(BaseModel):
+    """A request's parameters; a name that is not one of them is refused."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, populate_by_name=False)
+
+
+class FormulaAsk(Ask):
+    """Which formula, at which setting. What is left out is the formula's own default."""
+
+    approximation: ApproximationName = Field(description="name of the formula", examples=["lyon"])
+    lambda_form: FormName | None = Field(
+        None, alias="lambda", description="how 1 - cos is computed", examples=["cross"]
+    )
+    gamma: GammaValue | None = Field(None, description=GAMMA.meaning, examples=[8])
+    alpha: AlphaValue = Field(description=ALPHA.meaning, examples=[50])
+    beta: PolicyName | None = Field(None, description="policy that chooses the slope at the peak", examples=["taylor"])
+    space: SpaceName | None = Field(None, description="reflect: pairs (R, V); half: pairs (N, H)")
+
+
+class SpecularAsk(FormulaAsk):
+    """The specular term of pairs."""
+
+    precision: PrecisionName = Field("float32", description="working precision of the formula")
+    compare: bool = Field(False, description="also the exact term and the largest error")
+
+
+class BinaryAsk(SpecularAsk):
+    """The same, in the query of a binary request."""
+
+    dtype: Annotated[str, OneOf(["f4", "f8"])] = Field("f4", description="of raw octets; .npy says its own")
+
+
+class CurveAsk(FormulaAsk):
+    """A formula over the angle between R and V."""
+
+    points: int = Field(361, ge=2, le=10_000, description="angles from 0 on, evenly spaced")
+    degrees: float = Field(90.0, gt=0.0, le=180.0, allow_inf_nan=False, description="the largest angle")
+
+
+class FrontAsk(Ask):
+    """A run's error/time front."""
+
+    alpha: Alphas = Field(description="one exponent, several, or a range: errors are the worst over them")
+    metric: Annotated[str, OneOf(front.METRICS)] = Field("max_abs", description="column of the accuracy rows")
+    stratum: Annotated[str, OneOf(STRATA)] = Field("highlight", description="which inputs")
+    precision: PrecisionName = "float32"
+    working_set: Annotated[str, OneOf(timing.WORKING_SETS)] = Field("l1", description="whose times")
+    space: SpaceName = "reflect"
+
+
+class RecommendAsk(Ask):
+    """An error budget."""
+
+    alpha: Alphas = Field(description="one exponent, several, or a range")
+    max_error: Budget = Field(description="largest absolute error allowed")
+    length_error: Budget | None = Field(None, description="how wrong vector lengths may be: 0.01 is up to 1 %")
+    precision: PrecisionName = "float32"
+    space: SpaceName = "reflect"
+    working_set: Annotated[str, OneOf(timing.WORKING_SETS)] = "l1"
+    run: RunName | None = Field(None, description="which run answers; left out: the newest with times, or the laws")
+
+
+class PageAsk(Ask):
+    """A page of a list."""
+
+    limit: int = Field(50, ge=1, le=1000, description="entries of an answer")
+    cursor: str | None = Field(None, max_length=200, description="`next` of the answer before")

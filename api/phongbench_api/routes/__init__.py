@@ -1,0 +1,15 @@
+"""Every family of routes, in the order of the documentation: one module each, one name here."""
+
+from phongbench_api.routes import answers, curve, figures, formulas, health, pages, rows, runs, specular
+
+ROUTERS = (
+    health.router,
+    formulas.router,
+    specular.router,
+    curve.router,
+    answers.router,
+    runs.router,
+    rows.router,
+    figures.router,
+    pages.router,
+)

@@ -1,0 +1,25 @@
+"""A formula over the angle."""
+
+from typing import Annotated
+
+from fastapi import APIRouter, Query, Request
+from starlette.responses import Response
+
+from phongbench_api import curves, wire
+from phongbench_api.models import CurveAsk
+from phongbench_api.openapi import described
+from phongbench_api.service import service
+
+router = APIRouter(prefix="/v1", tags=["shading"])
+
+
+@router.get("/curve", summary="Value and error against the angle",
+            **described(curves.EXAMPLE, 406, 413, 422, 503, also=(wire.CSV, wire.SVG)))  # fmt: skip
+async def curve(request: Request, ask: Annotated[CurveAsk, Query()]) -> Response:
+    """The lobe of a formula, exact Phong's, and their difference, at evenly spaced angles between R and V."""
+    spans = wire.Spans()
+    media = wire.negotiate(request.headers.get("accept"), curves.FAMILY)
+    cost, work = curves.plan(service(request), ask, media)
+    spans.mark("parse")
+    found = await service(request).office.do(request, cost, work, spans)
+    return curves.answer(found, media, spans)

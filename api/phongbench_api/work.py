@@ -1,0 +1,120 @@
+"""Who may use a core, and when: work is admitted by its predicted cost, done at once or in a thread, and dropped when
+its client is gone.
+
+A running thread cannot be killed, so what would take too long is refused before it starts. Health never passes here.
+"""
+
+import asyncio
+import math
+import threading
+import time
+from collections.abc import AsyncIterator, Callable
+from contextlib import asynccontextmanager
+from typing import TypeVar
+
+import anyio
+import anyio.to_thread
+from starlette.requests import Request
+
+from phongbench_api.errors import BusyError, TooLargeError
+from phongbench_api.highlight import Cancelled
+from phongbench_api.settings import Settings
+from phongbench_api.wire import Spans
+
+T = TypeVar("T")
+#: what a piece of work is given: a question that it asks now and then, whether to stop
+Gone = Callable[[], bool]
+
+
+class Office:
+    """Admits work, and does it.
+
+    pending  predicted seconds of core time that are admitted and not done
+    reading  bytes of bodies that are on their way in
+    """
+
+    def __init__(self, settings: Settings) -> None:
+        self.settings = settings
+        self.pending, self.reading, self.draining = 0.0, 0, False
+        self._limiter = anyio.CapacityLimiter(settings.cores)
+
+    @property
+    def wait(self) -> float:
+        """Predicted seconds until a core is free for new work."""
+        backlog = self.pending - self.settings.cores * self.settings.inline_cost
+        return max(0.0, backlog / self.settings.cores) if self._limiter.available_tokens < 1 else 0.0
+
+    def check(self) -> None:
+        """BusyError while there is more to do than may be waited for; asked before a body is read."""
+        if self.draining:
+            raise BusyError("the server is going down", headers={"retry-after": "5"})
+        if self.wait > self.settings.max_wait:
+            self._refuse(self.wait)
+
+    def _refuse(self, wait: float) -> None:
+        seconds = max(1, math.ceil(wait))
+        what = f"every core is taken for about {wait:.1f} s"
+        raise BusyError(what, mend=f"come back in {seconds} s", headers={"retry-after": str(seconds)})
+
+    @asynccontextmanager
+    async def room(self, size: int) -> AsyncIterator[None]:
+        """While a body of this many bytes comes in: BusyError if too many do already."""
+        if self.reading and self.reading + size > self.settings.max_reading:
+            raise BusyError("too many bodies are on their way in", headers={"retry-after": "1"})
+        self.reading += size
+        try:
+            yield
+        finally:
+            self.reading -= size
+
+    async def do(self, request: Request, cost: float, work: Callable[[Gone], T], spans: Spans) -> T:
+        """The result of the work, which is predicted to take so many seconds of one core.
+
+        TooLargeError where that is more than one request may take, BusyError where the wait would be too long;
+        Cancelled once the client is gone.
+        """
+        if cost <= self.settings.inline_cost:
+            result = work(_never)
+            spans.mark("kernel")
+            return result
+        if cost > self.settings.max_cost:
+            limit = self.settings.max_cost
+            raise TooLargeError(
+                f"this would take about {cost:.1f} s; a request may take {limit:g} s", mend="ask for less"
+            )
+        self.check()
+        self.pending += cost
+        try:
+            return await self._in_thread(request, work, spans)
+        finally:
+            self.pending -= cost
+
+    async def _in_thread(self, request: Request, work: Callable[[Gone], T], spans: Spans) -> T:
+        gone = threading.Event()
+
+        def timed() -> tuple[T, float]:
+            started = time.perf_counter()
+            return work(gone.is_set), time.perf_counter() - started
+
+        with anyio.CancelScope() as scope:
+            watcher = asyncio.create_task(_watch(request, gone, scope))
+            try:
+                result, seconds = await anyio.to_thread.run_sync(timed, limiter=self._limiter)
+            finally:
+                watcher.cancel()
+            spans.spend("kernel", seconds)
+            spans.mark("queue")
+            return result
+        raise Cancelled
+
+
+async def _watch(request: Request, gone: threading.Event, scope: anyio.CancelScope) -> None:
+    """Wait for the client to leave; work that waits is dropped at once, work that runs stops at its next look."""
+    while (await request.receive())["type"] != "http.disconnect":
+        pass
+    gone.set()
+    scope.cancel()
+
+
+def _never() -> bool:
+    return False

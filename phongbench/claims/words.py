@@ -1,0 +1,43 @@
+"""Numbers as parts of a sentence."""
+
+from collections.abc import Iterable, Sequence
+
+
+def listed(words: Iterable[str]) -> str:
+    """Words as part of a sentence: "a", "a and b", "a, b and c"; "none" without any."""
+    parts = list(words)
+    return " and ".join(filter(None, [", ".join(parts[:-1]), parts[-1]])) if parts else "none"
+
+
+def exponents(some: Sequence[float], measured: Sequence[float]) -> str:
+    """Some of the measured exponents in words: "alpha 10 and 20", "alpha 100 .. 1000", "every exponent (5 .. 1000)"."""
+    if not some:
+        return f"none of the {len(measured)} exponents"
+    ends = f"{some[0]:g} .. {some[-1]:g}"
+    if len(some) == len(measured) > 1:
+        return f"every exponent ({ends})"
+    first = list(measured).index(some[0])
+    unbroken = list(measured[first : first + len(some)]) == list(some)
+    return f"alpha {ends}" if len(some) > 2 and unbroken else f"alpha {listed(f'{alpha:g}' for alpha in some)}"
+
+
+def codes(error: float) -> str:
+    """An error in 8-bit codes."""
+    told = 255 * error
+    return f"{told:.2g} codes" if told < 10 else f"{told:.0f} codes"
+
+
+def rounded(value: float) -> str:
+    """A large number to three digits: "63,800"."""
+    return f"{float(f'{value:.3g}'):,.0f}"
+
+
+def percent(part: float) -> str:
+    """A share as percent."""
+    return f"{100 * part:.3g} %"
+
+
+def sentence(*parts: str) -> str:
+    """Parts joined by semicolons, with a capital and a full stop."""
+    text = "; ".join(part for part in parts if part)
+    return f"{text[:1].upper()}{text[1:]}."
