@@ -190,7 +190,7 @@ def load(path: Path) -> Run:
         )
     try:
         Plan.from_dict(data["plan"])
-    except TypeError as problem:
+    except (AttributeError, TypeError) as problem:
         raise CorruptRunError(
             f"holds a plan this version does not know: {problem}", str(manifest), _REMEDY
         ) from problem

@@ -2,14 +2,15 @@
 
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import partial
 
 import numpy as np
 
 from phongbench import kernels
 from phongbench.approximations import REGISTRY, example
 from phongbench.errors import InputError
-from phongbench.lowering import FLOAT32, Precision
+from phongbench.lowering import FLOAT32, FLOAT64, Precision
 from phongbench.spec import Approximation, Setting
 from phongbench_api import highlight
 from phongbench_api.highlight import Formula
@@ -75,13 +76,23 @@ class Kernels:
                 highlight.curve(formula, np.zeros(1), precision, length_error=0.01, perturbation="a")
             self._ready.add(key)
 
-    def warm(self) -> None:
-        """Compile what is asked for most, and time it: every curve, and every formula and lambda form in float32."""
-        for formula in curves():
-            self.compile_curve(formula)
-        for formula in loops():
-            self.compile_pairs(formula, FLOAT32)
-            self._calibrate(formula)
+    def warm(self, stopped: Callable[[], bool]) -> bool:
+        """Compile what is asked for most, and time it: every curve, and every formula and lambda form in float32.
+
+        Exact Phong in float64 is what others are compared with. False if it was told to stop.
+        """
+        work = [partial(self.compile_curve, formula) for formula in curves()]
+        work += [partial(self._prepare, formula) for formula in loops()]
+        work += [partial(self.compile_pairs, formula, FLOAT64) for formula in loops() if formula.spec.kind == "exact"]
+        for step in work:
+            if stopped():
+                return False
+            step()
+        return True
+
+    def _prepare(self, formula: Formula) -> None:
+        self.compile_pairs(formula, FLOAT32)
+        self._calibrate(formula)
 
     def _calibrate(self, formula: Formula) -> None:
         draw = np.random.default_rng(1).normal(size=(2, _CALIBRATION_PAIRS, 3)).astype(np.float32)

@@ -29,13 +29,15 @@ Gone = Callable[[], bool]
 class Office:
     """Admits work, and does it.
 
-    pending  predicted seconds of core time that are admitted and not done
-    reading  bytes of bodies that are on their way in
+    pending   predicted seconds of core time that are admitted and not done
+    reading   bytes of bodies that are on their way in
+    open      kernels are warm, so predictions mean something
+    draining  the server goes down: what is here is done, nothing new is begun
     """
 
     def __init__(self, settings: Settings) -> None:
         self.settings = settings
-        self.pending, self.reading, self.draining = 0.0, 0, False
+        self.pending, self.reading, self.open, self.draining = 0.0, 0, False, False
         self._limiter = anyio.CapacityLimiter(settings.cores)
 
     @property
@@ -48,6 +50,8 @@ class Office:
         """BusyError while there is more to do than may be waited for; asked before a body is read."""
         if self.draining:
             raise BusyError("the server is going down", headers={"retry-after": "5"})
+        if not self.open:
+            raise BusyError("the kernels are not warm yet", headers={"retry-after": "5"})
         if self.wait > self.settings.max_wait:
             self._refuse(self.wait)
 
