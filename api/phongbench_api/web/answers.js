@@ -33,8 +33,8 @@ export async function recommend(state, choose, signal) {
     const [best, next] = answer.choices;
     const parts = best ? [offered(best, choose, 'Cheapest: '), ...(next ? [offered(next, choose, 'Next: ')] : [])] : [make('p', {}, make('b', {}, 'Nothing meets this budget.'))];
     if (!best && answer.nearest_miss) parts.push(offered(answer.nearest_miss, choose, 'Nearest miss: '));
-    const basis = answer.basis === 'laws' ? 'Judged by the closed-form laws, which know errors and count operations: no run with times is stored here.' : `Judged by run ${answer.run}.`;
-    place.replaceChildren(...parts, make('p', { class: 'muted' }, [basis, ...(answer.notes ?? [])].join(' ')));
+    const notes = [answer.run ? `judged by run ${answer.run}` : null, ...(answer.notes ?? [])].filter(Boolean);
+    place.replaceChildren(...parts, make('ul', { class: 'notes muted' }, ...notes.map((note) => make('li', {}, note))));
   } catch (problem) {
     if (problem.name === 'AbortError') throw problem;
     const words = make('div', { class: 'problem' });

@@ -28,7 +28,7 @@ export async function get(path, params, signal) {
     answer = await fetch(address(path, params), { signal, headers: { accept: 'application/json' } });
   } catch (reason) {
     if (reason.name === 'AbortError') throw reason;
-    throw new Problem(0, 'The service does not answer.', 'Is phongbench serve still running?');
+    throw new Problem(0, 'The service does not answer', 'is phongbench serve still running?');
   }
   const body = await answer.json().catch((reason) => { if (reason.name === 'AbortError') throw reason; return null; });
   if (!answer.ok) throw new Problem(answer.status, body?.title ?? answer.statusText, detailed(body));

@@ -18,6 +18,13 @@ let offered = { registry: [], materials: [], precisions: [] };
 let past = {};
 
 const specOf = (name) => offered.registry.find((spec) => spec.name === name) ?? offered.registry.find((spec) => spec.name === DEFAULTS.approximation) ?? offered.registry[0];
+/** The state with what this service does not know at its default. */
+const settled = (wished) => ({
+  ...wished,
+  approximation: specOf(wished.approximation).name,
+  precision: offered.precisions.includes(wished.precision) ? wished.precision : offered.precisions.find((one) => one === DEFAULTS.precision) ?? offered.precisions[0],
+  material: offered.materials.some((one) => one.name === wished.material) ? wished.material : '',
+});
 const asked = () => formula(state, specOf(state.approximation));
 
 /** Everything that waits for an answer; the page is busy while there is any. */
@@ -28,8 +35,8 @@ const busy = (what) => (is) => {
   $('main').setAttribute('aria-busy', String(waiting.size > 0));
 };
 
-const spheres = new Spheres(set, () => state);
 const curves = new Curves(() => state, (angle) => { spheres.ring = angle; spheres.draw(); });
+const spheres = new Spheres(set, () => state, (angle) => curves.point(angle));
 const front = new Front(adopt);
 
 /** Changes the state and shows it. @param {any} patch fields, or a function of the state that gives them */
@@ -100,7 +107,7 @@ function show() {
   onChange('mark', now, () => front.mark(now));
   onChange('curve', question(), () => askCurve(question(), name));
   onChange('front', [state.alpha, state.precision, now.space, front.run?.run], () => askFront());
-  onChange('recommend', [state.alpha, state.precision, state.length_error, state.budget], () => askRecommend());
+  onChange('recommend', [state.alpha, state.precision, state.length_error, state.budget, front.run?.run], () => askRecommend());
 }
 
 /** Looks for a run; all else works without. */
@@ -112,7 +119,6 @@ async function lookForRun() {
   } catch (problem) {
     tell($('front-problem'), problem, lookForRun);
   }
-  past = { ...past, recommend: undefined };
   show();
   busy('runs')(false);
 }
@@ -131,8 +137,9 @@ async function start() {
     return;
   }
   tell($('problem'), null);
+  state = settled(state);
   wire(offered, set);
-  addEventListener('hashchange', () => { state = fromHash(location.hash); show(); });
+  addEventListener('hashchange', () => { state = settled(fromHash(location.hash)); show(); });
   matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => { curves.draw(); front.draw(); });
   $('front-again').addEventListener('click', lookForRun);
   show();

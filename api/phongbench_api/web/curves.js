@@ -2,7 +2,7 @@
 
 import { $, lazily, table } from './dom.js';
 import { codes, decade, degrees, number } from './format.js';
-import { axis, level, palette, plot, walkable, write } from './plot.js';
+import { axis, level, onlyDecades, palette, plot, walkable, write } from './plot.js';
 
 const { uPlot } = globalThis;
 const CODE = 1 / 255;
@@ -18,6 +18,21 @@ export function reachOf({ angle, exact, value }) {
   while (last > 1 && !(Math.abs(exact[last]) > FAINT || Math.abs(value[last]) > FAINT)) last--;
   return angle[last];
 }
+
+/** Powers of ten in a range. */
+const decades = (low, high) => {
+  const first = Math.ceil(Math.log10(low));
+  return Array.from({ length: Math.max(0, Math.floor(Math.log10(high)) - first + 1) }, (_, i) => 10 ** (first + i));
+};
+
+/** Round numbers in a range, about four on either side of 0. */
+const rounds = (low, high) => {
+  const rough = high / 4;
+  const ten = 10 ** Math.floor(Math.log10(rough));
+  const step = [1, 2, 5, 10].find((one) => one * ten >= rough) * ten;
+  const most = Math.floor(high / step);
+  return Array.from({ length: 2 * most + 1 }, (_, i) => (i - most) * step).filter((tick) => tick >= low);
+};
 
 const drawn = (values) => Array.from(values, (value) => (Number.isFinite(value) ? value : null));
 
@@ -77,7 +92,7 @@ export class Curves {
       cursor: { sync: { key: 'angle', setSeries: false }, drag: { x: false, y: false }, y: false, points: { size: 6 } },
       scales: { x: { time: false, range: () => [0, this.#end()] } },
       hooks: { setCursor: [(u) => this.#read(u.cursor.idx ?? null)] },
-      axes: [axis(this.p, { label: 'angle between R and V', values: (u, ticks) => ticks.map((tick) => `${tick}°`), size: 34 }), title],
+      axes: [axis(this.p, { label: 'angle between R and V', values: (u, ticks) => ticks.map((tick) => `${tick}°`), size: 28 }), title],
     };
   }
 
@@ -104,9 +119,13 @@ export class Curves {
   #error() {
     const { p } = this;
     const log = this.state().scale === 'log';
-    const own = axis(p, { size: 60, values: (u, ticks) => ticks.map(log ? decade : (tick) => number(tick)) });
+    const own = axis(p, { size: 60, ...(log ? onlyDecades(p) : {}), values: (u, ticks) => ticks.map(log ? decade : (tick) => number(tick)) });
     const options = this.#common(own);
-    const codeAxis = axis(p, { scale: 'y', side: 1, size: 56, label: '8-bit codes', grid: { show: false }, values: (u, ticks) => ticks.map((tick) => (log && !decade(tick) ? '' : number(255 * tick, 2))) });
+    const codeAxis = axis(p, {
+      scale: 'y', side: 1, size: 52, label: '8-bit codes', grid: { show: false }, filter: (u, ticks) => ticks,
+      splits: (u, i, low, high) => (log ? decades(255 * low, 255 * high) : rounds(255 * low, 255 * high)).map((tick) => tick / 255),
+      values: (u, ticks) => ticks.map((tick) => (log ? decade : number)(Number((255 * tick).toPrecision(6)))),
+    });
     if (!matchMedia('(max-width: 40rem)').matches) options.axes.push(codeAxis);
     options.scales.y = log
       ? { distr: 3, range: () => { const top = 10 ** Math.ceil(Math.log10(Math.max(this.curve.largest, CODE) * 1.05)); return [top / 10 ** DECADES, top]; } }
@@ -126,9 +145,14 @@ export class Curves {
     const { left, top, width, height } = u.bbox;
     const y = level(u, CODE, p.ink, [3, 3]);
     if (!log) { level(u, -CODE, p.ink, [3, 3]); level(u, 0, p.muted, []); }
-    if (y !== null) write(u, log ? '1/255' : '± 1/255', left + width - 6 * ratio, y - 9 * ratio, { colour: p.ink, plate: p.card, align: 'right' });
-    write(u, 'too bright', left + width - 6 * ratio, top + 10 * ratio, { colour: p.bright, plate: p.card, align: 'right', bold: true });
-    write(u, 'too dark (dashed)', left + width - 6 * ratio, log ? top + 27 * ratio : top + height - 10 * ratio, { colour: p.dark, plate: p.card, align: 'right', bold: true });
+    const label = { colour: p.ink, plate: p.card, align: log ? 'left' : 'right' };
+    if (y !== null) write(u, log ? '1/255' : '± 1/255', log ? left + 6 * ratio : left + width - 6 * ratio, y - 9 * ratio, label);
+    // The names stand in the half of the plot where the error is small.
+    const right = log || curve.angle[curve.worst] < this.#end() / 2;
+    const side = right ? left + width - 6 * ratio : left + 6 * ratio;
+    const name = (text, ink, at) => write(u, text, side, at, { colour: ink, plate: p.card, align: right ? 'right' : 'left', bold: true });
+    if (curve.error.some((e) => e > 0)) name('too bright', p.bright, log ? top + height - 27 * ratio : top + 10 * ratio);
+    if (curve.error.some((e) => e < 0)) name('too dark (dashed)', p.dark, top + height - 10 * ratio);
     const error = curve.error[curve.worst];
     if (!error || !Number.isFinite(error) || curve.angle[curve.worst] > this.#end()) return;
     const [px, py] = [u.valToPos(curve.angle[curve.worst], 'x', true), u.valToPos(log ? Math.abs(error) : error, 'y', true)];
@@ -136,6 +160,7 @@ export class Curves {
     u.ctx.beginPath();
     u.ctx.arc(px, py, 5 * ratio, 0, 2 * Math.PI);
     u.ctx.lineWidth = 2 * ratio;
+    u.ctx.setLineDash([]);
     u.ctx.strokeStyle = p.ink;
     u.ctx.stroke();
     u.ctx.restore();
@@ -149,8 +174,21 @@ export class Curves {
   #errorData() {
     const { angle, error } = this.curve;
     const log = this.state().scale === 'log';
-    const part = (sign) => Array.from(error, (e) => (!Number.isFinite(e) ? null : log ? (sign * e > 0 ? sign * e : null) : sign * e >= 0 ? e : 0));
+    const has = (sign, i) => sign * error[i] > 0 && Number.isFinite(error[i]);
+    const beside = (sign, i) => !log && Number.isFinite(error[i]) && (has(sign, i - 1) || has(sign, i + 1));
+    const part = (sign) => Array.from(error, (e, i) => (has(sign, i) ? (log ? Math.abs(e) : e) : beside(sign, i) ? 0 : null));
     return [Array.from(angle), part(1), part(-1)];
+  }
+
+  /** Moves the cursor to an angle, from the spheres. @param {number|null} angle */
+  point(angle) {
+    if (!this.curve) return;
+    const index = angle === null ? -1 : this.curve.angle.findIndex((one) => one >= angle);
+    if (index >= 0) this.#point(index);
+    else {
+      for (const u of this.plots) u.setCursor({ left: -10, top: -10 }, false);
+      this.#read(null);
+    }
   }
 
   #point(index) {

@@ -45,7 +45,7 @@ export function tell(place, problem, again = null) {
   place.hidden = !problem;
   if (!problem) return place.replaceChildren();
   const retry = again && problem.status === 0 ? [' ', make('button', { type: 'button', onclick: again }, 'Try again')] : [];
-  return place.replaceChildren(make('b', {}, problem.title), ' ', problem.detail ?? problem.message, ...retry);
+  return place.replaceChildren(make('b', {}, `${problem.title.replace(/[.:]$/, '')}:`), ' ', problem.detail ?? problem.message, ...retry);
 }
 
 /** A filler of a details' region: at once where it is open, else when it is opened. @param {HTMLDetailsElement} details */

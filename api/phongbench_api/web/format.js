@@ -12,7 +12,7 @@ export function number(value, digits = 3) {
   const sign = value < 0 ? '−' : '';
   if (size < 1e-3 || size >= 1e6) {
     const [mantissa, exponent] = size.toExponential(digits - 1).split('e');
-    return `${sign}${mantissa}×10${raised(Number(exponent))}`;
+    return `${sign}${trimmed(mantissa)}×10${raised(Number(exponent))}`;
   }
   return sign + (size >= 10 ** digits ? size.toFixed(0) : trimmed(size.toPrecision(digits)));
 }

@@ -3,7 +3,7 @@
 import { get } from './api.js';
 import { $, lazily, make, table, tell } from './dom.js';
 import { cellName, codes, decade, number } from './format.js';
-import { axis, level, palette, plot, walkable, write } from './plot.js';
+import { axis, level, onlyDecades, palette, plot, walkable, write } from './plot.js';
 
 const { uPlot } = globalThis;
 /** Smaller errors are drawn here: a log axis has no place for an exact formula. */
@@ -104,7 +104,7 @@ export class Front {
         x: { time: false, distr: 3, range: () => [FLOOR / 2, 1] },
         y: { distr: 3, range: () => [low / 1.5, high * 1.3] },
       },
-      axes: [axis(p, { label: 'largest absolute error', values: (u, splits) => splits.map(decade), size: 34 }), axis(p, { label: 'time / exact Phong', size: 56, values: ticks, splits: octaves })],
+      axes: [axis(p, { label: 'largest absolute error', ...onlyDecades(p), values: (u, splits) => splits.map(decade), size: 28 }), axis(p, { label: 'time / exact Phong', size: 56, values: ticks, splits: octaves })],
       series: [{}, { paths: () => null, points: { show: false } }],
       hooks: { draw: [(u) => this.#paint(u)] },
     }, [this.points.map((q) => Math.max(q.error, FLOOR)), this.points.map((q) => q.ratio)], 340);

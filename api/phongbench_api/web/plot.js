@@ -1,6 +1,7 @@
 // What all plots share: uPlot with the page's colours, labels drawn at the lines, and a cursor that keys can move.
 
 import { colour } from './dom.js';
+import { decade } from './format.js';
 
 const { uPlot } = globalThis;
 const FONT = '12px system-ui, "Segoe UI", Roboto, "Noto Sans", Arial, sans-serif';
@@ -17,13 +18,19 @@ export const axis = (p, more) => ({
   grid: { stroke: p.line, width: 1 }, ticks: { stroke: p.line, width: 1, size: 4 }, ...more,
 });
 
+/** For a log axis: lines and ticks at the decades only. @param {ReturnType<typeof palette>} p */
+export const onlyDecades = (p) => {
+  const filter = (u, ticks) => ticks.map((tick) => (decade(tick) ? tick : null));
+  return { filter: (u, ticks) => ticks, grid: { stroke: p.line, width: 1, filter }, ticks: { stroke: p.line, width: 1, size: 4, filter } };
+};
+
 /**
  * A plot that fills its place's width; `destroy` undoes all of it.
  * @param {HTMLElement} place @param {object} options @param {any[]} data @param {number} height
  */
 export function plot(place, options, data, height) {
   const made = new uPlot({
-    width: Math.max(place.clientWidth, 120), height, legend: { show: false }, padding: [10, 8, 0, 0], ...options,
+    width: Math.max(place.clientWidth, 120), height, legend: { show: false }, padding: [10, 16, 0, 0], ...options,
   }, data, place);
   const watch = new ResizeObserver(() => {
     const width = Math.max(place.clientWidth, 120);

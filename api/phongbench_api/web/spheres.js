@@ -6,7 +6,7 @@ import { place, read, tabulated } from './lookup.js';
 import { RIM } from './state.js';
 
 const IDS = ['sphere-exact', 'sphere-value', 'sphere-error'];
-const NEUTRAL = { ambient: [0.06, 0.07, 0.09], diffuse: [0.17, 0.19, 0.23], specular: [0.8, 0.8, 0.8] };
+const NEUTRAL = { ambient: [0.2, 0.22, 0.27], diffuse: [0.24, 0.28, 0.34], specular: [0.62, 0.62, 0.62] };
 /** A room's light beside the one light, as OpenGL's own default. */
 const AMBIENT_LIGHT = 0.2;
 const FLAT = [38, 42, 50];
@@ -31,8 +31,12 @@ function windowOf(state, reach) {
 }
 
 export class Spheres {
-  /** @param {(patch: any) => void} set @param {() => import('./state.js').State} state */
-  constructor(set, state) {
+  /**
+   * @param {(patch: any) => void} set @param {() => import('./state.js').State} state
+   * @param {(angle: number|null) => void} pointed told the angle between R and V under the pointer
+   */
+  constructor(set, state, pointed) {
+    this.pointed = pointed;
     this.canvases = IDS.map($);
     this.set = set;
     this.state = state;
@@ -145,7 +149,8 @@ export class Spheres {
       } else this.#to(x, y);
     };
     canvas.addEventListener('pointerdown', (event) => { canvas.setPointerCapture(event.pointerId); from = at(event); move(event); });
-    canvas.addEventListener('pointermove', (event) => { if (from) move(event); });
+    canvas.addEventListener('pointermove', (event) => (from ? move(event) : this.pointed(this.#angle(...at(event)))));
+    canvas.addEventListener('pointerleave', () => this.pointed(null));
     for (const end of ['pointerup', 'pointercancel']) canvas.addEventListener(end, () => { from = null; });
     canvas.addEventListener('keydown', (event) => {
       const way = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }[event.key];
@@ -155,6 +160,15 @@ export class Spheres {
       const step = event.shiftKey ? 0.01 : 0.05;
       this.#to(x + step * way[0], y + step * way[1]);
     });
+  }
+
+  /** The angle between R and V under a point of the window, null beside the sphere. */
+  #angle(x, y) {
+    const view = windowOf(this.state(), this.curve?.reach ?? 90);
+    const [nx, ny, nz] = normalAt(view.x + x, view.y + y);
+    const [lx, ly, lz] = lightAt(...this.state().light);
+    const mirrored = 2 * (nx * lx + ny * ly + nz * lz) * nz - lz;
+    return nz > 0 && mirrored >= 0 ? Math.acos(Math.min(mirrored, 1)) * 180 / Math.PI : null;
   }
 
   #to(x, y) {

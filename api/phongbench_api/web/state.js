@@ -24,7 +24,7 @@
 /** @type {Readonly<State>} */
 export const DEFAULTS = Object.freeze({
   approximation: 'lyon', lambda: 'cross', beta: 'taylor', space: 'reflect', gamma: 8, alpha: 50,
-  length_error: 0, perturbation: 'a', precision: 'float32', material: '', scale: 'linear', range: 'lobe', amplify: 10,
+  length_error: 0, perturbation: 'a', precision: 'float32', material: '', scale: 'linear', range: 'lobe', amplify: 20,
   closeup: false, light: [-0.3, 0.32], budget: '1/255', theme: '',
 });
 
