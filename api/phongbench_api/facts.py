@@ -16,6 +16,9 @@ _LIMITS = (
     "max_points",
     "max_json_points",
     "max_lights",
+    "max_pixels",
+    "max_scene",
+    "max_triangles",
     "max_rows",
     "max_cost",
     "max_wait",
@@ -38,6 +41,7 @@ def meta(settings: Settings) -> dict[str, Any]:
         "media_types": {
             "specular": {"in": [wire.JSON, wire.OCTETS, wire.NPY], "out": [wire.JSON, wire.OCTETS, wire.NPY]},
             "shade": {"in": [wire.JSON, wire.MULTIPART], "out": [wire.JSON, wire.NPY, wire.OCTETS]},
+            "render": {"in": [wire.JSON], "out": [wire.PNG, wire.JSON, wire.NPY]},
             "curve": {"out": [wire.JSON, wire.CSV, wire.SVG]},
             "rows": {"out": [wire.JSON, wire.CSV, wire.PARQUET]},
         },

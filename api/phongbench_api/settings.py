@@ -31,6 +31,9 @@ class Settings:
     max_points       pairs or points of a request
     max_json_points  pairs or points of an answer in JSON: writing it holds the interpreter, too
     max_lights       lights of a shading request
+    max_pixels       of a picture
+    max_scene        bytes of a request for one: a scene is read value by value, about 1 s of a core a MiB
+    max_triangles    of the meshes of a scene that is sent
     max_rows         rows of an answer
     max_cost         predicted seconds that one request may take
     max_wait         predicted seconds that a request may have to wait for a core; beyond, 503 with Retry-After
@@ -54,6 +57,9 @@ class Settings:
     max_points: int = 2_000_000
     max_json_points: int = 100_000
     max_lights: int = 256
+    max_pixels: int = 4 * _MIB
+    max_scene: int = _MIB // 4
+    max_triangles: int = 250_000
     max_rows: int = 50_000
     max_cost: float = 10.0
     max_wait: float = 0.5

@@ -16,8 +16,9 @@ from phongbench.approximations import REGISTRY, example
 from phongbench.errors import InputError
 from phongbench.lowering import FLOAT32, FLOAT64, Precision
 from phongbench.request import ShadingRequest, shading_request
+from phongbench.scene.asking import RenderRequest
 from phongbench.spec import Approximation, Setting
-from phongbench_api import highlight
+from phongbench_api import highlight, render_cost
 from phongbench_api.highlight import Formula
 from phongbench_api.models import GAMMA_VALUES
 
@@ -43,6 +44,7 @@ class Kernels:
         self._compiling = threading.Lock()
         self._seconds: dict[str, float] = {}
         self._shading = 2e-8
+        self._drawing = 1.0
 
     def pairs_cost(self, formula: Formula, precision: Precision, pairs: int, *, compare: bool = False) -> float:
         """Predicted seconds of the highlights of so many pairs."""
@@ -101,11 +103,25 @@ class Kernels:
                 replace(asked, points=asked.points[:1], normals=asked.normals[:1]).shade()
             self._ready.add(key)
 
+    def render_cost(self, asked: RenderRequest) -> float:
+        """Predicted seconds of a picture; this machine's speed is measured when the kernels are warmed."""
+        missing = not render_cost.kinds(asked) <= self._ready
+        return self._drawing * render_cost.seconds(asked) + SHADING_COMPILE_SECONDS * missing
+
+    def compile_rendering(self, asked: RenderRequest) -> None:
+        """Compile the loops of a picture unless they are, by drawing it very small."""
+        kinds = render_cost.kinds(asked)
+        if not kinds <= self._ready:
+            with self._compiling:
+                render_cost.smallest(asked).draw(threads=1)
+            self._ready |= kinds
+
     def warm(self, stopped: Callable[[], bool]) -> bool:
-        """Compile what is asked for most, and time it: every curve, every formula and lambda form in float32, shading.
+        """Compile what is asked for most, and time it: every curve, every formula and lambda form in float32, shading,
+        pictures.
 
         Exact Phong in float64 is what others are compared with. On a cold cache a second process compiles the shading
-        meanwhile. False if it was told to stop.
+        and the pictures meanwhile. False if it was told to stop.
         """
         helper = _helper()
         work: list[Callable[[], object]] = [partial(self.compile_curve, formula) for formula in curves()]
@@ -113,7 +129,8 @@ class Kernels:
         work += [partial(self.compile_pairs, formula, FLOAT64) for formula in loops() if formula.spec.kind == "exact"]
         work += [helper.wait] if helper else []
         work += [partial(self.compile_shading, asked) for asked in shadings()]
-        work.append(self._calibrate_shading)
+        work += [partial(self.compile_rendering, asked) for asked in render_cost.usual()]
+        work += [self._calibrate_shading, self._calibrate_rendering]
         try:
             for step in work:
                 if stopped():
@@ -144,6 +161,9 @@ class Kernels:
         started = time.perf_counter()
         asked.shade()
         self._shading = (time.perf_counter() - started) / asked.pairs
+
+    def _calibrate_rendering(self) -> None:
+        self._drawing = render_cost.measured()
 
 
 def shading_key(asked: ShadingRequest) -> object:
@@ -203,7 +223,7 @@ def _accepted(spec: Approximation, gamma: int | None) -> Setting | None:
 
 
 def _helper() -> "subprocess.Popen[bytes] | None":
-    """A process that compiles the loops of shading into the cache, if that is cold.
+    """A process that compiles the loops of shading and pictures into the cache, if that is cold.
 
     Compilation holds the interpreter, so threads cannot share it (see phongbench.warm).
     """
@@ -217,3 +237,5 @@ if __name__ == "__main__":
     here = Kernels()
     for one in shadings():
         here.compile_shading(one)
+    for picture in render_cost.usual():
+        here.compile_rendering(picture)

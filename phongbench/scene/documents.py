@@ -25,17 +25,21 @@ LARGEST_FILE = 4 << 20
 class Source:
     """Where a document came from, so that an error can say file and line.
 
-    name  str   the file as the user named it; "" for a document that came as data
-    text  str   its TOML text; "" where lines mean nothing
+    name    str    the file as the user named it; "" for a document that came as data
+    text    str    its TOML text; "" where lines mean nothing
+    prefix  Steps  where the document stands in a larger one
+    afar    bool   whether a stranger sent it: then errors repeat nothing of it, and count what its author named
     """
 
     name: str = ""
     text: str = ""
+    prefix: Steps = ()
+    afar: bool = False
 
     def where(self, steps: Steps) -> str:
         """File, line and key of a value; only the key for data."""
         key = ""
-        for step in steps:
+        for step in (*self.prefix, *steps):
             key += f"[{step}]" if isinstance(step, int) else f".{step}" if key else step
         if not self.name:
             return key or "document"
@@ -145,21 +149,21 @@ class Table:
         """A whole number in low .. high."""
         value = self.value(key, default)
         if isinstance(value, bool) or not isinstance(value, int) or not low <= value <= high:
-            raise self.fault(f"{key} = {_shown(value)} is not a whole number from {low} to {high}", key)
+            raise self.fault(f"{self._told(key, value)} is not a whole number from {low} to {high}", key)
         return value
 
     def flag(self, key: str, default: bool) -> bool:
         """True or false."""
         value = self.value(key, default)
         if not isinstance(value, bool):
-            raise self.fault(f"{key} = {_shown(value)} is neither true nor false", key)
+            raise self.fault(f"{self._told(key, value)} is neither true nor false", key)
         return value
 
     def text(self, key: str, default: str | None = None, among: Iterable[str] = ()) -> str:
         """A string; one of `among` if these are given."""
         value = self.value(key, default)
         if not isinstance(value, str):
-            raise self.fault(f"{key} = {_shown(value)} is not a string", key)
+            raise self.fault(f"{self._told(key, value)} is not a string", key)
         known = tuple(among)
         if known and value not in known:
             raise UnknownNameError(key, value, known, self.where(key))
@@ -172,7 +176,7 @@ class Table:
         """So many numbers in low .. high."""
         value = self.value(key, default)
         if not isinstance(value, list | tuple) or len(value) != count:
-            raise self.fault(f"{key} = {_shown(value)} is not a list of {count} numbers", key)
+            raise self.fault(f"{self._told(key, value)} is not a list of {count} numbers", key)
         return tuple(self._number(v, f"{key}[{i}]", low, high, key) for i, v in enumerate(value))
 
     def rows(self, key: str, counts: tuple[int, ...], length: int) -> list[tuple[float, ...]]:
@@ -194,7 +198,7 @@ class Table:
         x, y, z = self.vector(key, default)
         length = math.hypot(x, y, z)
         if length < 1e-9:
-            raise self.fault(f"{key} = {_shown([x, y, z])} has no direction", key)
+            raise self.fault(f"{self._told(key, [x, y, z])} has no direction", key)
         return x / length, y / length, z / length
 
     def colour(self, key: str, default: Vector | None = None, high: float = 1.0) -> Vector:
@@ -204,10 +208,7 @@ class Table:
 
     def table(self, key: str) -> "Table":
         """A table inside; empty if it is not there."""
-        value = self.value(key, {})
-        if not isinstance(value, dict):
-            raise self.fault(f"{key} = {_shown(value)} is not a table", key)
-        return Table(value, self.source, (*self.steps, key))
+        return self.inside(key, self.value(key, {}), key)
 
     def tables(self, key: str, most: int) -> list["Table"]:
         """A list of tables; empty if it is not there."""
@@ -219,21 +220,45 @@ class Table:
         return [Table(member, self.source, (*self.steps, key, i)) for i, member in enumerate(value)]
 
     def named(self, key: str) -> dict[str, "Table"]:
-        """Tables by name: [key.name]."""
+        """Tables by name: [key.name]; errors call those of a stranger by their number."""
         inside = self.table(key)
-        return {name: inside.table(name) for name in inside.data}
+        steps: Iterable[str | int] = range(len(inside.data)) if self.source.afar else inside.data
+        return {
+            name: inside.inside(name, value, step)
+            for step, (name, value) in zip(steps, inside.data.items(), strict=True)
+        }
+
+    def unknown(self, kind: str, name: object, known: Iterable[str], key: str) -> InputError:
+        """The error to raise about a name of the document's own that this value refers to, and that is not there."""
+        if self.source.afar:
+            return InputError(f"there is no {kind} of that name", self.where(key), f"add it to {kind}s")
+        return UnknownNameError(kind, name, known, self.where(key))
 
     def finish(self) -> None:
         """Refuse the first key that nobody asked for."""
         for key in self.data:
             if key not in self.asked:
-                raise UnknownNameError("key", key, self.asked, self.where(key))
+                where = (*self.steps, "(unknown)" if self.source.afar else key)
+                raise UnknownNameError("key", key, self.asked, self.source.where(where))
+
+    def inside(self, name: str, value: Any, step: str | int) -> "Table":
+        """A value that must be a table, and what errors about it call the step to it."""
+        steps = (*self.steps, step)
+        if not isinstance(value, dict):
+            raise InputError(f"{self._told(name, value, step)} is not a table", self.source.where(steps))
+        return Table(value, self.source, steps)
+
+    def _told(self, key: str, value: Any, step: str | int | None = None) -> str:
+        """`key = value`; of a stranger's document only which one it is."""
+        if self.source.afar:
+            return "it" if isinstance(step, int) else key
+        return f"{key} = {_shown(value)}"
 
     def _number(self, value: Any, name: str, low: float, high: float, key: str | None = None) -> float:
         if isinstance(value, bool) or not isinstance(value, int | float):
-            raise self.fault(f"{name} = {_shown(value)} is not a number", key or name)
+            raise self.fault(f"{self._told(name, value)} is not a number", key or name)
         if not low <= value <= high:  # NaN is not either
-            raise self.fault(f"{name} = {value} is outside {low:g} .. {high:g}", key or name)
+            raise self.fault(f"{self._told(name, value)} is outside {low:g} .. {high:g}", key or name)
         return float(value)
 
 

@@ -22,6 +22,8 @@ Array = NDArray[Any]
 SMOOTH = ("normals", "colours", "none")
 #: widest edges of a tessellation, in degrees: below, it would have more triangles than a scene may
 FINEST, COARSEST = 0.2, 120.0
+#: the same for a scene from afar, whose triangles are made before anyone can count them: half a million at most
+FINEST_AFAR = 1.0
 #: a transform whose smallest stretch is below this share of its largest flattens what it transforms
 _SINGULAR = 1e-6
 
@@ -40,7 +42,7 @@ def read_mesh(table: Table, materials: list[Material], material: int | None, fol
         vertices, faces, normals, worn = _from_file(table, materials, material, folder)
     else:
         form = surfaces.TESSELLATIONS[table.text("surface", among=surfaces.TESSELLATIONS)]
-        made = form(table.number("degrees", 10.0, FINEST, COARSEST))
+        made = form(table.number("degrees", 10.0, FINEST if folder else FINEST_AFAR, COARSEST))
         vertices, faces, normals = made.vertices, made.faces, made.normals
         worn = np.full(len(faces), material, np.int32)
     if len(faces) > MOST_TRIANGLES:

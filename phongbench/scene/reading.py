@@ -1,6 +1,7 @@
 """From a document to a scene: what it may hold, and what cannot be drawn."""
 
 import math
+import re
 from collections.abc import Mapping
 from importlib import resources
 from pathlib import Path
@@ -19,9 +20,11 @@ from phongbench.scene.parts import (
     MOST_OBJECTS,
     MOST_PIXELS,
     MOST_SUPERSAMPLING,
+    MOST_TRIANGLES,
     Camera,
     Chequerboard,
     Material,
+    Mesh,
     Object,
     Picture,
     Plane,
@@ -60,11 +63,15 @@ def read_scene(name: str | Path) -> Scene:
         return scene_of(data, str(name), Source(f"{name}.toml", source.text), shipped.parent)
 
 
-def scene_of(data: Mapping[str, Any], name: str, source: Source | None = None, folder: Path | None = None) -> Scene:
+def scene_of(
+    data: Mapping[str, Any], name: str, source: Source | None = None, folder: Path | None = None,
+    most_triangles: int = MOST_TRIANGLES,
+) -> Scene:  # fmt: skip
     """A scene from a document's data.
 
-    source  where the data came from; None for data that is no file's
-    folder  where its mesh files lie; None forbids files: a document from afar names none
+    source          where the data came from; None for data that is no file's
+    folder          where its mesh files lie; None forbids files: a document from afar names none
+    most_triangles  of all its meshes; what goes beyond is refused as soon as it is made
     """
     top = Table(data, source or Source())
     materials, palette = _materials(top.named("materials"))
@@ -72,6 +79,9 @@ def scene_of(data: Mapping[str, Any], name: str, source: Source | None = None, f
     for table in top.tables("objects", MOST_OBJECTS):
         found += _object(table, materials, palette, folder)
         table.finish()
+        most_triangles -= sum(len(thing.faces) for thing in found[-1:] if isinstance(thing, Mesh))
+        if most_triangles < 0:
+            raise table.fault("with this mesh the scene has too many triangles", None, "use fewer or coarser meshes")
     if not found:
         raise top.fault("a scene needs an object", "objects", "add: [[objects]]")
     lights = tuple(_light(table) for table in top.tables("lights", MOST_LIGHTS))
@@ -93,10 +103,12 @@ def specular_of(text: str) -> Specular:
     """
     name, *rest = text.split(":")
     if len(rest) > 2:
-        raise InputError(f"{text!r} has more than three parts", None, "write NAME:FORM:GAMMA, e.g. lyon:difference:8")
+        raise InputError(
+            "a formula has no more than three parts", None, "write NAME:FORM:GAMMA, e.g. lyon:difference:8"
+        )
     form, gamma = (*rest, None, None)[:2]
-    if gamma is not None and not gamma.isdecimal():
-        raise InputError(f"gamma = {gamma!r} is not a whole number", None, "write e.g. lyon:difference:8")
+    if gamma is not None and not re.fullmatch("[0-9]{1,6}", gamma):
+        raise InputError("gamma is not a whole number below a million", None, "write e.g. lyon:difference:8")
     return Specular(name, form or None, None if gamma is None else int(gamma))
 
 
@@ -191,12 +203,12 @@ def _material(name: str, table: Table) -> Material:
 
 def _chequerboard(table: Table, palette: Palette) -> Chequerboard:
     names = table.value("chequerboard")
-    if not isinstance(names, list) or len(names) != 2:
+    if not isinstance(names, list) or len(names) != 2 or not all(isinstance(name, str) for name in names):
         raise table.fault("a chequerboard has two materials", "chequerboard", 'write ["white", "black"]')
     known = {name: index for name, index in palette.items() if isinstance(index, int)}
     for name in names:
         if name not in known:
-            raise UnknownNameError("material", name, known, table.where("chequerboard"))
+            raise table.unknown("material", name, known, "chequerboard")
     return Chequerboard(known[names[0]], known[names[1]], table.number("side", 1.0, 1e-6))
 
 
@@ -218,7 +230,7 @@ def _object(table: Table, materials: list[Material], palette: Palette, folder: P
 def _asked(table: Table, palette: Palette) -> str:
     name = table.text("material")
     if name not in palette:
-        raise UnknownNameError("material", name, palette, table.where("material"))
+        raise table.unknown("material", name, palette, "material")
     return name
 
 

@@ -25,12 +25,14 @@ from phongbench_api.settings import Settings
 REQUESTS = int(os.environ.get("PHONGBENCH_FUZZ", "2000"))
 #: examples for each operation of the document
 EXAMPLES = 12
+#: the largest picture that is drawn here; larger ones are refused, which costs no time
+PIXELS = 4096
 
 
 @pytest.fixture(scope="session")
 def schema(client_of: Callable[..., TestClient]) -> Any:
     """The document as schemathesis reads it, over an application of its own."""
-    app: Any = client_of(allowed_hosts=("testserver",)).app
+    app: Any = client_of(allowed_hosts=("testserver",), max_pixels=PIXELS).app
     return schemathesis.openapi.from_asgi("/openapi.json", app)
 
 
@@ -78,7 +80,7 @@ def answers(app: FastAPI, requests: list[Sent]) -> list[tuple[Sent, list[str]]]:
 @pytest.fixture
 def fresh(client_of: Callable[..., TestClient]) -> FastAPI:
     """A warm application of its own, for an event loop of its own."""
-    app: Any = client_of().app
+    app: Any = client_of(max_pixels=PIXELS).app
     return app
 
 
@@ -87,7 +89,9 @@ def test_no_hostile_body_breaks_an_endpoint_that_reads_one(fresh: FastAPI, kind:
     query = "approximation=lyon&lambda=cross&gamma=8&alpha=50"
     requests = [
         Sent("POST", path, query if binary else "", (("content-type", kind), ("content-length", str(len(body)))), body)
-        for path, body, binary in itertools.product(("/v1/specular", "/v1/shade"), hostile.BODIES[kind], (True, False))
+        for path, body, binary in itertools.product(
+            ("/v1/specular", "/v1/shade", "/v1/render"), hostile.BODIES[kind], (True, False)
+        )
     ]
     assert [told for told in answers(fresh, requests) if told[1]] == []
 

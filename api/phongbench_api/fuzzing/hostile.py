@@ -14,6 +14,38 @@ def npy(descr: object = "<f4", shape: object = (2, 1, 3), data: bytes = bytes(24
 
 
 _PAIRS = '{"approximation": "lyon", "gamma": 8, "alpha": 50, "a": [[0, 0, 1]], "b": [[0, 0, %s]]}'
+_CAMERA = {"position": [0, 0, 5], "target": [0, 0, 0]}
+_BALL = {"shape": "sphere", "centre": [0, 0, 0], "radius": 1, "material": "m"}
+_SCENE = {"camera": _CAMERA, "materials": {"m": {"shininess": 5}}, "objects": [_BALL]}
+#: scenes that are wrong, with the mark wherever a name or a value may stand
+_SCENES = (
+    MARK,
+    {MARK: 1},
+    _SCENE | {MARK: 1},
+    _SCENE | {"materials": {MARK: MARK}},
+    _SCENE | {"materials": {MARK: {}}},
+    _SCENE | {"materials": {MARK: {MARK: 1}}},
+    _SCENE | {"materials": {MARK: {"diffuse": [MARK, 2, 3]}}},
+    _SCENE | {"materials": {MARK: {"approximation": f"{MARK}:{MARK}"}}},
+    _SCENE | {"materials": {MARK: {"approximation": f"lyon:{MARK}:{MARK}:{MARK}"}}},
+    _SCENE | {"materials": {"m": {"approximation": "lyon:dot:" + "9" * 5000}}},
+    _SCENE | {"materials": {"m": {"chequerboard": [MARK, [MARK]]}}},
+    _SCENE | {"materials": {"m": {"chequerboard": [MARK, MARK]}}},
+    _SCENE | {"materials": {MARK: {"shininess": 9e4, "specular": [1, 1, 1], "approximation": "lyon:dot:4"}}},
+    *(_SCENE | {"objects": [_BALL | {key: MARK}]} for key in (*_BALL, MARK)),
+    *(
+        _SCENE | {"objects": [{"shape": "mesh", "material": "m", key: value}]}
+        for key, value in (
+            ("file", f"{MARK}.obj"),
+            ("file", "/etc/passwd"),
+            ("surface", MARK),
+            ("surface", "torus"),
+        )
+    ),
+    *(_SCENE | {"camera": _CAMERA | {"position": at}} for at in ([0, 0, 0], [0, 0, 1e9], [1e9] * 3, MARK, [MARK] * 3)),
+    _SCENE | {"lights": [{"position": [0, 0, 5], "attenuation": [0, 0, 0]}]},
+    _SCENE | {"lights": [MARK]},
+)
 #: bodies that claim to be JSON
 JSON = (
     b"", b" ", b"null", b"[]", b"0", b'""', b"{", b"}", b"\xff\xfe", b"\xef\xbb\xbf{}", b"NaN", b"{'a': 1}",
@@ -29,6 +61,9 @@ JSON = (
     )),
     json.dumps({"a": [[0, 0, 1]] * 1000, "b": [[0, 0, 1]] * 999, "approximation": "phong", "alpha": 1}).encode(),
     json.dumps({MARK: {MARK: [MARK] * 100}}).encode(),
+    *(json.dumps({"scene": scene, "size": [8, 8]}).encode() for scene in _SCENES),
+    *(json.dumps({"scene": "test-card", "size": [8, 8], key: MARK}).encode() for key in ("specular", "skip", "model")),
+    json.dumps({"scene": "test-card", "size": [8, 8], "specular": {"approximation": "lyon", "lambda": MARK}}).encode(),
 )  # fmt: skip
 #: bodies that claim to be binary vectors
 BINARY = (

@@ -1,12 +1,13 @@
 """Every family of routes, in the order of the documentation: one module each, one name here."""
 
-from phongbench_api.routes import answers, curve, figures, formulas, health, pages, rows, runs, shade, specular
+from phongbench_api.routes import answers, curve, figures, formulas, health, pages, render, rows, runs, shade, specular
 
 ROUTERS = (
     health.router,
     formulas.router,
     specular.router,
     shade.router,
+    render.router,
     curve.router,
     answers.router,
     runs.router,

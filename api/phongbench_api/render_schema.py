@@ -1,0 +1,98 @@
+"""The request for a picture as a JSON schema, for the OpenAPI document; phongbench.scene.asking is what reads it."""
+
+from typing import Any
+
+from phongbench import surfaces
+from phongbench.approximations import REGISTRY
+from phongbench.lighting import MODELS
+from phongbench.scene import parts
+from phongbench.scene.asking import THRIFTS
+from phongbench.scene.documents import LARGEST
+from phongbench.scene.meshes import COARSEST, FINEST_AFAR, SMOOTH
+from phongbench.scene.reading import BRIGHTEST, examples
+from phongbench.spec import GAMMA
+from phongbench.vectors import LAMBDA_FORMS
+from phongbench_api import rendering, wire
+
+
+def _number(low: float = -LARGEST, high: float = LARGEST) -> dict[str, Any]:
+    return {"type": "number", "minimum": low, "maximum": high}
+
+
+def _list(count: int, of: dict[str, Any]) -> dict[str, Any]:
+    return {"type": "array", "items": of, "minItems": count, "maxItems": count}
+
+
+def _object(properties: dict[str, Any], *required: str) -> dict[str, Any]:
+    members: dict[str, Any] = {"type": "object", "additionalProperties": False, "properties": properties}
+    return members | ({"required": list(required)} if required else {})
+
+
+def _whole(low: int, high: int) -> dict[str, Any]:
+    return {"type": "integer", "minimum": low, "maximum": high}
+
+
+def _named(*names: str) -> dict[str, Any]:
+    return {"type": "string", "enum": list(names)}
+
+
+_THREE, _COLOUR, _FLAG = _list(3, _number()), _list(3, _number(0, 1)), {"type": "boolean"}
+_TEXT, _LENGTH = {"type": "string", "minLength": 1}, _number(1e-6)
+_SIZE = _list(2, _whole(1, parts.MOST_PIXELS))
+_DEPTH, _SAMPLES = _whole(0, parts.MOST_DEPTH), _whole(1, parts.MOST_SUPERSAMPLING)
+_FORMULA = {"type": "string", "description": "NAME, NAME:FORM or NAME:FORM:GAMMA", "examples": ["lyon:difference:8"]}
+_SPECULAR = _object({
+    "approximation": _named(*REGISTRY), "lambda": _named(*LAMBDA_FORMS, "none"),
+    "gamma": _whole(int(GAMMA.low), int(GAMMA.high)),
+    "beta": {"type": ["string", "number"], "description": "a policy, or the slope itself"},
+})  # fmt: skip
+_CAMERA = _object(
+    {"position": _THREE, "target": _THREE, "up": _THREE, "field_of_view": _number(1, 170)}, "position", "target"
+)
+_MATERIAL = _object({
+    "like": _TEXT | {"description": "a classic OpenGL material, such as gold"}, "ambient": _COLOUR, "diffuse": _COLOUR,
+    "specular": _COLOUR, "shininess": _number(0, 1e5), "reflectivity": _number(0, 1), "approximation": _FORMULA,
+})  # fmt: skip
+_BOARD = _object({"chequerboard": _list(2, _TEXT), "side": _LENGTH}, "chequerboard")
+_LIGHT = _object({
+    "direction": _THREE | {"description": "towards a light that is far away"}, "position": _THREE,
+    "attenuation": _list(3, _number(0)), "reach": _LENGTH, "colour": _COLOUR, "highlight": _COLOUR,
+    "intensity": _number(0, BRIGHTEST),
+})  # fmt: skip
+_SPHERE = _object(
+    {"shape": _named("sphere"), "centre": _THREE, "radius": _LENGTH, "material": _TEXT},
+    "shape", "centre", "radius", "material",
+)  # fmt: skip
+_PLANE = _object({"shape": _named("plane"), "point": _THREE, "normal": _THREE, "material": _TEXT}, "shape", "material")
+_MATRIX = {"type": "array", "items": _list(4, _number()), "minItems": 3, "maxItems": 4}
+_MESH = _object(
+    {
+        "shape": _named("mesh"), "surface": _named(*surfaces.TESSELLATIONS), "degrees": _number(FINEST_AFAR, COARSEST),
+        "material": _TEXT, "matrix": _MATRIX, "scale": {"anyOf": [_number(), _THREE]}, "rotate": _THREE,
+        "translate": _THREE, "normals": _named("unit", "raw"), "smooth": _named(*SMOOTH),
+    },
+    "shape", "surface", "material",
+)  # fmt: skip
+_SCENE = _object(
+    {
+        "camera": _CAMERA, "materials": {"type": "object", "additionalProperties": {"anyOf": [_MATERIAL, _BOARD]}},
+        "lights": {"type": "array", "items": _LIGHT, "maxItems": parts.MOST_LIGHTS}, "ambient_light": _COLOUR,
+        "objects": {"type": "array", "items": {"oneOf": [_SPHERE, _PLANE, _MESH]}, "minItems": 1,
+                    "maxItems": parts.MOST_OBJECTS},
+        "background": _list(3, _number(0, BRIGHTEST)),
+        "picture": _object({"size": _SIZE, "depth": _DEPTH, "supersampling": _SAMPLES, "shadows": _FLAG}),
+    },
+    "camera", "materials", "objects",
+) | {"description": "the data of a scene file"}  # fmt: skip
+_REQUEST = _object(
+    {
+        "scene": {"anyOf": [_named(*examples()), _SCENE]}, "size": _SIZE, "depth": _DEPTH, "supersampling": _SAMPLES,
+        "shadows": _FLAG, "specular": {"anyOf": [_FORMULA, _SPECULAR]}, "model": _named(*MODELS),
+        "skip": _named(*THRIFTS) | {"description": "what may be left out; exact: what changes no bit"},
+        "compare": _FLAG | {"description": "draw exact Phong too"},
+    },
+    "scene",
+)  # fmt: skip
+REQUEST_BODY = {
+    "required": True, "content": {wire.JSON: {"schema": _REQUEST, "example": rendering.EXAMPLE}},
+}  # fmt: skip
