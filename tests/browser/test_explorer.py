@@ -56,7 +56,9 @@ def test_an_approximation_has_the_controls_it_takes_and_no_others(visit: Visits,
     page.select_option("#approximation", "phong")
     seen.idle()
     assert visible(page) == always
-    assert "It is exact here" in page.locator("#verdict").inner_text() or "no" in page.locator("#verdict b").inner_text()
+    assert (
+        "It is exact here" in page.locator("#verdict").inner_text() or "no" in page.locator("#verdict b").inner_text()
+    )
     page.select_option("#approximation", "lyon")
     seen.idle()
     assert page.locator('#lambda input[value="cross"]').is_checked(), "a wish that did not apply is kept"
@@ -67,7 +69,10 @@ def test_the_page_says_what_the_service_says(visit: Visits, empty_server: str) -
     question = {"approximation": "lyon", "lambda": "difference", "gamma": "4", "alpha": "20", "points": "9001"}
     answer = page.request.get(empty_server + "/v1/curve", params=question).json()
     codes = 255 * answer["max_abs_error"]
-    assert f"{codes:.3g} codes at {answer['angle_degrees'][answer['worst_index']]:.3g}" in page.locator("#verdict").inner_text()
+    assert (
+        f"{codes:.3g} codes at {answer['angle_degrees'][answer['worst_index']]:.3g}"
+        in page.locator("#verdict").inner_text()
+    )
     assert page.locator("#verdict b").inner_text() == "yes"
 
 

@@ -103,7 +103,11 @@ def test_everything_is_within_reach_of_the_keyboard(visit: Visits, server: str) 
 
 def test_keys_move_the_light_the_sliders_and_the_cursors(visit: Visits, server: str) -> None:
     page = (seen := visit(server + "/")).page
-    for place, keys in (("#sphere-exact", ["ArrowLeft", "ArrowUp"]), ("#gamma", ["ArrowRight"]), ("#alpha-slider", ["PageUp"])):
+    for place, keys in (
+        ("#sphere-exact", ["ArrowLeft", "ArrowUp"]),
+        ("#gamma", ["ArrowRight"]),
+        ("#alpha-slider", ["PageUp"]),
+    ):
         before = seen.picture("#sphere-value")
         page.locator(place).focus()
         for key in keys:

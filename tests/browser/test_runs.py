@@ -21,7 +21,10 @@ def test_a_run_that_is_made_meanwhile_is_found(visit: Visits, empty_server: str,
     page = (seen := visit(empty_server + "/")).page
     # the other server's answers stand for the run that was made meanwhile
     for path in ("**/v1/runs?**", "**/v1/runs/**/front?**"):
-        page.route(path, lambda route: route.fulfill(response=page.request.get(route.request.url.replace(empty_server, server))))
+        page.route(
+            path,
+            lambda route: route.fulfill(response=page.request.get(route.request.url.replace(empty_server, server))),
+        )
     page.get_by_role("button", name="Look again").click()
     page.locator("#front-figure").wait_for()
     seen.idle()
