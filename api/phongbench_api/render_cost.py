@@ -73,7 +73,7 @@ def smallest(asked: RenderRequest) -> RenderRequest:
 
 
 def usual() -> Iterator[RenderRequest]:
-    """Pictures whose loops are compiled before the server is ready: all kinds of lights and, with Embree, of objects."""
+    """Pictures whose loops are compiled before the server is ready: all kinds of lights, and meshes with Embree."""
     for scene in ("chequerboard", "many-lights", *(("tessellation",) if find_spec("embreex") else ())):
         for shadows in (False, True):
             yield smallest(render_request({"scene": scene, "shadows": shadows}))
