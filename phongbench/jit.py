@@ -166,24 +166,28 @@ def _interleaved() -> Iterator[None]:
             llvm.set_option("phongbench", "-force-vector-interleave=0")
 
 
-def elementwise(signature: Any, function: Callable[..., Any]) -> Any:
-    """Compile an element-by-element loop now, as a C-callable that drivers receive as a function pointer."""
+def elementwise(signature: Any, function: Callable[..., Any], *, fused: bool = True) -> Any:
+    """Compile an element-by-element loop now, as a C-callable that drivers receive as a function pointer.
+
+    fused  False where two loops must agree to the bit: which product of a sum is fused is the compiler's choice, and
+           depends on what it lifted out of the loop
+    """
     if DISABLED:
         return function
+    flags = FORMULA_FLAGS if fused else False
     with _interleaved():
-        return _cached(
-            lambda: numba.cfunc(signature, cache=True, error_model="numpy", fastmath=FORMULA_FLAGS)(function)
-        )
+        return _cached(lambda: numba.cfunc(signature, cache=True, error_model="numpy", fastmath=flags)(function))
 
 
-def code(loop: Any) -> tuple[str, str]:
-    """LLVM and assembly text of an elementwise loop, compiled anew.
+def code(loop: Any, *, fused: bool = True) -> tuple[str, str]:
+    """LLVM and assembly text of an elementwise loop, compiled anew with the flag it was made with.
 
     Numba keeps no text of what comes from its cache.
     """
     # numba shows a cfunc's LLVM but neither its assembly nor the function it was made of
     with _interleaved():
-        again = numba.cfunc(loop._sig, error_model="numpy", fastmath=FORMULA_FLAGS)(loop._pyfunc)  # noqa: SLF001
+        flags = FORMULA_FLAGS if fused else False
+        again = numba.cfunc(loop._sig, error_model="numpy", fastmath=flags)(loop._pyfunc)  # noqa: SLF001
     return again._library.get_llvm_str(), again._library.get_asm_str()  # noqa: SLF001
 
 

@@ -1,6 +1,7 @@
 """The loops of shading that depend on the kind of light, the viewer and the lambda form.
 
-Each is compiled when first wanted, and called by the loop of shade_loop.py through its address.
+Each is compiled when first wanted, and called by the loop of shade_loop.py through its address. What is the same for
+all points may be computed once or at every point; both must give the same bits, so products and sums are not fused.
 """
 
 from functools import cache
@@ -91,7 +92,7 @@ def facing_loop(kind: str, shadowed: bool, precision: Precision) -> Any:
                 put(s, at.FADING + i, select(faces, fade, zero))
             flags[at.FLAGS + b] = found
 
-    return jit.elementwise(loop_signature(precision.carrier), facing)
+    return jit.elementwise(loop_signature(precision.carrier), facing, fused=False)
 
 
 @cache
@@ -162,4 +163,4 @@ def coordinate_loop(
                     found = np.int32(found | np.int32((gate > zero) & (sign * value > dark)))
                 flags[at.LIT + b] = found
 
-    return jit.elementwise(loop_signature(precision.carrier), coordinates)
+    return jit.elementwise(loop_signature(precision.carrier), coordinates, fused=False)

@@ -5,15 +5,20 @@ import io
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
 from starlette.responses import Response
 
+from phongbench.precisions import precision_named
 from phongbench_api import highlight, wire
 from phongbench_api.models import CurveAsk
 from phongbench_api.service import Service
 
 FAMILY = (wire.JSON, wire.CSV, wire.SVG)
 COLUMNS = ("angle_degrees", "value", "exact", "error")
-EXAMPLE: dict[str, Any] = {name: [0.0] for name in COLUMNS}
+EXAMPLE: dict[str, Any] = {name: [0.0] for name in COLUMNS} | {
+    "max_abs_error": 0.0, "worst_index": 0, "beta": 6.25, "cutoff_degrees": 34.0,
+}  # fmt: skip
 #: predicted seconds of drawing; the first picture also imports what draws
 DRAWING = 0.5
 
@@ -21,11 +26,12 @@ DRAWING = 0.5
 def plan(service: Service, ask: CurveAsk, media: str) -> tuple[float, Callable[[Any], Any]]:
     """Predicted seconds, and the work: numbers, or the drawn SVG."""
     formula = highlight.asked(ask)
-    cost = service.kernels.curve_cost(formula, ask.points)
+    precision = precision_named(ask.precision)
+    cost = service.kernels.curve_cost(formula, ask.points, precision)
 
     def numbers(_gone: Any) -> Any:
-        service.kernels.compile_curve(formula)
-        return highlight.curve(formula, ask.points, ask.degrees)
+        service.kernels.compile_curve(formula, precision)
+        return highlight.curve(formula, _angles(ask), precision, ask.perturbation, ask.length_error)
 
     def drawn(gone: Any) -> bytes:
         from phongbench_reports.lobe import svg  # late: it brings matplotlib
@@ -33,6 +39,11 @@ def plan(service: Service, ask: CurveAsk, media: str) -> tuple[float, Callable[[
         return svg(highlight.name_of(formula), formula.setting.alpha, numbers(gone))
 
     return (cost + DRAWING, drawn) if media == wire.SVG else (cost, numbers)
+
+
+def _angles(ask: CurveAsk) -> NDArray[np.float64]:
+    share = np.linspace(0.0, 1.0, ask.points)
+    return ask.degrees * (share * share if ask.spacing == "square" else share)
 
 
 def answer(media: str, found: Any, spans: wire.Spans) -> Response:

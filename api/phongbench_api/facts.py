@@ -5,6 +5,7 @@ from typing import Any
 
 from phongbench import __version__
 from phongbench.lowering import PRECISIONS
+from phongbench.materials import OPENGL
 from phongbench.provenance import versions
 from phongbench_api import wire
 from phongbench_api.settings import Settings
@@ -33,6 +34,7 @@ def meta(settings: Settings) -> dict[str, Any]:
         **EXAMPLE,
         "versions": asdict(versions()),
         "precisions": list(PRECISIONS),
+        "materials": [asdict(material) for material in OPENGL],
         "dtypes": list(wire.DTYPES),
         "limits": {name: values[name] for name in _LIMITS},
         "cores": settings.cores,

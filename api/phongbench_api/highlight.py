@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from phongbench import front, kernels
+from phongbench import front, kernels, lobes
 from phongbench.approximations import REGISTRY
 from phongbench.errors import InputError, UnknownNameError
 from phongbench.lowering import FLOAT64, Precision, precision_named
@@ -100,14 +100,36 @@ def compared(formula: Formula, a: Array, b: Array, found: Array, cancelled: Call
     return {"exact": exact, "max_abs_error": largest, "worst_index": worst}
 
 
-def curve(formula: Formula, points: int, degrees: float) -> dict[str, Array]:
-    """Value, exact value and error in float64 at angles from 0 to `degrees` between R and V."""
-    angle = np.linspace(0.0, degrees, points)
-    cosine = np.cos(np.radians(angle))
-    value = kernels.curve(formula.spec, formula.form, formula.setting, cosine)
-    phong = REGISTRY["phong"]
-    exact = kernels.curve(phong, phong.lambda_forms[0], Setting(formula.setting.alpha), cosine)
-    return {"angle_degrees": angle, "value": value, "exact": exact, "error": value - exact}
+def curve(
+    formula: Formula,
+    angle: Array,
+    precision: Precision = FLOAT64,
+    perturbation: str = "none",
+    length_error: float = 0.0,
+) -> dict[str, Any]:
+    """Value, exact value and error at angles between R and V in degrees, and what they amount to.
+
+    In float64 with right lengths the formula is evaluated at the angles themselves; else with vectors as `precision`
+    holds them, and exact Phong is of the true angle between those.
+    """
+    spec, form, setting = formula.spec, formula.form, formula.setting
+    if precision is FLOAT64 and not length_error:
+        cosine = np.cos(np.radians(angle))
+        value = kernels.curve(spec, form, setting, cosine)
+        phong = REGISTRY["phong"]
+        exact = kernels.curve(phong, phong.lambda_forms[0], Setting(setting.alpha), cosine)
+    else:
+        value, exact = lobes.lobe(
+            spec, form, setting, angle, precision=precision, perturbation=perturbation, length_error=length_error
+        )
+    error = value - exact
+    size = np.where(np.isfinite(error), np.abs(error), np.inf)
+    worst = int(size.argmax())
+    return {
+        "angle_degrees": angle, "value": value, "exact": exact, "error": error,
+        "max_abs_error": size[worst], "worst_index": worst, "beta": spec.coefficients(setting).get("beta"),
+        "cutoff_degrees": lobes.cutoff_degrees(spec, form, setting),
+    }  # fmt: skip
 
 
 def prepared(formula: Formula, precision: str) -> Callable[[Array, Array, Array], None]:

@@ -63,6 +63,8 @@ Budget = Annotated[
     str,
     Field(pattern=r"^[0-9]{1,6}(\.[0-9]{0,12})?([eE]-?[0-9]{1,2})?(/[1-9][0-9]{0,8})?$", examples=["1/255", "0.02"]),
 ]
+#: how wrong a curve's vectors may be
+LONGEST = 0.5
 RunName = Annotated[str, Field(pattern=r"^(latest|[a-z0-9][a-z0-9-]{7,63})$", examples=["latest"])]
 
 
@@ -101,8 +103,19 @@ class BinaryAsk(SpecularAsk):
 class CurveAsk(FormulaAsk):
     """A formula over the angle between R and V."""
 
-    points: int = Field(361, ge=2, le=10_000, description="angles from 0 on, evenly spaced")
+    points: int = Field(361, ge=2, le=10_000, description="angles from 0 on")
     degrees: float = Field(90.0, gt=0.0, le=180.0, allow_inf_nan=False, description="the largest angle")
+    spacing: Annotated[str, OneOf(["even", "square"])] = Field(
+        "even",
+        description="square: angles go as the square of their number, so that a tight lobe has its share of them",
+    )
+    precision: PrecisionName = Field("float64", description="working precision of the formula")
+    length_error: float = Field(
+        0.0, ge=-LONGEST, le=LONGEST, allow_inf_nan=False, description="relative and signed: 0.01 is 1 % too long"
+    )
+    perturbation: Annotated[str, OneOf(["a", "both", "opposite"])] = Field(
+        "a", description="whose length is wrong: one vector's, both alike, or one too long and the other too short"
+    )
 
 
 class FrontAsk(Ask):

@@ -53,9 +53,10 @@ class Kernels:
         missing = self.pairs_key(formula, precision) not in self._ready
         return pairs * rate + 2e-5 + COMPILE_SECONDS * missing
 
-    def curve_cost(self, formula: Formula, points: int) -> float:
+    def curve_cost(self, formula: Formula, points: int, precision: Precision = FLOAT64) -> float:
         """Predicted seconds of a curve."""
-        return 4e-5 + 2e-7 * points + COMPILE_SECONDS * (self.curve_key(formula) not in self._ready)
+        missing = self.curve_key(formula, precision) not in self._ready
+        return 1e-4 + 2e-7 * points + COMPILE_SECONDS * missing
 
     @staticmethod
     def pairs_key(formula: Formula, precision: Precision) -> object:
@@ -65,9 +66,9 @@ class Kernels:
         return (formula.spec.name, formula.form, precision.name, kernels.known_values(formula.spec, s), gated)
 
     @staticmethod
-    def curve_key(formula: Formula) -> object:
+    def curve_key(formula: Formula, precision: Precision = FLOAT64) -> object:
         """What one compiled loop over coordinates serves."""
-        return (formula.spec.name, kernels.known_values(formula.spec, formula.setting))
+        return (formula.spec.name, kernels.known_values(formula.spec, formula.setting), precision.name)
 
     def compile_pairs(self, formula: Formula, precision: Precision) -> None:
         """Compile a loop over pairs unless it is; one at a time, since compilation holds the interpreter."""
@@ -79,12 +80,12 @@ class Kernels:
                 highlight.values(formula, one, one, precision)
             self._ready.add(key)
 
-    def compile_curve(self, formula: Formula) -> None:
-        """Compile a loop over coordinates unless it is."""
-        key = self.curve_key(formula)
+    def compile_curve(self, formula: Formula, precision: Precision = FLOAT64) -> None:
+        """Compile a loop over coordinates unless it is, and in float64 what lays out vectors of wrong length."""
+        key = self.curve_key(formula, precision)
         if key not in self._ready:
             with self._compiling:
-                highlight.curve(formula, 2, 90.0)
+                highlight.curve(formula, np.zeros(1), precision, length_error=0.01, perturbation="a")
             self._ready.add(key)
 
     def shading_cost(self, asked: ShadingRequest) -> float:

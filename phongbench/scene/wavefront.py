@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phongbench import tiles
-from phongbench.lighting import Light
 from phongbench.scene import tracing, views
 from phongbench.scene.geometry import Geometry
 from phongbench.scene.parts import Scene
@@ -70,7 +69,15 @@ class Worker:
         objects = job.geometry.spheres.shape[1] + job.geometry.planes.shape[1]
         self.every = np.arange(objects, dtype=np.int32)
         self.seen_spheres = np.empty(job.geometry.spheres.shape[1], np.int32)
-        self.lights = [_light_row(light) for light in job.scene.lights]
+        self._set_lights()
+
+    def _set_lights(self) -> None:
+        """The lights as kernels take them, and how far away a shadow is asked for: negative asks everywhere."""
+        lights, thrift = self.job.scene.lights, self.job.thrift
+        places = [(*(light.position or light.direction or ()), light.position is None) for light in lights]
+        self.lights = np.array(places, np.float32).reshape(-1, 4)
+        reaches = [np.inf if light.reach is None or not thrift.shading.reach else light.reach for light in lights]
+        self.spans = np.array(reaches if thrift.shadow_rays else [-1.0] * len(lights), np.float32)
 
     def draw(self, first: tuple[int, int], shape: tuple[int, int], picture: Array) -> None:
         """Draw one tile.
@@ -213,17 +220,23 @@ class Worker:
             return None
         started = time.perf_counter()
         visible = np.empty((len(self.lights), len(points)), np.bool_)
-        rays, limit, point_of, t = self.shadow.rays, self.shadow.weights, self.shadow.pixels, self.t_shadow
-        for row, (place, far, reach) in zip(visible, self.lights, strict=True):
-            span = np.float32(-1)
-            if job.thrift.shadow_rays:
-                span = reach if job.thrift.shading.reach else tracing.FAR
-            count = int(tracing.shadow_rays(points, normals, place, far, span, rays, limit, point_of))
-            tally.shadow_rays += len(points)
-            tally.shadow_rays_saved += len(points) - count
-            tracing.nearest(rays, count, g.spheres, self.every, g.planes, t, self.which_shadow, self.spare)
-            self._hidden_by_triangles(count)
-            tracing.hide(t, limit, point_of, count, row)
+        rays, limit, point_of = self.shadow.rays, self.shadow.weights, self.shadow.pixels
+        scratch = (self.t_shadow, self.which_shadow, self.spare)
+        if g.embree is None:
+            count = int(tracing.shadows(
+                points, normals, self.lights, self.spans, rays, limit, point_of, g.spheres, self.every, g.planes,
+                *scratch, visible,
+            ))  # fmt: skip
+        else:
+            count = 0
+            for row, light, span in zip(visible, self.lights, self.spans, strict=True):
+                mine = int(tracing.shadow_rays(points, normals, light, bool(light[3]), span, rays, limit, point_of))
+                tracing.nearest(rays, mine, g.spheres, self.every, g.planes, *scratch)
+                self._hidden_by_triangles(mine)
+                tracing.hide(self.t_shadow, limit, point_of, mine, row)
+                count += mine
+        tally.shadow_rays += len(self.lights) * len(points)
+        tally.shadow_rays_saved += len(self.lights) * len(points) - count
         spent = time.perf_counter() - started
         tally.tracing += spent
         tally.shading -= spent
@@ -239,10 +252,3 @@ class Worker:
         far = np.minimum(self.shadow.weights[:count], _FARTHEST) * _SHORT
         hit = g.embree(origins, directions, far, query="OCCLUDED")
         self.t_shadow[:count][hit == 0] = 0
-
-
-def _light_row(light: Light) -> tuple[Array, bool, np.float32]:
-    """A light as the kernels take it: place or direction, whether it is far away, how far it shines."""
-    far = light.position is None
-    place = np.array(light.direction if far else light.position, np.float32)
-    return place, far, np.float32(np.inf if light.reach is None else light.reach)

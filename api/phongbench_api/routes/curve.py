@@ -17,7 +17,7 @@ router = APIRouter(prefix="/v1", tags=["shading"])
 @router.get("/curve", summary="Value and error against the angle",
             **described(curves.EXAMPLE, 406, 413, 422, 503, also=(wire.CSV, wire.SVG)))  # fmt: skip
 async def curve(request: Request, ask: Annotated[CurveAsk, Query()]) -> Response:
-    """The lobe of a formula, exact Phong's, and their difference, at evenly spaced angles between R and V."""
+    """The lobe of a formula, exact Phong's, and their difference, over the angle between R and V."""
     spans = wire.Spans()
     media = wire.negotiate(request.headers.get("accept"), curves.FAMILY)
     cost, work = curves.plan(service(request), ask, media)

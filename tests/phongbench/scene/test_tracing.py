@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from phongbench import surfaces
 from phongbench.errors import CancelledError
 from phongbench.lighting import Light, Specular
 from phongbench.progress import Progress
@@ -203,13 +204,20 @@ def test_progress_is_told_of_every_tile(small: str, written: Written) -> None:
     assert told.done == told.total == 6
 
 
-def test_shadows_fall_where_the_light_is_hidden() -> None:
+@pytest.mark.parametrize("far", [True, False])
+@pytest.mark.parametrize("meshed", [False, True])
+def test_shadows_fall_where_the_light_is_hidden(meshed: bool, far: bool) -> None:
     """A ball of radius 1 at height 3, lit from straight above, darkens the ground within radius 1 and nothing else."""
     white = Material("white", Reflection((0, 0, 0), (1, 1, 1)))
+    made = surfaces.icosphere(1.0)
+    mesh = Mesh(
+        np.add(made.vertices, (0, 3, 0)), made.faces.astype(np.int32), made.normals, np.zeros(len(made.faces), np.int32)
+    )
+    light = Light(direction=(0.0, 1.0, 0.0)) if far else Light(position=(0.0, 1e5, 0.0))
     scene = Scene(
         "ball", Camera((0.0, 1.5, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, -1.0), 90.0), (white,),
-        (Sphere((0.0, 3.0, 0.0), 1.0, 0), Plane((0.0, 0.0, 0.0), (0.0, 1.0, 0.0), 0)),
-        (Light(direction=(0.0, 1.0, 0.0)),), picture=Picture((200, 200), 0, shadows=True),
+        (mesh if meshed else Sphere((0.0, 3.0, 0.0), 1.0, 0), Plane((0.0, 0.0, 0.0), (0.0, 1.0, 0.0), 0)),
+        (light,), picture=Picture((200, 200), 0, shadows=True),
     )  # fmt: skip
     picture = render(scene).picture[..., 0]
     y, x = np.mgrid[0:200, 0:200]

@@ -1,0 +1,150 @@
+// The explorer: one state, shown by controls, spheres, plots and sentences; every number comes from the service.
+
+import { get, newest, numbers } from './api.js';
+import { recommend, reproduce, verdict } from './answers.js';
+import { show as showControls, wire } from './controls.js';
+import { Curves, reachOf } from './curves.js';
+import { $, tell } from './dom.js';
+import { cellName } from './format.js';
+import { Front } from './front.js';
+import { Spheres } from './spheres.js';
+import { DEFAULTS, formula, fromHash, query, toHash } from './state.js';
+
+const POINTS = 601;
+
+/** @type {import('./state.js').State} */
+let state = fromHash(location.hash);
+let offered = { registry: [], materials: [], precisions: [] };
+let past = {};
+
+const specOf = (name) => offered.registry.find((spec) => spec.name === name) ?? offered.registry.find((spec) => spec.name === DEFAULTS.approximation) ?? offered.registry[0];
+/** The state with what this service does not know at its default. */
+const settled = (wished) => ({
+  ...wished,
+  approximation: specOf(wished.approximation).name,
+  precision: offered.precisions.includes(wished.precision) ? wished.precision : offered.precisions.find((one) => one === DEFAULTS.precision) ?? offered.precisions[0],
+  material: offered.materials.some((one) => one.name === wished.material) ? wished.material : '',
+});
+const asked = () => formula(state, specOf(state.approximation));
+
+/** Everything that waits for an answer; the page is busy while there is any. */
+const waiting = new Set();
+const busy = (what) => (is) => {
+  if (is) waiting.add(what);
+  else waiting.delete(what);
+  $('main').setAttribute('aria-busy', String(waiting.size > 0));
+};
+
+const curves = new Curves(() => state, (angle) => { spheres.ring = angle; spheres.draw(); });
+const spheres = new Spheres(set, () => state, (angle) => curves.point(angle));
+const front = new Front(adopt);
+
+/** Changes the state and shows it. @param {any} patch fields, or a function of the state that gives them */
+function set(patch) {
+  state = { ...state, ...(typeof patch === 'function' ? patch(state) : patch) };
+  const hash = toHash(state);
+  if (hash !== location.hash) history.replaceState(null, '', hash || location.pathname);
+  show();
+}
+
+/** Takes a formula of the front or of the recommendation. @param {any} cell */
+function adopt(cell) {
+  set({
+    approximation: cell.approximation, lambda: cell.lambda_form ?? cell.lambda, space: cell.space ?? 'reflect',
+    ...(cell.gamma ? { gamma: cell.gamma } : {}), beta: cell.beta_policy ?? DEFAULTS.beta,
+  });
+}
+
+/** The question about the curve. */
+function question() {
+  const wrong = state.length_error ? { length_error: state.length_error, perturbation: state.perturbation } : {};
+  return { ...query(asked()), precision: state.precision, ...wrong };
+}
+
+const askCurve = newest(async (signal, parameters, name) => {
+  try {
+    const answer = await get('/v1/curve', { ...parameters, points: POINTS, spacing: 'square' }, signal);
+    const curve = {
+      angle: numbers(answer.angle_degrees), value: numbers(answer.value), exact: numbers(answer.exact), error: numbers(answer.error),
+      largest: Number(answer.max_abs_error), worst: answer.worst_index, beta: answer.beta, cutoff: answer.cutoff_degrees,
+    };
+    curve.reach = reachOf(curve);
+    tell($('problem'), null);
+    $('stage').classList.remove('stale');
+    $('curves').classList.remove('stale');
+    $('verdict').replaceChildren(...verdict(curve));
+    spheres.show(curve);
+    curves.show(curve, name);
+  } catch (problem) {
+    if (problem.name === 'AbortError') throw problem;
+    tell($('problem'), problem, () => { past = {}; show(); });
+    $('stage').classList.add('stale');
+    $('curves').classList.add('stale');
+    $('verdict').textContent = 'Nothing to show for these settings; below is what was shown before.';
+  }
+}, busy('curve'));
+const askFront = newest((signal) => front.ask(state, asked(), signal), busy('front'), 60);
+const askRecommend = newest((signal) => recommend(state, adopt, signal), busy('recommend'), 120);
+
+/** Does something if a value has changed since it was last done. */
+function onChange(what, value, act) {
+  const key = JSON.stringify(value);
+  if (past[what] === key) return;
+  past[what] = key;
+  act();
+}
+
+/** Shows the state: what is known at once, what must be asked when the answer is there. */
+function show() {
+  const now = asked();
+  const name = cellName({ ...now, gamma: now.gamma });
+  showControls(state, specOf(state.approximation), offered, set);
+  $('sphere-name').textContent = name;
+  spheres.material = offered.materials.find((m) => m.name === state.material) ?? null;
+  spheres.draw();
+  reproduce(state, now, question());
+  onChange('look', [state.theme, state.scale, state.range], () => { curves.draw(); if (past.theme !== state.theme) front.draw(); past.theme = state.theme; });
+  onChange('mark', now, () => front.mark(now));
+  onChange('curve', question(), () => askCurve(question(), name));
+  onChange('front', [state.alpha, state.precision, now.space, front.run?.run], () => askFront());
+  onChange('recommend', [state.alpha, state.precision, state.length_error, state.budget, front.run?.run], () => askRecommend());
+}
+
+/** Looks for a run; all else works without. */
+async function lookForRun() {
+  busy('runs')(true);
+  try {
+    await front.find();
+    tell($('front-problem'), null);
+  } catch (problem) {
+    tell($('front-problem'), problem, lookForRun);
+  }
+  show();
+  busy('runs')(false);
+}
+
+async function start() {
+  document.documentElement.dataset.theme = state.theme;
+  busy('start')(true);
+  try {
+    const [meta, approximations] = await Promise.all([get('/v1/meta'), get('/v1/approximations')]);
+    offered = { registry: approximations.approximations ?? approximations, materials: meta.materials ?? [], precisions: meta.precisions };
+    $('versions').textContent = `phongbench ${meta.versions?.phongbench ?? meta.version ?? ''}`;
+  } catch (problem) {
+    tell($('problem'), problem, start);
+    $('verdict').textContent = '';
+    busy('start')(false);
+    return;
+  }
+  tell($('problem'), null);
+  state = settled(state);
+  wire(offered, set);
+  addEventListener('hashchange', () => { state = settled(fromHash(location.hash)); show(); });
+  matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => { curves.draw(); front.draw(); });
+  $('front-again').addEventListener('click', lookForRun);
+  show();
+  busy('start')(false);
+  await lookForRun();
+}
+
+start();

@@ -1,0 +1,95 @@
+"""The highlight against the angle, as a working precision holds it and as vectors of wrong length make it."""
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phongbench import jit, kernels
+from phongbench.approximations import REGISTRY
+from phongbench.precisions import FLOAT64, Precision
+from phongbench.sampling import Stratum, cutoff_deficit
+from phongbench.spec import Approximation, Setting
+
+Array = NDArray[Any]
+
+#: the plane that pairs are laid out in: its first axis, where both directions agree, and its second; any plane askew to
+#: the axes would do, in one of them most products are 0 or 1 and nothing is rounded
+_ACROSS = np.array([2.0, 3.0, 6.0]) / 7.0
+_ALONG = np.array([6.0, 2.0, -3.0]) / 7.0
+
+
+def lobe(
+    spec: Approximation,
+    form: str,
+    setting: Setting,
+    degrees: Array,
+    *,
+    precision: Precision = FLOAT64,
+    perturbation: str = "none",
+    length_error: float = 0.0,
+) -> tuple[Array, Array]:
+    """The highlight of real vectors at these angles between R and V, and exact Phong of the true angle between them.
+
+    degrees       (n,) in 0 .. 90    angles of (R, V); of (N, H), where the setting's space is half, half of each
+    perturbation  as in sampling     none, a, both or opposite: whose length is wrong
+    length_error  relative, signed   0.01 is 1 % too long
+    returns       value, exact       (n,) each, float64; the truth `angle`: of the vectors as the precision holds them
+
+    The same loops as in a sweep, coordinate first and then the formula, open only where a.b > 0.
+    """
+    spec.check(setting)
+    half = setting.space == "half"
+    turn = np.radians(np.asarray(degrees, dtype=np.float64) / (2 if half else 1))
+    one, other = Stratum("lengths", "none", perturbation, length_error).lengths
+    a = _held(precision, one * (np.outer(_ACROSS, np.cos(turn)) + np.outer(_ALONG, np.sin(turn))))
+    b = _held(precision, other * np.repeat(_ACROSS[:, None], turn.size, axis=1))
+    return _values(spec, form, setting, a, b, precision), _exact(setting, a, b)
+
+
+def cutoff_degrees(spec: Approximation, form: str, setting: Setting) -> float | None:
+    """The angle between R and V, below 90 degrees, beyond which unit vectors give exactly 0; None if there is none."""
+    value = None if spec.cutoff is None else spec.cutoff(setting)
+    deficit = None if value is None else value if form == "none" else cutoff_deficit(form, value)
+    if deficit is None or deficit >= 1:
+        return None
+    own = math.degrees(math.acos(1 - deficit))
+    angle = 2 * own if setting.space == "half" else own
+    return angle if angle < 90 else None
+
+
+def _held(precision: Precision, vectors: Array) -> Array:
+    return np.ascontiguousarray(precision.rounded(vectors))
+
+
+def _values(spec: Approximation, form: str, setting: Setting, a: Array, b: Array, precision: Precision) -> Array:
+    """The formula's values by the loops of the sweep, in the working precision."""
+    count = a.shape[1]
+    block = np.empty((kernels.COORDINATE_ROWS, count), precision.carrier)
+    out = np.empty(count, precision.carrier)
+    row = kernels.COSINE_ROW if form == "none" else kernels.FORM_ROW[form]
+    loop = kernels.values_kernel(spec, precision, kernels.known_values(spec, setting))
+    _call(
+        jit.address(kernels.coordinates_kernel(precision)), jit.address(loop), a, b, block, row, kernels.COSINE_ROW,
+        kernels.coefficient_row(spec, setting, precision), kernels.table_row(spec, setting, precision), out,
+    )  # fmt: skip
+    return out.astype(np.float64)
+
+
+@jit.driver
+def _call(
+    coordinates: int, values: int, a: Array, b: Array, block: Array, row: int, gate: int, coefficients: Array,
+    table: Array, out: Array,
+) -> None:  # fmt: skip
+    kernels.coordinates_at(coordinates, block)(a, b, block)
+    kernels.values_at(values, out)(block[row], block[gate], coefficients, table, out)
+
+
+def _exact(setting: Setting, a: Array, b: Array) -> Array:
+    """Phong of the angle between the vectors as they are held, whatever their lengths; of (N, H), of twice it."""
+    a, b = a.astype(np.float64), b.astype(np.float64)
+    angle = np.arctan2(np.linalg.norm(np.cross(a, b, axis=0), axis=0), np.einsum("ij,ij->j", a, b))
+    phong = REGISTRY["phong"]
+    whole = 2 * angle if setting.space == "half" else angle
+    return kernels.curve(phong, phong.lambda_forms[0], Setting(setting.alpha), np.cos(whole))

@@ -1,0 +1,196 @@
+"""A real browser on real servers: one without runs, one with a run whose times are made up."""
+
+import os
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+from urllib.parse import urlsplit
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from phongbench import engine, results, rows
+from phongbench.plan import preset
+
+RUN = "20260101-000000-0123abcd"
+#: what chromium is called on today's systems
+NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
+#: the page is told by this attribute when nothing is under way
+IDLE = '#main[aria-busy="false"]'
+#: collected before any script of the page runs
+WATCH = """
+window.reports = [];
+document.addEventListener('securitypolicyviolation', (event) => reports.push(`${event.violatedDirective} ${event.blockedURI}`));
+"""
+
+
+@pytest.fixture(scope="session")
+def browser() -> Iterator[Any]:
+    """A headless Chromium of the system; without one these tests are skipped, but not where CI is set."""
+    found = next(filter(None, map(shutil.which, NAMES)), None)
+    if found is None:
+        what = f"no browser here ({', '.join(NAMES)}): the explorer page is not tested"
+        if os.environ.get("CI"):
+            pytest.fail(f"{what}; CI must install one", pytrace=False)
+        pytest.skip(what)
+    from playwright.sync_api import sync_playwright
+
+    with sync_playwright() as playwright:
+        # A container's root cannot set up Chromium's own sandbox, and its /dev/shm is small; the only page is ours.
+        opened = playwright.chromium.launch(executable_path=found, args=["--no-sandbox", "--disable-dev-shm-usage"])
+        yield opened
+        opened.close()
+
+
+def _server(runs: Path, log: Path) -> tuple["subprocess.Popen[str]", str]:
+    """A server of its own process, warm, and its address."""
+    command = [sys.executable, "-m", "phongbench", "serve", "--port", "0", "--runs", str(runs)]
+    with log.open("w") as stderr:
+        process = subprocess.Popen([*command], stderr=subprocess.PIPE, text=True)
+        assert process.stderr
+        for line in process.stderr:
+            stderr.write(line)
+            if "serves " in line:
+                url = line.split("serves ")[1].split(" ")[0].rstrip("/")
+            if "ready" in line:
+                return process, url
+    raise AssertionError(f"the server ended before it was ready: {log.read_text()}")
+
+
+def _stop(process: "subprocess.Popen[str]") -> None:
+    process.terminate()
+    process.wait(60)
+    if process.stderr:
+        process.stderr.close()
+
+
+@pytest.fixture(scope="session")
+def empty_server(browser: Any, tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+    """The address of a server without runs."""
+    folder = tmp_path_factory.mktemp("empty")
+    process, url = _server(folder / "phongbench-runs", folder / "log")
+    yield url
+    _stop(process)
+
+
+@pytest.fixture(scope="session")
+def server(browser: Any, tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+    """The address of a server with one run."""
+    folder = tmp_path_factory.mktemp("served")
+    _run(folder / "phongbench-runs" / RUN)
+    process, url = _server(folder / "phongbench-runs", folder / "log")
+    yield url
+    _stop(process)
+
+
+def _run(folder: Path) -> None:
+    """Real errors, made-up times: more squarings and the cross form cost, and wide intervals leave some unresolved."""
+    plan = replace(
+        preset("quick"), alphas=(10.0, 50.0), gammas=(4, 8, 16), approximations=("phong", "lyon", "gaussian"),
+        slopes=("taylor", "minimax"), spaces=("reflect",), precisions=("float32",), samples=2000, timing=False, probes=(),
+    ).validated()  # fmt: skip
+    sweep = engine.prepare(plan)
+    engine.compile_kernels(sweep)
+    accuracy = rows.accuracy(sweep, [rows.part(list(engine.run(sweep, jobs=2)))])
+    kernel = ["approximation", "lambda_form", "space", "gamma"]
+    timing = accuracy[kernel].drop_duplicates().reset_index(drop=True).assign(
+        beta_policy="none", precision="float32", working_set="l1", elements=1024, threads=1, verdict="unresolved",
+        dot_ratio=1.0, bandwidth_fraction=0.5, rounds=24, contaminated=0,
+    )  # fmt: skip
+    form = timing["lambda_form"].map({"dot": 0.0, "difference": 0.03, "cross": 0.1, "none": 0.7})
+    timing["ratio"] = 0.3 + form + 0.02 * np.log2(timing["gamma"].astype("Float64").fillna(32.0)).astype(float)
+    twin = timing.iloc[:1].assign(approximation="aa-twin", ratio=1.0)
+    timing = pd.concat([timing, twin], ignore_index=True)
+    half = np.where(timing["lambda_form"] == "difference", 0.12, 0.005)
+    timing["ratio_low"], timing["ratio_high"] = timing["ratio"] * (1 - half), timing["ratio"] * (1 + half)
+    timing["ns_min"] = timing["ns_median"] = 0.6 * timing["ratio"]
+    folder.mkdir(parents=True)
+    tables = {"accuracy": accuracy, "timing": timing[list(results.TIMING_COLUMNS)]}
+    files = {f"{name}.parquet": results.write_table(folder, name, frame) for name, frame in tables.items()}
+    told = {"schema": results.SCHEMA, "run": folder.name, "state": "complete", "plan": plan.as_dict(), "seed": 1}
+    results.write_manifest(folder, {**told, "code": "0", "provenance": {}, "files": files})
+
+
+@dataclass
+class Visit:
+    """A page in a browser, and what went wrong on it.
+
+    errors   console errors and uncaught exceptions, in order
+    foreign  addresses that were asked of other hosts; all of them are refused
+    asked    paths with query that were asked of ours
+    """
+
+    page: Any
+    errors: list[str] = field(default_factory=list)
+    foreign: list[str] = field(default_factory=list)
+    asked: list[str] = field(default_factory=list)
+
+    def idle(self) -> None:
+        """Wait until nothing is under way."""
+        self.page.wait_for_selector(IDLE)
+
+    def picture(self, selector: str) -> str:
+        """What a canvas shows."""
+        return str(self.page.eval_on_selector(selector, "(canvas) => canvas.toDataURL()"))
+
+    def changed(self, selector: str, before: str) -> None:
+        """Wait until a canvas shows something else."""
+        script = "([s, before]) => new Promise((done) => { const look = () => (document.querySelector(s)?.toDataURL() " \
+            "!== before ? done() : requestAnimationFrame(look)); look(); })"  # fmt: skip
+        self.page.evaluate(script, [selector, before])
+
+    def reports(self) -> list[str]:
+        """Violations of the content security policy."""
+        return list(self.page.evaluate("() => window.reports"))
+
+    def slide(self, selector: str, value: float) -> None:
+        """Move a slider as a hand would: value, then input event."""
+        self.page.locator(selector).fill(str(value))
+
+
+@pytest.fixture
+def visit(browser: Any) -> Iterator[Callable[..., Visit]]:
+    """A factory of visits: (address, context options ...). At the end nothing may have gone wrong on any of them."""
+    contexts: list[Any] = []
+    visits: list[Visit] = []
+
+    def make(address: str, *, wait: bool = True, **options: Any) -> Visit:
+        context = browser.new_context(**{"viewport": {"width": 1280, "height": 900}, **options})
+        contexts.append(context)
+        context.set_default_timeout(60_000)
+        context.add_init_script(WATCH)
+        made = Visit(context.new_page())
+        visits.append(made)
+        host = urlsplit(address).netloc
+
+        def routed(route: Any) -> None:
+            parts = urlsplit(route.request.url)
+            if parts.netloc == host:
+                made.asked.append(parts.path + ("?" + parts.query if parts.query else ""))
+                route.continue_()
+            else:
+                made.foreign.append(route.request.url)
+                route.abort()
+
+        context.route("**/*", routed)
+        made.page.on("console", lambda told: made.errors.append(told.text) if told.type == "error" else None)
+        made.page.on("pageerror", lambda problem: made.errors.append(str(problem)))
+        made.page.goto(address)
+        if wait:
+            made.idle()
+        return made
+
+    yield make
+    try:
+        for one in visits:
+            assert one.reports() == []
+            assert one.foreign == []
+            assert one.errors == []
+    finally:
+        for context in contexts:
+            context.close()
