@@ -123,8 +123,8 @@ def _sentence(row: pd.Series, data: pd.DataFrame) -> str:
         f"|a × b| cannot tell a from −a: without a test of a·b the cross form shines again, as bright as "
         f"{number(last['ungated'])} at 180° where Phong is {number(last['exact'])}, and a sphere lit from the camera "
         f"gets a bright rim; the run measured an error of {number(row['max_abs'])} there. The test takes away all "
-        f"light beyond 90°, where {number(float((back > 1 / 255).mean() * 100))}\u00a0% of the angles exceed one 8-bit code "
-        "without it."
+        f"light beyond 90°, where {number(float((back > 1 / 255).mean() * 100))}\u00a0% of the angles exceed one 8-bit "
+        "code without it."
     )
 
 

@@ -122,8 +122,8 @@ def draw(study: Study) -> Plate | Absent:
     hollow = {"none": ""}.get(files, f"; hollow: {files if len(files) < LONG else 'files'}")
     footnote(
         figure,
-        f"lyon, γ\u00a0=\u00a0{int(data['gamma'].iloc[0])}; filled: worst of {listed(OWN)}{hollow}; dotted: the formula's "
-        f"own error; below {LIMITS[0]:g} at the edge; {span(data['samples'])} samples each",
+        f"lyon, γ\u00a0=\u00a0{int(data['gamma'].iloc[0])}; filled: worst of {listed(OWN)}{hollow}; dotted: the "
+        f"formula's own error; below {LIMITS[0]:g} at the edge; {span(data['samples'])} samples each",
     )
     return Plate(figure, data, _sentence(study, data), _alt(data), _basis(data), _command(study, data))
 
