@@ -12,13 +12,13 @@ RECENT  = { $(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help run test check bench docs lock clean
+.PHONY: help run test check bench bench-api docs lock clean
 
 # An editable install points at the folder it was made in: in a moved or copied checkout the stamps do not count.
 $(shell test "$$(cat $(VENV)/.checkout 2>/dev/null)" = "$$(pwd -P)" || rm -f $(TEST) $(DEV))
 
 help: ## show this list
-	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-7s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-9s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 
 run: $(TEST) ## a quick study on this machine; prints where its report is
 	$(PY) -m phongbench run
@@ -34,6 +34,9 @@ check: $(DEV) ## lint, format, types, layers
 
 bench: $(TEST) ## our kernels and sweep against NumPy and every other installed peer
 	$(PY) -m phongbench bench
+
+bench-api: $(TEST) ## the service over loopback: against an echo, against /healthz, overloaded
+	$(PY) -m phongbench_api.load
 
 docs: $(TEST) ## fill the generated parts of README.md; the only way a number gets in there
 	$(PY) -m phongbench_reports.docs

@@ -15,6 +15,9 @@ from phongbench.commands.common import DIFFERENT, ROOT, CommaList
 from phongbench.commands.common import facts as _facts
 from phongbench.commands.common import grid as _grid
 from phongbench.commands.common import show as _show
+from phongbench.commands.pictures import render
+from phongbench.commands.serving import serving
+from phongbench.commands.shading import shade
 from phongbench.errors import (
     CorruptRunError,
     InputError,
@@ -72,7 +75,14 @@ def main() -> None:
     """Entry point."""
 
 
-for command in (front, recommend, claims, bench):
+def _serve(**wishes: Any) -> None:
+    from phongbench_api.serve import serve
+    from phongbench_api.settings import Settings
+
+    serve(Settings(**wishes))
+
+
+for command in (front, recommend, claims, bench, shade, render, serving(_serve)):
     main.add_command(command)
 
 

@@ -116,11 +116,16 @@ def prepare(plan: Plan, registry: Mapping[str, Approximation] = REGISTRY) -> Swe
             stratum=STRATA[key[2]],
             scale=key[3],
             cells=tuple(groups[key]),
-            samples=HOSTILE_PAIRS if STRATA[key[2]].name == "hostile" else plan.samples,
+            samples=_samples(plan, STRATA[key[2]]),
         )
         for index, key in enumerate(sorted(groups))
     ]
     return Sweep(plan, registry, cells, contexts)
+
+
+def _samples(plan: Plan, stratum: Stratum) -> int:
+    """Pairs of a stratum: hostile ones are as many as there are, causes get a share."""
+    return HOSTILE_PAIRS if stratum.name == "hostile" else max(1, int(plan.samples * stratum.share))
 
 
 def _sees(plan: Plan, cell: Cell, stratum: Stratum) -> bool:
@@ -306,6 +311,14 @@ class _Bench:
             self.addresses, self.alphas, a, b, self.a, self.b, self.held, self.given, self.unit, self.exact,
         )  # fmt: skip
         return self.held, self.given, self.unit, self.exact
+
+
+def exact_values(context: Context, alpha: float, a: Array, b: Array) -> Array:
+    """The truths of pairs as the sweep computes them: float64 (truths, n), angle and, where the context has it, given.
+
+    a, b  (3, n) in the carrier of the context's precision
+    """
+    return _Bench(context, (alpha,), a.shape[1]).lay_out(a, b)[3][0, : context.truths].copy()
 
 
 @jit.driver

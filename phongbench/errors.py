@@ -70,3 +70,7 @@ class MeasurementError(PhongbenchError):
 
     The timed output differs from the verified output, or a kernel compiled anew.
     """
+
+
+class CancelledError(PhongbenchError):
+    """Work that was given up because whoever asked for it went away."""

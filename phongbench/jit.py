@@ -187,6 +187,15 @@ def code(loop: Any) -> tuple[str, str]:
     return again._library.get_llvm_str(), again._library.get_asm_str()  # noqa: SLF001
 
 
+def driver_code(function: Any, dtype: Any) -> tuple[str, str]:
+    """LLVM and assembly text of a driver that has run on arrays of this type, compiled anew as `code` does."""
+    wanted = numba.from_dtype(np.dtype(dtype))
+    given = next(s for s in function.signatures if getattr(s[0], "dtype", None) == wanted)
+    again = numba.njit(nogil=True, error_model="numpy", fastmath=FORMULA_FLAGS)(function.py_func)
+    again.compile(given)
+    return again.inspect_llvm(given), again.inspect_asm(given)
+
+
 def array_type(dtype: Any, dimensions: int = 1, *, readonly: bool = False) -> Any:
     """numba's type of a C-contiguous array; dtype is NumPy's or numba's."""
     member = dtype if isinstance(dtype, types.Type) else numba.from_dtype(np.dtype(dtype))

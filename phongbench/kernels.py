@@ -180,17 +180,18 @@ def evaluate(spec: Approximation, setting: Setting, coordinate: Array, cosine: A
     return out
 
 
-def deficit_of_angle(form: str, cosine: Array) -> Array:
-    """Lambda of unit vectors at this cosine, in exact arithmetic: what each form sees of an angle."""
+def deficit_of_angle(form: str, cosine: Any) -> Any:
+    """Lambda of unit vectors at this cosine, in exact arithmetic: what each form sees of an angle.
+
+    cosine  an array, or any kind of number
+    """
+    if form in ("dot", "difference"):
+        return 1 - cosine
     sine_squared = 1 - cosine * cosine
+    if form == "cross":
+        return sine_squared / 2
     with np.errstate(divide="ignore"):
-        forms: dict[str, Array] = {
-            "dot": 1 - cosine,
-            "difference": 1 - cosine,
-            "cross": sine_squared / 2,
-            "tan2": sine_squared / (2 * cosine * cosine),
-        }
-    return forms[form]
+        return sine_squared / (2 * (cosine * cosine))
 
 
 def curve(spec: Approximation, form: str, setting: Setting, cosine: Array) -> Array:

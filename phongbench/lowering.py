@@ -86,6 +86,7 @@ def lower(body: Body, precision: Precision, **known: int) -> Body:
     return _Lowering(body, precision, known).function()
 
 
+@cache
 def known_arguments(body: Body) -> tuple[str, ...]:
     """Names of the arguments that must be known when compiling: those annotated int."""
     return tuple(n for n, p in inspect.signature(body).parameters.items() if p.annotation in (int, "int"))

@@ -22,7 +22,9 @@ from phongbench.surfaces import TESSELLATIONS
 from phongbench.vectors import LAMBDA_FORMS
 
 #: questions beyond the sweep; phongbench.probes answers them
-PROBE_NAMES: tuple[str, ...] = ("cosines", "meshes")
+PROBE_NAMES: tuple[str, ...] = (
+    "cosines", "search", "certify", "meshes", "hostile", "smoothness", "recheck",
+)  # fmt: skip
 ALL_SLOPES = ("taylor", "minimax", "energy")
 #: real exponents (materials, file formats) and the non-powers of two that expose what powers of two hide
 QUICK_ALPHAS = (5.0, 10.0, 20.0, 32.0, 50.0, 64.0, 100.0, 128.0, 200.0, 256.0, 512.0, 1000.0)

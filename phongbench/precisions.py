@@ -91,13 +91,17 @@ class Precision:
         """A literal or a coefficient as this precision holds it, in the carrier: the nearest number."""
         return self.carrier.type(self.rounded(value))
 
+    @property
+    def listed(self) -> bool:
+        """True if `representables` lists its numbers."""
+        return self.dtype == np.float16
+
     def representables(self, low: float, high: float) -> Array:
         """All numbers of this precision from low to high, ascending, in the carrier; one zero, without a sign.
 
         Raises InputError where there are too many to be listed: more than 16 bits beside the sign.
         """
-        bits = 16 if self.dtype == np.float16 else 8 * self.dtype.itemsize
-        if bits > MAX_LISTED:
+        if not self.listed:
             raise _too_many(self.name)
         return _within(np.arange(1 << 16, dtype=np.uint16).view(np.float16).astype(self.carrier), low, high)
 
@@ -149,6 +153,11 @@ class BrainFloat(Precision):
             near = np.ldexp(np.rint(np.ldexp(given, -step)), step)
             near = np.where(np.isfinite(given), near, given)
             return np.asarray(np.where(np.abs(near) > self.largest, np.copysign(np.inf, near), near), self.carrier)
+
+    @property
+    def listed(self) -> bool:
+        """True."""
+        return True
 
     def representables(self, low: float, high: float) -> Array:
         """All bfloat16 numbers from low to high, ascending, in float32; one zero."""
@@ -229,9 +238,14 @@ class FixedPoint(Precision):
         digits = self.whole + self.fraction
         return self.carrier.type(np.ldexp(np.rint(np.ldexp(mantissa, digits)), exponent - digits))
 
+    @property
+    def listed(self) -> bool:
+        """True for up to 16 bits beside the sign."""
+        return self.whole + self.fraction <= MAX_LISTED
+
     def representables(self, low: float, high: float) -> Array:
         """All numbers of the format from low to high, ascending; InputError beyond 16 bits beside the sign."""
-        if self.whole + self.fraction > MAX_LISTED:
+        if not self.listed:
             raise _too_many(self.name)
         count = 1 << (self.whole + self.fraction)
         return _within(np.arange(-count, count) * self.eps, low, high)

@@ -1,8 +1,9 @@
 """Which formula to ship for an error budget: the cheapest one whose largest error is within it, and why.
 
 A run answers by measurement; without one the closed-form laws answer, which know errors but no times. Errors are taken
-on unit vectors (highlight, uniform and peak strata) and, where wrong lengths are allowed, on every kind of them up to
-that size, against Phong of the true angle. Maxima over samples are lower bounds: the answer says so.
+on unit vectors (highlight, uniform and peak strata, and what a search found, if the run made one) and, where wrong
+lengths are allowed, on every kind of them up to that size, against Phong of the true angle. Maxima over samples and of
+searches are lower bounds: the answer says so, and tells the proven bound of the formula's own error where there is one.
 """
 
 from __future__ import annotations
@@ -26,8 +27,8 @@ from phongbench.lowering import precision_named
 from phongbench.results import DEFAULT_ROOT, Run
 from phongbench.spec import SPACES, Setting
 
-#: strata of unit vectors that a budget must hold on
-STRATA = ("highlight", "uniform", "peak")
+#: strata of unit vectors that a budget must hold on; the last is the search's, which looks at nearly unit ones
+STRATA = ("highlight", "uniform", "peak", "vectors")
 
 
 def recommend(
@@ -119,6 +120,7 @@ def _by_run(run: Run, wish: Wish, notes: list[str]) -> pd.DataFrame:
     columns = [*front.CELL, *front.INPUT, "max_abs", "samples", "coverage"]
     worst = front.worst_of(rows[columns].rename(columns={"max_abs": "error"}))
     worst = worst[[_applies(row, wish.alpha) for row in front.records(worst)]]
+    worst = worst.merge(_bounds(accuracy, vouching), on=_LAW, how="left")
     times = front.times_of(timing, working_set=wish.working_set, precision=wish.precision)
     cells = front.joined(worst, front.times_at(times, wish.alpha.values))
     if cells.empty:
@@ -126,6 +128,17 @@ def _by_run(run: Run, wish: Wish, notes: list[str]) -> pd.DataFrame:
         raise InputError(f"no formula in {wish.precision} was timed in {wish.working_set}", run.id, mend)
     _warn(run, timing, wish, notes)
     return cells if front.of_this_machine(run) else cells.assign(ns=np.nan)
+
+
+_LAW = [name for name in front.CELL if name != "precision"]
+
+
+def _bounds(accuracy: pd.DataFrame, alphas: tuple[float, ...]) -> pd.DataFrame:
+    """The proven bound of each formula's own error over these exponents, where there is one at each: `certified`."""
+    rows = accuracy[(accuracy["coverage"] == "certified") & accuracy["alpha"].isin(alphas)]
+    groups = rows.groupby(_LAW, dropna=False, observed=True)["model_max"]
+    found = groups.max()[groups.size() == len(alphas)]
+    return found.rename("certified").reset_index()
 
 
 def _alphas(run: Run, accuracy: pd.DataFrame, wish: Wish, notes: list[str]) -> tuple[float, ...]:
@@ -162,7 +175,8 @@ def _inputs(run: Run, rows: pd.DataFrame, wish: Wish, notes: list[str]) -> pd.Da
         raise InputError(f"the run holds none of the strata {', '.join(STRATA)}", run.id, mend)
     if not wish.length_error:
         return rows[unit]
-    wrong = rows["stratum"] == "lengths"
+    # a cause's error is of one kind only; that a length may be wrong by so much says nothing on which way
+    wrong = (rows["stratum"] == "lengths") & rows["perturbation"].isin(("a", "both", "opposite"))
     sizes = np.sort(rows.loc[wrong, "length_error"].abs().unique())
     reached = sizes[sizes >= wish.length_error * (1 - 1e-9)]
     if not len(sizes):
@@ -227,6 +241,7 @@ def _told(cell: Mapping[str, Any], wish: Wish) -> dict[str, Any]:
         "precision": wish.precision, "formula": spec.formula if spec else None, "max_abs": float(cell["error"]),
         "codes_8bit": 255 * float(cell["error"]), "coverage": str(cell["coverage"]),
         "samples": None if lawful else int(cell["samples"]), **numbers,
+        "certified": None if pd.isna(cell.get("certified", np.nan)) else float(cell["certified"]),
         "work": float(cell["ratio"]) if lawful else None,
     }  # fmt: skip
 
@@ -237,9 +252,14 @@ def _basis(told: Mapping[str, Any], wish: Wish) -> str:
     head = f"largest error {told['max_abs']:.3g} ({told['codes_8bit']:.2g} 8-bit codes) at alpha {wish.alpha}{lengths}"
     if told["coverage"] == "law":
         return f"{head}, by law"
+    proven = "" if told["certified"] is None else f"; the formula alone errs by at most {told['certified']:.3g}, proven"
     if told["coverage"] == "sampled":
-        return f"{head}, the largest of {told['samples']:,} samples a stratum: a lower bound of the true maximum"
-    return f"{head}, {told['coverage']}"
+        return (
+            f"{head}, the largest of {told['samples']:,} samples a stratum: a lower bound of the true maximum{proven}"
+        )
+    if told["coverage"] == "searched":
+        return f"{head}, the worst that a search found: a lower bound of the true maximum{proven}"
+    return f"{head}, {told['coverage']}{proven}"
 
 
 def _cost(told: Mapping[str, Any]) -> str:

@@ -66,10 +66,12 @@ MESH_COLUMNS = (
     "mesh", "edge_degrees", "triangles", "left_out", "normals", "pair", *CELL_COLUMNS, "truth", "samples", "max_abs",
     "mean_abs", "rms", "codes_8bit", "model_max", "length_max", "nonfinite", "above_one",
 )  # fmt: skip
-#: what a cell makes of one hostile input. outcome: value, saturates, nan, infinite, above-one, negative
+#: what a cell makes of one hostile input. outcome: value, saturates, nan, infinite, above-one, negative,
+#: refused; alpha and beta are those of the case
 BEHAVIOUR_COLUMNS = (*CELL_COLUMNS, "case", "outcome", "lowest", "highest", "exact")
-#: shape of the lobe over all angles. rises: places where it grows away from its peak; kink: second difference over
-#: the squared step at the cut, over the largest of exact Phong's
+#: shape of the lobe over all angles. rises: places where it grows away from its peak; largest_rise: how far above what
+#: it was nearer to the peak; kink: second difference over the squared step at the lobe's end, over the largest of exact
+#: Phong's; missing where no end is
 SMOOTHNESS_COLUMNS = (*CELL_COLUMNS, "samples", "rises", "largest_rise", "kink", "kink_degrees")
 #: everything a run writes into its folder
 RUN_CONTENT = (PARTS, "report", MANIFEST, *(f"{name}.parquet" for name in TABLES))
@@ -192,7 +194,7 @@ def load(path: Path) -> Run:
         )
     try:
         Plan.from_dict(data["plan"])
-    except TypeError as problem:
+    except (AttributeError, TypeError) as problem:
         raise CorruptRunError(
             f"holds a plan this version does not know: {problem}", str(manifest), _REMEDY
         ) from problem
@@ -332,27 +334,30 @@ def read_parts(path: Path) -> list[pd.DataFrame]:
     return frames
 
 
-def keep_probe(path: Path, probe: str, tables: Mapping[str, pd.DataFrame], violations: Iterable[str]) -> None:
-    """Keep what a finished probe found, whole: a resumed run does not ask again."""
+def keep_probe(path: Path, probe: str, tables: Mapping[str, pd.DataFrame], told: Mapping[str, Any]) -> None:
+    """Keep what a finished probe found, whole: a resumed run does not ask again.
+
+    told  what it told beside its tables, as plain data for JSON
+    """
     with storage(path):
         (path / PARTS).mkdir(exist_ok=True)
     box = path / PARTS / f"{probe}.{{}}.parquet"
     for name, frame in tables.items():
         file = Path(str(box).format(name))
         write_whole(file, partial(frame.to_parquet, engine="pyarrow", index=False))
-    done = json.dumps({"tables": sorted(tables), "violations": list(violations)})
+    done = json.dumps({"tables": sorted(tables), "told": told})
     write_whole(path / PARTS / f"{probe}.json", lambda p: _write_text(p, done))
 
 
-def kept_probe(path: Path, probe: str) -> tuple[dict[str, pd.DataFrame], list[str]] | None:
-    """The tables and violations that `keep_probe` kept; None if the probe has not finished."""
+def kept_probe(path: Path, probe: str) -> tuple[dict[str, pd.DataFrame], dict[str, Any]] | None:
+    """The tables and what else was told that `keep_probe` kept; None if the probe has not finished."""
     note = path / PARTS / f"{probe}.json"
     if not note.is_file():
         return None
     try:
         done = json.loads(note.read_text(encoding="utf-8"))
         tables = {name: pd.read_parquet(path / PARTS / f"{probe}.{name}.parquet") for name in done["tables"]}
-        return tables, done["violations"]
+        return tables, done["told"]
     except (OSError, ValueError, KeyError) as problem:
         raise CorruptRunError(f"cannot be read: {problem}", str(note), "start over with --fresh") from problem
 

@@ -77,7 +77,19 @@ def _ordered(parts: Sequence[pd.DataFrame]) -> pd.DataFrame:
 
 def _keys(sweep: Sweep, numbers: pd.DataFrame) -> pd.DataFrame:
     """The key columns of each row, looked up by cell and context."""
-    cell, context = numbers["cell"].to_numpy(), numbers["context"].to_numpy()
+    context = numbers["context"].to_numpy()
+    frame = of_cells(sweep, numbers["cell"].to_numpy())
+    strata = [c.stratum for c in sweep.contexts]
+    contexts: dict[str, Any] = {"stratum": [s.name for s in strata], "perturbation": [s.perturbation for s in strata]}
+    for name, values in contexts.items():
+        frame[name] = _looked_up(values, context)
+    frame["length_error"] = np.array([s.largest_length_error for s in strata])[context]
+    frame["truth"] = _looked_up(TRUTHS, numbers["truth"].to_numpy())
+    return frame
+
+
+def of_cells(sweep: Sweep, cell: NDArray[Any]) -> pd.DataFrame:
+    """The columns that tell cells apart, results.CELL_COLUMNS, for each of these positions in the sweep's cells."""
     settings = [c.setting for c in sweep.cells]
     cells: dict[str, Any] = {
         "approximation": [c.approximation for c in sweep.cells],
@@ -86,17 +98,11 @@ def _keys(sweep: Sweep, numbers: pd.DataFrame) -> pd.DataFrame:
         "beta_policy": [s.slope for s in settings],
         "precision": [c.precision for c in sweep.cells],
     }
-    strata = [c.stratum for c in sweep.contexts]
-    contexts: dict[str, Any] = {"stratum": [s.name for s in strata], "perturbation": [s.perturbation for s in strata]}
     frame = pd.DataFrame({name: _looked_up(values, cell) for name, values in cells.items()})
     frame["alpha"] = np.array([s.alpha for s in settings])[cell]
     frame["gamma"] = pd.array([s.gamma for s in settings], dtype="Int64")[cell]
     frame["beta"] = np.array([_beta(sweep, position) for position in range(len(sweep.cells))])[cell]
     frame["gated"] = np.array([c.gated for c in sweep.cells])[cell]
-    for name, values in contexts.items():
-        frame[name] = _looked_up(values, context)
-    frame["length_error"] = np.array([s.length_error for s in strata])[context]
-    frame["truth"] = _looked_up(TRUTHS, numbers["truth"].to_numpy())
     return frame
 
 

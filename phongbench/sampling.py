@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phongbench import jit, powers
+from phongbench.causes import BY_NAME, CAUSES, Cause, spoil
 from phongbench.lowering import FLOAT64, Precision, lower
 
 #: relative length errors: a 12-bit reciprocal root errs by 3.7e-4, one Newton step of the classic bit trick by 1.75e-3
@@ -33,8 +34,9 @@ class Stratum:
 
     name          str      uniform, highlight, peak, cutoff, grazing, lengths or hostile
     scale         str      what the deficits are scaled by: nothing, 1 / alpha, or the cell's own cutoff
-    perturbation  str      none, a, both or opposite: whose length is wrong
-    length_error  float    relative and signed; 0.01 is 1 % too long (for `opposite`: a too long, b too short)
+    perturbation  str      none, a, both or opposite: whose length is wrong; or one of causes.CAUSES: why
+    length_error  float    relative and signed; 0.01 is 1 % too long (for `opposite`: a too long, b too short); 0 where
+                           a cause decides
     """
 
     name: str
@@ -53,10 +55,25 @@ class Stratum:
         return self.name in ("grazing", "hostile")
 
     @property
+    def cause(self) -> Cause | None:
+        """What makes the lengths wrong, where that is not a mere factor."""
+        return BY_NAME.get(self.perturbation)
+
+    @property
+    def largest_length_error(self) -> float:
+        """The largest relative length error, signed; a cause's is found by running it."""
+        return self.length_error if self.cause is None else self.cause.length_error
+
+    @property
+    def share(self) -> float:
+        """The share of a plan's samples that it gets: what many causes do is smooth, and they come in a row."""
+        return 1.0 if self.cause is None else 0.25
+
+    @property
     def lengths(self) -> tuple[float, float]:
-        """|a| and |b|."""
+        """|a| and |b| before any cause."""
         e = self.length_error
-        factors = {"none": (0.0, 0.0), "a": (e, 0.0), "both": (e, e), "opposite": (e, -e)}[self.perturbation]
+        factors = {"a": (e, 0.0), "both": (e, e), "opposite": (e, -e)}.get(self.perturbation, (0.0, 0.0))
         return 1 + factors[0], 1 + factors[1]
 
 
@@ -66,6 +83,8 @@ def _length_strata() -> Iterator[Stratum]:
             for signed in (size, -size):
                 yield Stratum("lengths", "alpha", perturbation, signed)
         yield Stratum("lengths", "alpha", "opposite", size)
+    for cause in CAUSES:
+        yield Stratum("lengths", "alpha", cause.name)
 
 
 STRATA: tuple[Stratum, ...] = (
@@ -102,6 +121,12 @@ def pairs(
     a, b = np.empty((3, count), precision.carrier), np.empty((3, count), precision.carrier)
     width = 2 * CUTOFF_ULPS * precision.eps
     _pairs(_LAWS[stratum.name], _key(seed), start, scale, width, half_space, *stratum.lengths, a, b)
+    if stratum.cause is not None:
+        # numbers of their own: a vector's length before it was normalised has nothing to do with its direction
+        places = np.empty((2, count))
+        _fill(_key(seed + _CAUSES_SEED), start, places)
+        for v, t in zip((a, b) if stratum.cause.both else (a,), places, strict=False):
+            spoil(stratum.cause, t, v)
     for v in (a, b):
         hold(precision, v)
     return a, b
@@ -203,6 +228,17 @@ def _cosine_of_turn(x: float) -> float:
     return powers.clamped(value, -1.0, 1.0)
 
 
+@jit.driver
+def _fill(key: Any, start: int, out: Any) -> None:
+    """Numbers in [0, 1): the columns start, start + 1, .. of an endless block, two rows."""
+    for i in range(out.shape[1]):
+        counter = np.uint64(2) * (np.uint64(start) + np.uint64(i))
+        out[0, i] = _uniform(key, counter)
+        out[1, i] = _uniform(key, counter + np.uint64(1))
+
+
+#: what is added to a seed for the random numbers of causes
+_CAUSES_SEED = 0xCA05E
 _turn = lower(_cosine_of_turn, FLOAT64)
 _exp2 = lower(powers.EXP2_64, FLOAT64)
 _GRAZING = float(np.cos(np.radians(80)))

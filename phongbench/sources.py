@@ -64,12 +64,18 @@ PHONGBENCH = Source(
 )
 WIKIPEDIA_PHONG = Source(
     "WIKIPEDIA_PHONG",
-    "Phong reflection model, Wikipedia; what it says on lengths is marked `citation needed` there",
+    "Phong reflection model, Wikipedia; what it says on lengths is marked as lacking a citation there",
     2022,
     "claims read in its revision of April 2022",
 )
 WIKIPEDIA_BLINN = Source(
     "WIKIPEDIA_BLINN", "Blinn-Phong shading model, Wikipedia", 2022, "claims read in a copy of the article"
+)
+LOMONT_2003 = Source(
+    "LOMONT_2003",
+    "C. Lomont, Fast Inverse Square Root, technical report, Purdue University",
+    2003,
+    "constant quoted from memory; the errors that it leaves are computed here",
 )
 HYPERGRAPH = Source(
     "HYPERGRAPH",

@@ -13,11 +13,12 @@ from typing import Any
 
 import pandas as pd
 
-from phongbench import engine, probes, replicas, results, rows, skipping, timing, warm
+from phongbench import engine, interrupts, probes, replicas, results, rows, skipping, timing, warm
 from phongbench.approximations import REGISTRY
 from phongbench.errors import InputError, InterruptedStudyError, MeasurementError
 from phongbench.lowering import precision_named
 from phongbench.plan import Plan
+from phongbench.probes import invariants
 from phongbench.probes.probing import Probing
 from phongbench.progress import Progress
 from phongbench.provenance import collect, fingerprint_code
@@ -121,7 +122,8 @@ def run_study(
     started = time.perf_counter()
     run_id = results.new_run_id(plan)
     path = out or results.DEFAULT_ROOT / run_id
-    with results.locked(path), _resumable(path), warm.beside(plan) as helper:
+    with results.locked(path), _resumable(path), interrupts.heeded() as check, warm.beside(plan) as helper:
+        progress = _Checked(progress, check)
         parts = _begin(path, plan, fresh=fresh, resume=resume)
         manifest: dict[str, Any] = {
             "schema": results.SCHEMA,
@@ -141,11 +143,13 @@ def run_study(
         outcome = Outcome(Run(path, manifest), len(sweep.cells), sweep.evaluations)
         for message in sweep.failures.values():
             outcome.failures[message] = outcome.failures.get(message, 0) + 1
-        probing = Probing(sweep, rows.accuracy(sweep, parts), rows.worst(sweep, parts), jobs or default_jobs())
+        probing = Probing(
+            sweep, rows.accuracy(sweep, parts), rows.worst(sweep, parts), jobs or default_jobs(), note=progress.note
+        )
         outcome.seconds["accuracy"] = time.perf_counter() - started
         clock = time.perf_counter()
         tables = _probe(probing, path, progress)
-        outcome.violations = probing.violations
+        outcome.violations = [*probing.violations, *invariants.violations(tables["accuracy"])]
         progress.stage("writing the tables")
         stored: dict[str, Any] = {}
         manifest["files"] = stored
@@ -160,6 +164,7 @@ def run_study(
         manifest["state"] = "complete"
         manifest["failures"] = outcome.failures
         manifest["violations"] = outcome.violations
+        manifest["probes"] = probing.facts
         manifest["seconds"] = {k: round(v, 3) for k, v in outcome.seconds.items()}
         results.write_manifest(path, manifest)
         results.clear(path, [results.PARTS])
@@ -196,6 +201,25 @@ def forecast(
         "timing": plan.timing_budget if plan.timing else 0.0,
     }
     return Forecast(len(sweep.cells), rows_expected, sweep.evaluations, 90 * rows_expected + 200_000, seconds)
+
+
+@dataclass(frozen=True)
+class _Checked(Progress):
+    """A progress that looks for the user's interruption before every step."""
+
+    told: Progress
+    check: Callable[[], None]
+
+    def stage(self, text: str, total: float | None = None) -> None:
+        self.check()
+        self.told.stage(text, total)
+
+    def advance(self, steps: float = 1) -> None:
+        self.check()
+        self.told.advance(steps)
+
+    def note(self, text: str) -> None:
+        self.told.note(text)
 
 
 @contextmanager
@@ -267,10 +291,13 @@ def _probe(probing: Probing, path: Path, progress: Progress) -> dict[str, pd.Dat
         if kept is None:
             before = len(probing.violations)
             tables = dict(probe.measure(probing))
-            results.keep_probe(path, probe.name, tables, probing.violations[before:])
+            told = {"violations": probing.violations[before:], "facts": probing.facts.get(probe.name)}
+            results.keep_probe(path, probe.name, tables, told)
         else:
-            tables, violations = kept
-            probing.violations += violations
+            tables, told = kept
+            probing.violations += told["violations"]
+            if told["facts"] is not None:
+                probing.facts[probe.name] = told["facts"]
         for name, frame in tables.items():
             if name in ("accuracy", "worst"):
                 swept = getattr(probing, name)

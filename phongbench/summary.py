@@ -5,6 +5,7 @@ from typing import Any
 
 import pandas as pd
 
+from phongbench.approximations import example
 from phongbench.edges import reaches, told
 from phongbench.results import Run
 from phongbench.spec import Approximation
@@ -29,8 +30,17 @@ def describe(spec: Approximation) -> dict[str, Any]:
         ],
         "domain": spec.domain,
         "cost": spec.cost.text,
+        "support": _support(spec),
         "source": spec.source.citation,
     }
+
+
+def _support(spec: Approximation) -> dict[str, Any] | None:
+    """Where the formula is exactly 0, by the example of one setting; None where it never is."""
+    if spec.cutoff is None:
+        return None
+    setting = example(spec)
+    return {"alpha": setting.alpha, "gamma": setting.gamma, "zero_beyond_lambda": spec.cutoff(setting)}
 
 
 def summarise(run: Run) -> dict[str, Any]:

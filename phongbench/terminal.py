@@ -17,9 +17,6 @@ from rich.text import Text
 
 from phongbench.progress import Progress
 
-#: a verdict's sign: told by its shape, not by a colour
-SIGNS = {"holds": "✓", "holds under conditions": "◐", "fails": "✗", "not measured": "–"}
-
 
 class TerminalProgress(Progress):
     """Progress bars with rate and time left on a terminal; single lines for each stage elsewhere."""
@@ -135,6 +132,8 @@ def recommendation(found: Mapping[str, Any]) -> None:
 
 def claims_table(found: Mapping[str, Any]) -> None:
     """The textbook claims with their verdicts, each with its reason below, or what would measure it."""
+    from phongbench.claims import SIGNS
+
     console = Console(markup=False, highlight=False)
     if not console.is_terminal:
         console = Console(markup=False, highlight=False, width=160)

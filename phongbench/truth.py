@@ -1,11 +1,13 @@
 """Exact values that errors are measured against.
 
 Two truths: `angle`, Phong of the true angle between the directions, lengths ignored; `given`, max(0, a.b)^alpha of the
-vectors as they are. Both start from the inputs as exact numbers, in float64: the oracle of float32 and float16 cells,
-with an absolute error of about 2e-16 (held in the tests against 50-digit arithmetic). The slow obvious twins at the end
-of this file are those oracles.
+vectors as they are. Both start from the inputs as exact numbers, in float64: the oracle of the narrower precisions. How
+far that may be off is stated by `angle_error` and `given_error`, and re-checked in every run against the slow obvious
+twins at the end of this file, at 50 digits.
 """
 
+import math
+from collections.abc import Sequence
 from functools import cache
 from typing import Any
 
@@ -94,27 +96,84 @@ def _call(address: int, deficit: Any, alpha: Any, out: Any) -> None:
     truth_at(address, out)(deficit, deficit, alpha, out, out)
 
 
-def exact_angle(a: NDArray[Any], b: NDArray[Any], alpha: float, half_space: bool = False, digits: int = 50) -> Any:
+#: half a unit in the last place of 1
+_U = 2.0**-53
+#: powers below this are 0
+_DARK = 2.0**-1022
+
+
+def angle_error(alpha: float, half_space: bool = False) -> float:
+    """How far the float64 `angle` truth may be off, absolutely; u = 2^-53 is the unit roundoff.
+
+    Normalising: each unit vector is off by at most u across, and by a few u along itself. Across, a - b is off by 2 u,
+    so lambda = |a - b|^2 / 2 by 2 u sqrt(2 lambda); along, with the roundings of the sum, by at most 12 u lambda. The
+    power's slope alpha (1 - lambda)^(alpha - 1) times these is at most 1.3 u sqrt(alpha) + 1 and 12 u: the two lobes
+    sqrt(t) exp(-t) and t exp(-t), t = alpha lambda, have maxima below 0.43 and 0.37, and 1 at alpha = 1. Logarithm,
+    product and exponential err by a few u of their value and of alpha log(1 - lambda), whose product stays below 1.
+    Stated with room: u (2 sqrt(alpha) + 32), twice that in half space, where the deficit is four times as steep. Below
+    alpha = 1 the power's slope has no bound at 90 degrees, but |x^alpha - y^alpha| <= |x - y|^alpha.
+    """
+    room = _U * (2 * alpha**0.5 + 32) * (2 if half_space else 1)
+    return float(max(room, (16 * _U) ** alpha)) if alpha < 1 else float(room)
+
+
+def given_error(exact: float, cosine: float, size: float, alpha: float, half_space: bool = False) -> float:
+    """How far the float64 `given` truth may be off, absolutely.
+
+    exact   its value
+    cosine  a.b, or 2 (a.b)^2 - 1 in half space: what is raised to alpha
+    size    sum of |a_i b_i|: the product is off by at most 3 u of it, in half space twelve times as much
+
+    Formula  alpha cosine^(alpha - 1) times the product's error, and the power's own of (32 + 4 alpha |log cosine|) u
+    """
+    if not cosine > 0:
+        return float((48 * _U * max(size, size * size)) ** min(alpha, 1.0))
+    product = (40 if half_space else 4) * _U * max(size, size * size if half_space else 0.0)
+    steep = min(alpha * exact / cosine * product * 2, (2 * product) ** alpha if alpha < 1 else float("inf"))
+    return float(steep + exact * (32 + 4 * alpha * abs(math.log(cosine))) * _U + _DARK)
+
+
+def exact_angle(
+    a: Sequence[Any] | NDArray[Any], b: Sequence[Any] | NDArray[Any], alpha: float, half_space: bool = False,
+    digits: int = 50,
+) -> Any:  # fmt: skip
     """Phong of the true angle between two given vectors, by mpmath: the slow obvious twin.
 
     NaN where an angle is undefined.
     """
     with mpmath.workdps(digits):
         u, v = [mpmath.mpf(float(c)) for c in a], [mpmath.mpf(float(c)) for c in b]
-        length = mpmath.sqrt(mpmath.fdot(u, u)) * mpmath.sqrt(mpmath.fdot(v, v))
+        length = mpmath.sqrt(product(u, u)) * mpmath.sqrt(product(v, v))
         if not (mpmath.isfinite(length) and length > 0):
             return mpmath.nan
-        return _phong(mpmath.fdot(u, v) / length, alpha, half_space)
+        return phong_of_angle(u, v, alpha, half_space)
 
 
-def exact_given(a: NDArray[Any], b: NDArray[Any], alpha: float, half_space: bool = False, digits: int = 50) -> Any:
+def exact_given(
+    a: Sequence[Any] | NDArray[Any], b: Sequence[Any] | NDArray[Any], alpha: float, half_space: bool = False,
+    digits: int = 50,
+) -> Any:  # fmt: skip
     """max(0, a.b)^alpha of the vectors as they are, by mpmath: the slow obvious twin."""
     with mpmath.workdps(digits):
         u, v = [mpmath.mpf(float(c)) for c in a], [mpmath.mpf(float(c)) for c in b]
-        return _phong(mpmath.fdot(u, v), alpha, half_space)
+        return phong_of_cosine(product(u, v), alpha, half_space)
 
 
-def _phong(x: Any, alpha: float, half_space: bool) -> Any:
+# the twins' bodies, for numbers of any kind that keep enough digits
+
+
+def product(u: Sequence[Any], v: Sequence[Any]) -> Any:
+    """The dot product."""
+    return u[0] * v[0] + u[1] * v[1] + u[2] * v[2]
+
+
+def phong_of_angle(u: Sequence[Any], v: Sequence[Any], alpha: float, half_space: bool) -> Any:
+    """Phong of the angle between two vectors that are not zero."""
+    return phong_of_cosine(product(u, v) / (product(u, u) ** 0.5 * product(v, v) ** 0.5), alpha, half_space)
+
+
+def phong_of_cosine(x: Any, alpha: float, half_space: bool) -> Any:
+    """max(0, x)^alpha; in half space of the reflected cosine, 2 x^2 - 1."""
     if half_space:
-        x = 2 * x * x - 1 if x > 0 else mpmath.mpf(0)
-    return mpmath.power(x, mpmath.mpf(alpha)) if x > 0 else mpmath.mpf(0)
+        x = 2 * x * x - 1 if x > 0 else 0 * x
+    return x**alpha if x > 0 else 0 * x

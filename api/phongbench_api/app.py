@@ -1,8 +1,13 @@
 """One server: routes, guard, problem documents, and kernels that are warm before it says it is ready."""
 
-from collections.abc import AsyncIterator
-from contextlib import asynccontextmanager
+import asyncio
+import signal
+import threading
+from collections.abc import AsyncIterator, Iterator
+from contextlib import asynccontextmanager, contextmanager
+from types import FrameType
 
+import anyio
 import anyio.to_thread
 from fastapi import FastAPI
 
@@ -16,11 +21,38 @@ from phongbench_api.settings import Settings
 
 @asynccontextmanager
 async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
+    """Warm up beside the event loop, so that health answers meanwhile; listen for the signal to go down."""
     service: Service = app.state.service
-    await anyio.to_thread.run_sync(service.kernels.warm)
-    service.warm = True
-    yield
-    service.office.draining = True
+    async with anyio.create_task_group() as group:
+        group.start_soon(anyio.to_thread.run_sync, service.warm_up)
+        with _heard(service):
+            yield
+        service.office.draining = True
+
+
+@contextmanager
+def _heard(service: Service) -> Iterator[None]:
+    """While it lasts, SIGTERM and SIGINT turn `/readyz` to 503 at once and reach the server after `drain_seconds`."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    loop, before = asyncio.get_running_loop(), {s: signal.getsignal(s) for s in (signal.SIGTERM, signal.SIGINT)}
+
+    def heard(number: int, frame: FrameType | None) -> None:
+        service.office.draining = True
+        then = before[signal.Signals(number)]
+        if callable(then) and not service.settings.drain_seconds:
+            then(number, frame)
+        elif callable(then):
+            loop.call_later(service.settings.drain_seconds, then, number, frame)
+
+    for number in before:
+        signal.signal(number, heard)
+    try:
+        yield
+    finally:
+        for number, then in before.items():
+            signal.signal(number, then)
 
 
 def create_app(settings: Settings | None = None) -> FastAPI:

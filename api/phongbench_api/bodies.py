@@ -2,17 +2,17 @@
 
 from starlette.requests import Request
 
-from phongbench_api.errors import MalformedError, TooLargeError
+from phongbench_api.errors import TooLargeError
 from phongbench_api.work import Office
 
 
 async def read(request: Request, limit: int, office: Office) -> bytes:
     """The whole body; TooLargeError beyond `limit` bytes, whether they were declared or only come."""
-    declared = _declared(request)
-    if declared is not None and declared > limit:
+    declared = request.headers.get("content-length")
+    if declared is not None and int(declared) > limit:
         raise _too_large(limit)
-    async with office.room(limit if declared is None else declared):
-        pieces, size = [], 0
+    pieces, size = [], 0
+    async with office.room(limit if declared is None else int(declared)):
         async for piece in request.stream():
             size += len(piece)
             if size > limit:
@@ -21,15 +21,6 @@ async def read(request: Request, limit: int, office: Office) -> bytes:
     return b"".join(pieces)
 
 
-def _declared(request: Request) -> int | None:
-    text = request.headers.get("content-length")
-    if text is None:
-        return None
-    if not (text.isascii() and text.isdigit()) or len(text) > 15:
-        raise MalformedError("Content-Length is not a length", "Content-Length")
-    return int(text)
-
-
 def _too_large(limit: int) -> TooLargeError:
-    mend = "ask in parts" if limit > 1 << 25 else "ask in parts, or send binary vectors"
+    mend = "ask in parts, or send binary vectors; GET /v1/meta tells the limits"
     return TooLargeError(f"the body is larger than {limit} bytes", "(body)", mend, headers={"connection": "close"})

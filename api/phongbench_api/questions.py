@@ -1,15 +1,13 @@
 """Questions that a stored run answers; answers are kept until a file of the run changes."""
 
 from collections.abc import Callable
-from importlib.util import find_spec
 from typing import Any
 
 from starlette.requests import Request
 from starlette.responses import Response
 
-from phongbench import front, recommend
+from phongbench import claims, front, recommend
 from phongbench_api import wire
-from phongbench_api.errors import NotFoundError
 from phongbench_api.models import FrontAsk, RecommendAsk
 from phongbench_api.service import Service
 
@@ -43,10 +41,5 @@ def recommended(service: Service, ask: RecommendAsk) -> dict[str, Any]:
 def claims_of(service: Service, name: str) -> dict[str, Any]:
     """The textbook claims as a stored run judges them."""
     run = service.store.intact(name)
-    if find_spec("phongbench.claims") is None:
-        raise NotFoundError("this version judges no claims")
-    from importlib import import_module
-
-    judge = import_module("phongbench.claims").judge
     key = ("claims", run.path, service.store.stamp(run))
-    return dict(service.answers.get(key, lambda: {"claims": [claim.as_dict() for claim in judge(run)]}))
+    return dict(service.answers.get(key, lambda: claims.answer(run)))

@@ -1,5 +1,8 @@
 """What the routes of one server share: its settings, runs, kernels and cores."""
 
+import logging
+import threading
+import time
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -13,15 +16,25 @@ from phongbench_api.store import Store
 from phongbench_api.warm import Kernels
 from phongbench_api.work import Office
 
+log = logging.getLogger("phongbench.api")
+
 
 @dataclass
 class Service:
-    """One server's state. `warm` turns true once its kernels are compiled."""
+    """One server's state. `warm` is set once its kernels are compiled."""
 
     settings: Settings
-    warm: bool = False
+    warm: threading.Event = field(default_factory=threading.Event)
     kernels: Kernels = field(default_factory=Kernels)
     answers: Answers = field(default_factory=Answers)
+
+    def warm_up(self) -> None:
+        """Compile and time the kernels; stops between two of them once the server goes down."""
+        started = time.perf_counter()
+        if self.kernels.warm(lambda: self.office.draining):
+            self.office.open = True
+            self.warm.set()
+            log.info("ready: kernels warm after %.1f s", time.perf_counter() - started)
 
     @cached_property
     def store(self) -> Store:

@@ -2,8 +2,11 @@
 
 import threading
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, Field
 
 from phongbench import results
 from phongbench.errors import CorruptRunError, InputError
@@ -73,10 +76,11 @@ class Store:
         return run
 
     def newest_timed(self) -> Run | None:
-        """The newest whole run with times."""
+        """The newest whole run with times whose bytes are those that were written; a corrupt one is passed over."""
         for run in self.runs():
             if isinstance(run, Run) and run.complete and run.manifest["files"].get("timing.parquet", {}).get("rows"):
-                return run
+                with suppress(CorruptRunError):
+                    return self.intact(run.path.name)
         return None
 
     def stamp(self, run: Run) -> object:
@@ -98,14 +102,29 @@ class Store:
         return tuple(_state(path / name) for name in names)
 
 
+class _Facts(BaseModel):
+    sha256: str
+    rows: int
+    bytes: int
+
+
+class _Manifest(BaseModel):
+    """What the service reads of a manifest; anyone may have written it."""
+
+    run: str
+    state: Literal["complete", "partial"]
+    files: dict[Annotated[str, Field(pattern=r"^[a-z_]+\.parquet$")], _Facts]
+    provenance: dict[str, Any]
+
+
 def _loaded(path: Path) -> Run | CorruptRunError:
     try:
         run = results.load(path)
-        _ = run.id, run.complete, {**run.manifest["files"]}
+        _Manifest.model_validate(run.manifest, strict=True)
         return run
     except CorruptRunError as problem:
         return problem
-    except (TypeError, ValueError, KeyError, InputError) as problem:  # a manifest of the right keys and wrong values
+    except (TypeError, ValueError, InputError) as problem:  # a manifest of the right keys and wrong values
         return CorruptRunError(f"holds values this version does not know: {type(problem).__name__}", str(path))
 
 

@@ -2,14 +2,18 @@
 
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from functools import partial
+from typing import Any
 
 import numpy as np
 
 from phongbench import kernels
 from phongbench.approximations import REGISTRY, example
 from phongbench.errors import InputError
-from phongbench.lowering import FLOAT32, Precision
+from phongbench.lowering import FLOAT32, FLOAT64, Precision
+from phongbench.request import ShadingRequest, shading_request
 from phongbench.spec import Approximation, Setting
 from phongbench_api import highlight
 from phongbench_api.highlight import Formula
@@ -20,6 +24,10 @@ COMPILE_SECONDS = 0.3
 #: seconds a pair beyond the kernel's own: reading, checking and writing it
 MOVING = 4e-9
 _CALIBRATION_PAIRS = 1 << 15
+#: predicted seconds of compiling the loops of a shading request of a new kind
+SHADING_COMPILE_SECONDS = 1.0
+#: formulas whose exponent is known when compiling
+_COMPILED_EXPONENTS = tuple(spec.name for spec in REGISTRY.values() if set(spec.knowns) - {"n"})
 
 
 class Kernels:
@@ -32,6 +40,7 @@ class Kernels:
         self._ready: set[object] = set()
         self._compiling = threading.Lock()
         self._seconds: dict[str, float] = {}
+        self._shading = 2e-8
 
     def pairs_cost(self, formula: Formula, precision: Precision, pairs: int, *, compare: bool = False) -> float:
         """Predicted seconds of the highlights of so many pairs."""
@@ -74,13 +83,40 @@ class Kernels:
                 highlight.curve(formula, 2, 90.0)
             self._ready.add(key)
 
-    def warm(self) -> None:
-        """Compile what is asked for most, and time it: every curve, and every formula and lambda form in float32."""
-        for formula in curves():
-            self.compile_curve(formula)
-        for formula in loops():
-            self.compile_pairs(formula, FLOAT32)
-            self._calibrate(formula)
+    def shading_cost(self, asked: ShadingRequest) -> float:
+        """Predicted seconds of a shading request."""
+        pairs, points = asked.pairs, len(asked.points)
+        rate = self._shading * (1 if asked.points.dtype == np.float32 else 2)
+        missing = shading_key(asked) not in self._ready
+        return 4e-4 + pairs * rate + points * MOVING + SHADING_COMPILE_SECONDS * missing
+
+    def compile_shading(self, asked: ShadingRequest) -> None:
+        """Compile the loops of a request unless they are, by shading its first point."""
+        key = shading_key(asked)
+        if key not in self._ready and len(asked.points):
+            with self._compiling:
+                replace(asked, points=asked.points[:1], normals=asked.normals[:1]).shade()
+            self._ready.add(key)
+
+    def warm(self, stopped: Callable[[], bool]) -> bool:
+        """Compile what is asked for most, and time it: every curve, and every formula and lambda form in float32.
+
+        Exact Phong in float64 is what others are compared with. False if it was told to stop.
+        """
+        work: list[Callable[[], None]] = [partial(self.compile_curve, formula) for formula in curves()]
+        work += [partial(self._prepare, formula) for formula in loops()]
+        work += [partial(self.compile_pairs, formula, FLOAT64) for formula in loops() if formula.spec.kind == "exact"]
+        work += [partial(self.compile_shading, asked) for asked in shadings()]
+        work.append(self._calibrate_shading)
+        for step in work:
+            if stopped():
+                return False
+            step()
+        return True
+
+    def _prepare(self, formula: Formula) -> None:
+        self.compile_pairs(formula, FLOAT32)
+        self._calibrate(formula)
 
     def _calibrate(self, formula: Formula) -> None:
         draw = np.random.default_rng(1).normal(size=(2, _CALIBRATION_PAIRS, 3)).astype(np.float32)
@@ -91,6 +127,40 @@ class Kernels:
             times.append(time.perf_counter() - started)
         rate = min(times) / _CALIBRATION_PAIRS
         self._seconds[formula.spec.name] = max(rate, self._seconds.get(formula.spec.name, 0.0))
+
+    def _calibrate_shading(self) -> None:
+        asked = _shading(REGISTRY["phong"], "position", _CALIBRATION_PAIRS)
+        started = time.perf_counter()
+        asked.shade()
+        self._shading = (time.perf_counter() - started) / asked.pairs
+
+
+def shading_key(asked: ShadingRequest) -> object:
+    """What decides which loops a shading request takes: formula, model, type, and kinds of lights and viewer."""
+    told = asked.arguments
+    kinds = frozenset(light.direction is None for light in told["lights"])
+    specular, viewer = told["specular"], told["viewer"].direction is None
+    name = (specular.approximation, specular.lambda_form, specular.gamma, type(specular.beta) is float)
+    exponent = told["material"].highlight_exponent if specular.approximation in _COMPILED_EXPONENTS else None
+    return (name, exponent, told.get("model", "phong"), asked.points.dtype.str, kinds, viewer)
+
+
+def shadings() -> Iterator[ShadingRequest]:
+    """Every formula with lights of both kinds, in float32, and exact Phong in float64."""
+    for viewer in ("direction", "position"):
+        for spec in REGISTRY.values():
+            yield _shading(spec, viewer, 1)
+    yield _shading(REGISTRY["phong"], "direction", 1, precision="float64")
+
+
+def _shading(spec: Approximation, viewer: str, points: int, **more: Any) -> ShadingRequest:
+    setting, white = example(spec), [1.0, 1.0, 1.0]
+    formula = {"approximation": spec.name} | ({"gamma": setting.gamma} if setting.gamma else {})
+    lights = [{"direction": [0, 0, 1]}, {"position": [1, 2, 3]}]
+    material = {"ambient": white, "diffuse": white, "specular": white, "shininess": setting.alpha}
+    bulk = {"points": [[0, 0, 0]] * points, "normals": [[0, 0, 1]] * points}
+    told = {"specular": formula, "lights": lights, "material": material, "viewer": {viewer: [0, 0, 1]}}
+    return shading_request(told | bulk | more)
 
 
 def curves() -> Iterator[Formula]:

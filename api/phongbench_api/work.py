@@ -29,25 +29,29 @@ Gone = Callable[[], bool]
 class Office:
     """Admits work, and does it.
 
-    pending  predicted seconds of core time that are admitted and not done
-    reading  bytes of bodies that are on their way in
+    pending   predicted seconds of core time that are admitted and not done
+    reading   bytes of bodies that are on their way in
+    open      kernels are warm, so predictions mean something
+    draining  the server goes down: what is here is done, nothing new is begun
     """
 
     def __init__(self, settings: Settings) -> None:
         self.settings = settings
-        self.pending, self.reading, self.draining = 0.0, 0, False
+        self.pending, self.reading, self.open, self.draining = 0.0, 0, False, False
+        self._jobs = 0
         self._limiter = anyio.CapacityLimiter(settings.cores)
 
     @property
     def wait(self) -> float:
         """Predicted seconds until a core is free for new work."""
-        backlog = self.pending - self.settings.cores * self.settings.inline_cost
-        return max(0.0, backlog / self.settings.cores) if self._limiter.available_tokens < 1 else 0.0
+        return self.pending / self.settings.cores if self._jobs >= self.settings.cores else 0.0
 
     def check(self) -> None:
         """BusyError while there is more to do than may be waited for; asked before a body is read."""
         if self.draining:
             raise BusyError("the server is going down", headers={"retry-after": "5"})
+        if not self.open:
+            raise BusyError("the kernels are not warm yet", headers={"retry-after": "5"})
         if self.wait > self.settings.max_wait:
             self._refuse(self.wait)
 
@@ -83,11 +87,11 @@ class Office:
                 f"this would take about {cost:.1f} s; a request may take {limit:g} s", mend="ask for less"
             )
         self.check()
-        self.pending += cost
+        self.pending, self._jobs = self.pending + cost, self._jobs + 1
         try:
             return await self._in_thread(request, work, spans)
         finally:
-            self.pending -= cost
+            self.pending, self._jobs = self.pending - cost, self._jobs - 1
 
     async def _in_thread(self, request: Request, work: Callable[[Gone], T], spans: Spans) -> T:
         gone = threading.Event()

@@ -9,12 +9,12 @@ from __future__ import annotations
 from importlib import import_module
 from typing import Any
 
-from phongbench.claims.claim import UNMEASURED, VERDICTS, Claim, Finding, Judgement, LackingRowsError
+from phongbench.claims.claim import SIGNS, UNMEASURED, VERDICTS, Claim, Finding, Judgement, LackingRowsError
 from phongbench.claims.cuts import Rows
 from phongbench.errors import InputError
 from phongbench.results import Run, intact
 
-__all__ = ["CLAIMS", "VERDICTS", "Claim", "Finding", "Judgement", "LackingRowsError", "answer", "judge"]
+__all__ = ["CLAIMS", "SIGNS", "VERDICTS", "Claim", "Finding", "Judgement", "LackingRowsError", "answer", "judge"]
 
 #: modules of this package, in the order of the claims' letters
 NAMES = (

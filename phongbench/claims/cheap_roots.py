@@ -6,7 +6,7 @@ import pandas as pd
 
 from phongbench.claims.claim import CONDITIONS, FAILS, HOLDS, VISIBLE, Claim, Finding, LackingRowsError, Numbers
 from phongbench.claims.cuts import KEY, Rows, at, coverage, evidence, forms_of, near_gamma
-from phongbench.claims.words import codes, exponents, sentence
+from phongbench.claims.words import codes, exponents, listed, sentence
 from phongbench.sources import WIKIPEDIA_PHONG
 
 #: perturbation -> which cheap root normalised the vectors, the most accurate first
@@ -38,11 +38,15 @@ def judge(rows: Rows) -> Finding:
         if len(mine := at(cells, perturbation=root, lambda_form=form))
     ]
     meant = [one for one in told if one["lambda_form"] != "dot"] or told
-    best = {root: max((one for one in meant if one["root"] == root), key=lambda one: len(one["alphas"]))
-            for root in dict.fromkeys(one["root"] for one in meant)}  # fmt: skip
+    best = {
+        root: max((o for o in meant if o["root"] == root), key=lambda o: (len(o["alphas"]), -o["worst_change"]))
+        for root in dict.fromkeys(one["root"] for one in meant)
+    }
     whole = all(one["alphas"] == measured for one in best.values())
     verdict = HOLDS if whole else CONDITIONS if any(one["alphas"] for one in best.values()) else FAILS
-    return Finding(verdict, _because(best, told, measured), tuple(told), _rows(cells, told), coverage(cells))
+    return Finding(
+        verdict, _because(best, told, measured), tuple(told), _rows(cells, list(best.values())), coverage(cells)
+    )
 
 
 def _source(rows: Rows) -> pd.DataFrame:
@@ -54,7 +58,7 @@ def _source(rows: Rows) -> pd.DataFrame:
         raise LackingRowsError(
             "the run has no rows on vectors normalised by a cheap root",
             None,
-            'measure them: phongbench run with lyon and "lengths" among its strata',
+            'measure them: phongbench run with lyon among --only; a plan\'s strata must hold "lengths"',
         )
     return near_gamma(cells, GAMMA)
 
@@ -65,7 +69,8 @@ def _record(mine: pd.DataFrame, measured: list[float]) -> Numbers:
     worst = mine.sort_values(["length_max", *KEY], kind="stable").iloc[-1]
     return {
         "root": str(mine["perturbation"].iloc[0]), "lambda_form": str(mine["lambda_form"].iloc[0]),
-        "gamma": int(mine["gamma"].iloc[0]), "max_change": VISIBLE, "alphas": good,
+        "length_error": float(mine["length_error"].iloc[0]), "gamma": int(mine["gamma"].iloc[0]),
+        "max_change": VISIBLE, "alphas": good,
         "alpha_from": good[0] if good else None, "alpha_to": good[-1] if good else None,
         "alphas_measured": len(measured), "worst_change": float(worst["length_max"]),
         "worst_codes": 255 * float(worst["length_max"]), "worst_alpha": float(worst["alpha"]),
@@ -73,25 +78,25 @@ def _record(mine: pd.DataFrame, measured: list[float]) -> Numbers:
 
 
 def _because(best: dict[str, Numbers], told: list[Numbers], measured: list[float]) -> str:
-    parts = [
-        f"{ROOTS[root]} is enough for {one['lambda_form']} at {exponents(one['alphas'], measured)}"
-        for root, one in best.items()
-    ]
-    for one in told:
-        if one["lambda_form"] == "dot" and one["root"] == next(iter(best)):
-            where, most = exponents(one["alphas"], measured), codes(one["worst_change"])
-            parts += [f"for dot, {ROOTS[one['root']]} is at {where}, and changes it by up to {most}"]
-    return sentence(*parts)
+    """Roots that are enough at the same exponents for the same form share a part of the sentence."""
+    alike: dict[tuple[str, tuple[float, ...]], list[str]] = {}
+    for root, one in best.items():
+        alike.setdefault((one["lambda_form"], tuple(one["alphas"])), []).append(root)
+    parts = []
+    for (form, alphas), roots in alike.items():
+        are, most = "are" if len(roots) > 1 else "is", max(best[root]["worst_change"] for root in roots)
+        where = f"at {exponents(alphas, measured)} (a change of up to {codes(most)})"
+        parts.append(f"for {form} {listed(ROOTS[root] for root in roots)} {are} enough {where}")
+    first = next(iter(best))
+    dot = [one["alphas"] for one in told if (one["lambda_form"], one["root"]) == ("dot", first)]
+    return sentence(*parts, *(f"for dot {ROOTS[first]} is at {exponents(alphas, measured)}" for alphas in dot))
 
 
-def _rows(cells: pd.DataFrame, told: list[Numbers]) -> tuple[Numbers, ...]:
-    """The worst row of each root and form."""
-    top = cells.sort_values(["length_max", *KEY], kind="stable").drop_duplicates(
-        ["perturbation", "lambda_form"], keep="last"
-    )
-    order = {(one["root"], one["lambda_form"]): place for place, one in enumerate(told)}
-    places = [order[row["perturbation"], row["lambda_form"]] for _, row in top.iterrows()]
-    return evidence("accuracy", "length_max", top.assign(place=places).sort_values("place"))
+def _rows(cells: pd.DataFrame, shown: list[Numbers]) -> tuple[Numbers, ...]:
+    """The worst row of each of these roots and forms."""
+    top = cells.sort_values(["length_max", *KEY], kind="stable")
+    worst = [at(top, perturbation=one["root"], lambda_form=one["lambda_form"]).tail(1) for one in shown]
+    return evidence("accuracy", "length_max", pd.concat(worst))
 
 
 CLAIM = Claim(

@@ -17,6 +17,8 @@ from phongbench.sources import Source
 
 HOLDS, CONDITIONS, FAILS, UNMEASURED = "holds", "holds under conditions", "fails", "not measured"
 VERDICTS = (HOLDS, CONDITIONS, FAILS, UNMEASURED)
+#: a verdict's sign: told by its shape, not by a colour
+SIGNS = dict(zip(VERDICTS, "✓◐✗–", strict=True))
 #: an error that an 8-bit display can show, and one that a 10-bit display can
 VISIBLE, FINE = 1 / 255, 1 / 1023
 #: what no run of this version measures

@@ -61,35 +61,39 @@ def _compared(rows: Rows) -> pd.DataFrame:
 
 def _against_dot(cells: pd.DataFrame) -> Numbers:
     seen = cells[cells["dot"] > VISIBLE].assign(times=lambda c: c["dot"] / c["cross"])
+    if seen.empty:
+        raise LackingRowsError(
+            "no wrong length of the run changes the dot form by more than 1/255",
+            None,
+            "measure larger exponents: phongbench run, or with --alpha 50,200",
+        )
     least = seen.groupby("alpha")["times"].min()
     good = [float(alpha) for alpha in least.index[least >= MUCH]]
-    worst = seen.sort_values(["times", *_CELL], kind="stable").iloc[0] if len(seen) else None
+    worst = seen.sort_values(["times", *_CELL], kind="stable").iloc[0]
     return {
         "against": "dot", "times_less": MUCH, "alphas": good, "alpha_from": good[0] if good else None,
-        "alphas_measured": [float(alpha) for alpha in least.index],
-        "least_times": None if worst is None else float(worst["times"]),
-        "least_alpha": None if worst is None else float(worst["alpha"]),
-        "least_perturbation": None if worst is None else str(worst["perturbation"]),
-        "least_length_error": None if worst is None else float(worst["length_error"]),
-        "gamma": int(cells["gamma"].iloc[0]),
+        "alphas_measured": [float(alpha) for alpha in least.index], "least_times": float(worst["times"]),
+        "least_alpha": float(worst["alpha"]), "least_perturbation": str(worst["perturbation"]),
+        "least_length_error": float(worst["length_error"]), "gamma": int(cells["gamma"].iloc[0]),
     }  # fmt: skip
 
 
 def _against_difference(mine: pd.DataFrame) -> Numbers:
-    """Length error times alpha up to which difference changes no more than cross at every exponent, and from which
-    on it changes more; only where either change is visible.
+    """Who changes less, of what can be seen; by the length error times alpha, on which it depends.
+
+    Up to `difference_to` difference changes no more than cross at every exponent, from `cross_from` on cross changes
+    less; None where there is no such end.
     """
     seen = mine[mine[["difference", "cross"]].max(axis=1) > VISIBLE]
-    reach, better = (seen["alpha"] * seen["length_error"].abs()), seen["difference"] <= seen["cross"]
-    crossed, stayed = reach[~better].min(), reach[better].max()
+    reach, better = seen["alpha"] * seen["length_error"].abs(), seen["difference"] <= seen["cross"]
+    first, last = reach[~better].min(), reach[better].max()
+    below, beyond = reach[reach < first] if (~better).any() else reach, reach[reach > last] if better.any() else reach
     way = str(mine["perturbation"].iloc[0])
     return {
         "against": "difference", "perturbation": way, "cross_never_worse": not better.any(),
         "difference_never_worse": bool(better.all()),
-        "difference_better_to_alpha_times_error": float(reach[better & (reach < crossed)].max())
-        if (~better).any() else float(stayed),
-        "cross_better_from_alpha_times_error": float(reach[~better & (reach > stayed)].min())
-        if better.any() else float(crossed),
+        "difference_to_alpha_times_error": float(below.max()) if len(below) else None,
+        "cross_from_alpha_times_error": float(beyond.min()) if len(beyond) else None,
         "law_alpha_times_error": laws.length_crossover(1.0) if way == "a" else None,
         "largest_length_error": float(mine["length_error"].abs().max()),
     }  # fmt: skip
@@ -98,33 +102,33 @@ def _against_difference(mine: pd.DataFrame) -> Numbers:
 def _because(told: list[Numbers]) -> str:
     first = told[0]
     where = exponents(first["alphas"], first["alphas_measured"])
-    parts = [f"at gamma {first['gamma']}, wrong lengths change cross at most a quarter as much as dot at {where}"]
-    if first["least_times"] is not None:
-        parts[0] += f" (least {first['least_times']:.2g} times less, alpha {first['least_alpha']:g})"
-    for one in told[1:]:
-        if one["perturbation"] == "a" and not one["cross_never_worse"] and not one["difference_never_worse"]:
-            low, high = (
-                one["difference_better_to_alpha_times_error"],
-                one["cross_better_from_alpha_times_error"],
-            )
-            parts.append(
-                f"difference changes still less for one vector wrong by up to {low:.3g} / alpha, cross from "
-                f"{high:.3g} / alpha on (by law at {one['law_alpha_times_error']:.3g} / alpha)"
-            )
-        elif one["perturbation"] == "both" and one["difference_never_worse"]:
-            parts.append("difference always does for both alike")
-        elif one["perturbation"] == "opposite" and one["cross_never_worse"]:
-            parts.append("cross does for both opposite")
-    return sentence(*parts)
+    start = f"at gamma {first['gamma']}, wrong lengths change cross at most a quarter as much as dot at {where}"
+    least = f"(least {first['least_times']:.2g} times less, alpha {first['least_alpha']:g})"
+    return sentence(f"{start} {least}", *(_who(one) for one in told[1:]))
+
+
+def _who(one: Numbers) -> str:
+    """Which of difference and cross changes less for one kind of wrong lengths."""
+    way = {"a": "one wrong vector", "both": "both vectors alike", "opposite": "both opposite"}[one["perturbation"]]
+    low, high = one["difference_to_alpha_times_error"], one["cross_from_alpha_times_error"]
+    if one["difference_never_worse"]:
+        return f"for {way} difference never changes more than cross"
+    if one["cross_never_worse"]:
+        return f"for {way} cross changes less than difference"
+    if low is None or high is None:
+        return f"for {way} now one, now the other of difference and cross changes less"
+    law = one["law_alpha_times_error"]
+    told = "" if law is None else f" (by law at {law:.3g} / alpha)"
+    return (
+        f"for {way} difference changes less than cross up to {low:.3g} / alpha, cross from {high:.3g} / alpha on{told}"
+    )
 
 
 def _rows(rows: Rows, cells: pd.DataFrame, told: list[Numbers]) -> tuple[Numbers, ...]:
     """All forms where cross gains least on dot, and with one vector wrong next to the crossover."""
-    first, picked = told[0], []
-    if first["least_alpha"] is not None:
-        names = {"alpha": "least_alpha", "perturbation": "least_perturbation", "length_error": "least_length_error"}
-        picked.append({column: first[name] for column, name in names.items()})
-    one = at(cells, perturbation="a", alpha=max(first["alphas_measured"], default=None))
+    first = told[0]
+    picked = [{column: first[f"least_{column}"] for column in ("alpha", "perturbation", "length_error")}]
+    one = at(cells, perturbation="a", alpha=max(first["alphas_measured"]))
     if len(one) and "difference" in one:
         near = one.assign(gap=(one["difference"] / one["cross"] - 1.0).abs()).sort_values(["gap", *_CELL]).iloc[0]
         picked.append({column: near[column] for column in ("alpha", "perturbation", "length_error")})

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
+import numpy as np
 import pandas as pd
 
 from phongbench.contenders import TWIN
@@ -19,6 +20,8 @@ MESHED = ["mesh", "edge_degrees", "normals", "pair", *(c for c in CELL_COLUMNS i
 KEYS = {"accuracy": [*KEY, "coverage"], "timing": TIMED, "meshes": MESHED}
 #: lambda forms in the order in which they are told
 FORMS = ("dot", "difference", "cross", "tan2", "none")
+#: coverages that reach beyond samples, from below
+THOROUGH = ("searched", "exhaustive")
 _PREFERRED = ("float32", "float64", "float16")
 
 
@@ -55,20 +58,20 @@ class Rows:
 
     @cached_property
     def unit(self) -> pd.DataFrame:
-        """One row per cell and exponent: its largest known error on the highlight of unit vectors.
+        """One row per cell and exponent: its largest known error on unit vectors.
 
-        Where a cell's inputs were covered in several ways, the largest error counts: samples, searches and passes over
-        all inputs bound it from below, certificates from above.
+        It is that of the samples of the highlight, or a larger one that a search or a pass over all inputs has found.
         """
         rows = self._gated
-        plain = (rows["perturbation"] == "none") & (rows["length_error"] == 0.0) & (rows["stratum"] == "highlight")
-        return _largest(rows[plain], "max_abs")
+        plain = (rows["perturbation"] == "none") & (rows["length_error"] == 0.0)
+        meant = (rows["stratum"] == "highlight") | rows["coverage"].isin(THOROUGH)
+        return _largest(rows[plain & meant], "max_abs", [c for c in KEY if c != "stratum"])
 
     @cached_property
     def lengths(self) -> pd.DataFrame:
         """One row per cell, exponent and wrong length, what the lengths change being `length_max`."""
         rows = self._gated
-        return _largest(rows[(rows["stratum"] == "lengths") & (rows["perturbation"] != "none")], "length_max")
+        return _largest(rows[(rows["stratum"] == "lengths") & (rows["perturbation"] != "none")], "length_max", KEY)
 
     @cached_property
     def meshed(self) -> pd.DataFrame:
@@ -81,11 +84,14 @@ class Rows:
 
     @cached_property
     def timed(self) -> pd.DataFrame:
-        """Timing rows in the judged precision on one thread, all pairs lit."""
+        """Timing rows in the judged precision on one thread, all pairs lit; too few rounds give no interval, no row."""
         rows = self.timing
         if rows.empty:
             return rows
-        mine = (rows["precision"] == self.precision) & (rows["threads"] == 1)
+        ends = rows[["ratio", "ratio_low", "ratio_high"]].astype("float64")
+        mine = (
+            (rows["precision"] == self.precision) & (rows["threads"] == 1) & ((ends > 0) & (ends < np.inf)).all(axis=1)
+        )
         return ordered(rows[mine & rows["lit"].isna()] if "lit" in rows else rows[mine], TIMED)
 
     @cached_property
@@ -140,6 +146,11 @@ def forms_of(rows: pd.DataFrame, among: Iterable[str] = FORMS) -> list[str]:
     return [form for form in FORMS if form in found and form in among]
 
 
-def _largest(rows: pd.DataFrame, column: str) -> pd.DataFrame:
-    first = rows.sort_values([*KEY, column, "coverage"], kind="stable").drop_duplicates(KEY, keep="last")
-    return first.reset_index(drop=True)
+def _largest(rows: pd.DataFrame, column: str, keys: list[str]) -> pd.DataFrame:
+    order = [*keys, column, "stratum", "coverage"]
+    return (
+        rows[rows[column].notna()]
+        .sort_values(order, kind="stable")
+        .drop_duplicates(keys, keep="last")
+        .reset_index(drop=True)
+    )

@@ -48,7 +48,7 @@ def _record(mine: pd.DataFrame, measured: list[float]) -> Numbers:
     return {
         "gamma": int(first["gamma"]), "beta_policy": first["beta_policy"], "lambda_form": first["lambda_form"],
         "max_error": VISIBLE, "alphas": good, "alpha_from": good[0] if good else None,
-        "alpha_to": good[-1] if good else None, "alphas_measured": len(measured), "alphas_within_1_1023": fine,
+        "alpha_to": good[-1] if good else None, "alphas_measured": len(measured), "alphas_10bit": fine,
         "worst_error": float(worst["max_abs"]), "worst_codes": 255 * float(worst["max_abs"]),
         "worst_alpha": float(worst["alpha"]),
     }  # fmt: skip
@@ -62,6 +62,11 @@ def _because(told: list[Numbers], measured: list[float]) -> str:
         for r in sorted(told, key=lambda r: r["beta_policy"] != TEXTBOOK)
         if (r["gamma"], r["lambda_form"]) == (gamma, form)
     ]
+    fewer = [r for r in told if r["gamma"] < gamma and r["lambda_form"] == form]
+    if fewer:
+        best = min(fewer, key=lambda r: (-len(r["alphas"]), r["worst_error"]))
+        where, most = exponents(best["alphas"], measured), codes(best["worst_error"])
+        parts.append(f"gamma {best['gamma']} at best, with slope {best['beta_policy']}, at {where} (worst {most})")
     return sentence(f"gamma {gamma} in the {form} form stays within 1/255 {'; '.join(parts)}")
 
 

@@ -9,6 +9,9 @@ from phongbench.claims.cuts import Rows, at, coverage, evidence, forms_of
 from phongbench.claims.words import codes, exponents, sentence
 from phongbench.sources import WIKIPEDIA_PHONG
 
+#: what gammas are within 1/255 at an exponent: all beyond some, some but no larger ones, or none
+ALWAYS, PASSING, NEVER = "from some gamma on", "in passing", "never"
+
 
 def judge(rows: Rows) -> Finding:
     """Lyon's formula with slope alpha / gamma on the highlight of unit vectors. Its limit for gamma without end is
@@ -26,60 +29,55 @@ def judge(rows: Rows) -> Finding:
             None,
             "measure them: phongbench run, or with --only lyon,gaussian",
         )
-    told = [_record(at(lyon, lambda_form=f), at(limit, lambda_form=f)) for f in forms if f != "difference"]
-    told = told or [_record(lyon, limit)]
-    good, measured = told[0]["alphas"], told[0]["alphas_measured"]
-    verdict = FAILS if not good else HOLDS if len(good) == len(measured) else CONDITIONS
-    return Finding(verdict, _because(told[0]), tuple(told), _rows(lyon, limit, told), coverage(limit))
+    shown = [form for form in forms if form != "difference"] or forms
+    told = [
+        _record(at(lyon, lambda_form=form, alpha=alpha), mine)
+        for form in shown
+        for alpha in sorted(limit["alpha"].unique())
+        if len(mine := at(limit, lambda_form=form, alpha=alpha))
+    ]
+    first = [one for one in told if one["lambda_form"] == shown[0]]
+    states = {one["within"] == ALWAYS for one in first}
+    verdict = CONDITIONS if len(states) > 1 else HOLDS if True in states else FAILS
+    return Finding(verdict, _because(first), tuple(told), _rows(lyon, limit, first), coverage(limit))
 
 
 def _record(lyon: pd.DataFrame, limit: pd.DataFrame) -> Numbers:
-    """Where the limit is within 1/255; from which measured gamma on; where only in passing; where never."""
-    measured = sorted(limit["alpha"].unique().tolist())
-    good = sorted(limit.loc[limit["max_abs"] <= VISIBLE, "alpha"].tolist())
-    passing, never, reached = [], [], []
-    for alpha in measured:
-        mine = at(lyon, alpha=alpha).sort_values("gamma")
-        gammas = mine["gamma"].astype(int).tolist()
-        within = [g for g, error in zip(gammas, mine["max_abs"], strict=True) if error <= VISIBLE]
-        beyond = [g for g in gammas if g not in within]
-        if alpha in good:
-            start = next((g for g in gammas if all(h in within for h in gammas if h >= g)), None)
-            reached.append({"alpha": alpha, "gamma_from": start, "gamma_measured_to": max(gammas, default=None)})
-        elif within and len(within) + len(beyond):
-            passing.append({"alpha": alpha, "gammas": within})
-        else:
-            never.append(alpha)
-    worst = limit.sort_values(["max_abs", "alpha"], kind="stable").iloc[-1]
+    """What ever larger gammas come to at one exponent, and which measured ones are within 1/255."""
+    mine = lyon.sort_values("gamma", kind="stable")
+    gammas = mine["gamma"].astype(int).tolist()
+    good = mine.loc[mine["max_abs"] <= VISIBLE, "gamma"].astype(int).tolist()
+    error = float(limit["max_abs"].iloc[0])
+    always = error <= VISIBLE
+    stays = [g for g in good if all(h in good for h in gammas if h >= g)] if always else []
     return {
-        "lambda_form": str(limit["lambda_form"].iloc[0]), "max_error": VISIBLE, "alphas": good,
-        "alpha_from": good[0] if good else None, "alphas_measured": measured, "gamma_by_alpha": reached,
-        "only_in_passing": passing, "never": never, "worst_limit_error": float(worst["max_abs"]),
-        "worst_limit_alpha": float(worst["alpha"]),
+        "lambda_form": str(limit["lambda_form"].iloc[0]), "alpha": float(limit["alpha"].iloc[0]),
+        "max_error": VISIBLE, "limit_error": error, "within": ALWAYS if always else PASSING if good else NEVER,
+        "gamma_from": min(stays, default=None), "gammas_within": good,
+        "gamma_measured_to": max(gammas, default=None),
     }  # fmt: skip
 
 
-def _because(record: Numbers) -> str:
-    measured = record["alphas_measured"]
-    where = exponents(record["alphas"], measured)
-    parts = [f"in the {record['lambda_form']} form the limit of ever larger gamma is within 1/255 at {where}"]
-    if record["only_in_passing"]:
-        passing = [one["alpha"] for one in record["only_in_passing"]]
-        parts.append(f"at {exponents(passing, measured)} only gammas near alpha are")
-    if record["never"]:
-        parts.append(f"at {exponents(record['never'], measured)} no measured gamma is")
-    worst = f"the limit's largest error is {codes(record['worst_limit_error'])}"
-    return sentence(*parts, f"{worst}, at alpha {record['worst_limit_alpha']:g}")
+def _because(told: list[Numbers]) -> str:
+    measured = [one["alpha"] for one in told]
+    good, passing, never = ([one["alpha"] for one in told if one["within"] == w] for w in (ALWAYS, PASSING, NEVER))
+    worst = max(told, key=lambda one: (one["limit_error"], -one["alpha"]))
+    limit = f"in the {worst['lambda_form']} form the limit of ever larger gamma"
+    parts = [f"{limit} is within 1/255 at {exponents(good, measured)}"]
+    parts += [f"at {exponents(passing, measured)} only gammas near alpha are"] if passing else []
+    parts += [f"at {exponents(never, measured)} no measured gamma is"] if never else []
+    parts.append(f"the limit's largest error is {codes(worst['limit_error'])}, at alpha {worst['alpha']:g}")
+    return sentence(*parts)
 
 
 def _rows(lyon: pd.DataFrame, limit: pd.DataFrame, told: list[Numbers]) -> tuple[Numbers, ...]:
-    """The limit at its worst exponent and at the first within; lyon's best where the limit is not."""
-    first = told[0]
-    mine = at(limit, lambda_form=first["lambda_form"], alpha=(first["worst_limit_alpha"], first["alpha_from"]))
-    outside = [*first["never"], *(one["alpha"] for one in first["only_in_passing"])]
-    best = at(lyon, lambda_form=first["lambda_form"], alpha=outside)
+    """The limit at its worst exponent and at the first within; lyon's best gamma where the limit is not."""
+    form = told[0]["lambda_form"]
+    worst = max(told, key=lambda one: (one["limit_error"], -one["alpha"]))["alpha"]
+    first = [one["alpha"] for one in told if one["within"] == ALWAYS][:1]
+    best = at(lyon, lambda_form=form, alpha=[one["alpha"] for one in told if one["within"] != ALWAYS])
     best = best.sort_values(["alpha", "max_abs", "gamma"], kind="stable").drop_duplicates("alpha")
-    return evidence("accuracy", "max_abs", pd.concat([mine, best]))
+    return evidence("accuracy", "max_abs", pd.concat([at(limit, lambda_form=form, alpha=[worst, *first]), best]))
 
 
 CLAIM = Claim(

@@ -1,5 +1,6 @@
 """Numbers as parts of a sentence."""
 
+import math
 from collections.abc import Iterable, Sequence
 
 
@@ -23,8 +24,10 @@ def exponents(some: Sequence[float], measured: Sequence[float]) -> str:
 
 def codes(error: float) -> str:
     """An error in 8-bit codes."""
-    told = 255 * error
-    return f"{told:.2g} codes" if told < 10 else f"{told:.0f} codes"
+    if not math.isfinite(error):
+        return "codes without end"
+    told = f"{255 * error:.2g}" if 255 * error < 10 else f"{255 * error:.0f}"
+    return f"{told} code{'s' * (told != '1')}"
 
 
 def rounded(value: float) -> str:

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import pandas as pd
 
 from phongbench.plan import Plan
-from phongbench.probes import cosines, meshes
+from phongbench.probes import certify, cosines, hostile, meshes, recheck, search, smoothness
 from phongbench.probes.probing import Probing
 
 
@@ -33,7 +33,13 @@ class Probe:
 #: in the order in which they run
 PROBES: tuple[Probe, ...] = (
     Probe("cosines", "measuring every cosine", cosines.measure, cosines.seconds),
+    Probe("search", "searching for worse", search.measure, search.seconds),
+    Probe("certify", "proving bounds", certify.measure, certify.seconds),
     Probe("meshes", "measuring interpolated normals", meshes.measure, meshes.seconds),
+    Probe("hostile", "hostile inputs", hostile.measure, hostile.seconds),
+    Probe("smoothness", "smoothness of the lobes", smoothness.measure, smoothness.seconds),
+    # the last: it looks at the worst inputs that all others left
+    Probe("recheck", "checking the truth at 50 digits", recheck.measure, recheck.seconds),
 )
 
 

@@ -5,8 +5,8 @@ is x itself, lambda = 1 - x is computed in the working precision, and the truth 
 is left out against pairs of vectors is the rounding of a.b; what is gained is that nothing is left to chance: the rows
 are `exhaustive`. A seeded subset of the same numbers gives `sampled` rows, which can never be worse.
 
-Domain, by precision: float16 all of [-1, 1], half space [0, 1]; float32 all 8,388,609 cosines in [0.5, 1]. float64 has
-too many.
+Domain, by precision: float16, bfloat16 and fixed point of up to 16 bits all of [-1, 1], half space [0, 1]; float32 all
+8,388,609 cosines in [0.5, 1]. Wider ones have too many.
 """
 
 import math
@@ -25,7 +25,7 @@ from phongbench import engine, jit, kernels, rows
 from phongbench.accuracy import Tally
 from phongbench.engine import Context, Measured, Sweep
 from phongbench.kernels import coordinates_at
-from phongbench.lowering import FLOAT16, FLOAT32, FLOAT64, PRECISIONS, Precision
+from phongbench.lowering import FLOAT32, FLOAT64, Precision, precision_named
 from phongbench.measure import measure_cells
 from phongbench.plan import Cell, Plan
 from phongbench.probes.probing import Probing
@@ -35,7 +35,7 @@ from phongbench.truth import truth_at, truth_kernel
 Array = NDArray[Any]
 
 COSINES = Stratum("cosines")
-#: quick measures float32 at the exponents of its plan that are nearest to these, and in reflect space only
+#: quick looks closely at the exponents of its plan that are nearest to these, and at reflect space only
 QUICK_EXPONENTS = (10.0, 50.0, 128.0, 1000.0)
 #: evaluations a second and thread, for the forecast only
 RATE = 4e8
@@ -63,30 +63,31 @@ class Domain:
 
 
 def representables(precision: Precision, low: float, high: float) -> Array:
-    """Every number of a precision in [low, high], ascending, in the carrier; one zero."""
-    unsigned = np.dtype(f"u{precision.dtype.itemsize}")
-    parts = []
-    for sign, start, stop in ((-1, max(0.0, -high), -low), (1, max(0.0, low), high)):
-        if stop > 0 or (sign > 0 and stop == 0):
-            first, last = (int(precision.dtype.type(v).view(unsigned)) for v in (start, stop))
-            first = max(first, 1) if sign < 0 else first
-            size = np.arange(first, last + 1, dtype=unsigned).view(precision.dtype).astype(precision.carrier)
-            parts.append(sign * size[::sign])
-    return np.concatenate(parts)
+    """Every number of a precision in [low, high], ascending, in the carrier; one zero. float32 from a positive low."""
+    if precision != FLOAT32:
+        return precision.representables(low, high)
+    first, last = (int(np.float32(end).view(np.int32)) for end in (low, high))
+    return np.arange(first, last + 1, dtype=np.int32).view(np.float32)
 
 
 def domains(plan: Plan) -> list[Domain]:
     """What is measured for a plan: gated cells in every space, the ungated `dot` form where negative cosines are."""
     found, quick = [], plan.preset == "quick"
-    few = tuple(min(plan.alphas, key=lambda a: abs(math.log(a / wanted))) for wanted in QUICK_EXPONENTS)
-    for precision, space in product((PRECISIONS[name] for name in plan.precisions), plan.spaces):
-        if precision == FLOAT16 and space == "reflect":
+    for precision, space in product(map(precision_named, plan.precisions), plan.spaces):
+        if precision.listed and space == "reflect":
             found += [Domain(precision, space, gated, -1.0, plan.alphas) for gated in (True, False)]
-        elif precision == FLOAT16:
+        elif precision.listed:
             found.append(Domain(precision, space, True, 0.0, plan.alphas))
         elif precision == FLOAT32 and not (quick and space == "half"):
-            found.append(Domain(precision, space, True, 0.5, few if quick else plan.alphas))
+            found.append(Domain(precision, space, True, 0.5, exponents(plan)))
     return found
+
+
+def exponents(plan: Plan) -> tuple[float, ...]:
+    """The exponents that get the costly treatment: all, but in quick those nearest to QUICK_EXPONENTS."""
+    if plan.preset != "quick":
+        return plan.alphas
+    return tuple(sorted({min(plan.alphas, key=lambda a: abs(math.log(a / wanted))) for wanted in QUICK_EXPONENTS}))
 
 
 def seen(cell: Cell) -> bool:

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 import pandas as pd
 
@@ -19,8 +20,9 @@ class Probing:
     worst       rows of worst so far, likewise
     jobs        threads that compiled code may use
     advance     called with the share (of 1) of this probe that was done since the last call
-    note        called with a sentence that is worth telling the user at once
+    note        called with a sentence that the user should read
     violations  sentences on results that contradict each other; any makes the run end with exit code 3
+    facts       what the manifest should tell of a probe, by its name: plain data for JSON
     """
 
     sweep: Sweep
@@ -30,6 +32,7 @@ class Probing:
     advance: Callable[[float], None] = lambda share: None
     note: Callable[[str], None] = lambda text: None
     violations: list[str] = field(default_factory=list)
+    facts: dict[str, Any] = field(default_factory=dict)
 
     @property
     def plan(self) -> Plan:

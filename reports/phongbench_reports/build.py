@@ -13,12 +13,15 @@ from urllib.parse import quote
 import pandas as pd
 
 from phongbench.errors import StorageError
+from phongbench_reports.behaviour import hostile, smoothness
+from phongbench_reports.claims import claims
 from phongbench_reports.drawing import Plate, ink, svg_pair
 from phongbench_reports.figures import FIGURES
 from phongbench_reports.mesh_edges import mesh_edges
 from phongbench_reports.page import Links, Section, render, style_sheet
 from phongbench_reports.skipped import skipped
 from phongbench_reports.study import Absent, Study
+from phongbench_reports.sureness import sureness
 from phongbench_reports.tables import census, formulas, verdict, worst
 from phongbench_reports.text import BUDGETS
 
@@ -54,10 +57,14 @@ def sections_of(study: Study) -> tuple[list[Section], dict[str, tuple[bytes, byt
                 pictures[entry.name] = svg_pair(content.figure, entry.name)
     speed = drawn.pop("speed")
     strange = Section("census", "Values above 1, negative, not finite", census(study))
+    bad = Section("hostile", "Hostile inputs", hostile(study))
+    smooth = Section("smoothness", "Smoothness of the lobes", smoothness(study))
+    judged = Section("claims", "The textbook claims", claims(study))
+    sure = Section("sureness", "How sure the numbers are", sureness(study))
     inputs = Section("worst", "Worst inputs", worst(study))
     names = Section("formulas", "The formulas", formulas(study), True)
     dark = Section("skipped", "Skipping what is dark", skipped(study))
-    return [*answer, *drawn.values(), strange, speed, dark, inputs, names], pictures
+    return [*answer, *drawn.values(), strange, bad, smooth, judged, speed, dark, sure, inputs, names], pictures
 
 
 def csv_of(frame: pd.DataFrame) -> bytes:

@@ -9,6 +9,7 @@ from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
+from phongbench_reports.claims import ClaimTable
 from phongbench_reports.drawing import Plate
 from phongbench_reports.registry import known_names
 from phongbench_reports.study import Absent, Study
@@ -28,19 +29,20 @@ class Section:
 
     name      str                       anchor, and file name of its figure and CSV
     title     str                       heading
-    content   Plate, Table or Absent    what it shows
+    content   Plate, Table, ClaimTable or Absent    what it shows
     folded    bool                      behind a fold that opens by a click, without JavaScript
     """
 
     name: str
     title: str
-    content: Plate | Table | Absent
+    content: Plate | Table | ClaimTable | Absent
     folded: bool = False
 
     @property
     def kind(self) -> str:
-        """Which part of the template draws it: "figure", "table" or "absent"."""
-        return "figure" if isinstance(self.content, Plate) else "table" if isinstance(self.content, Table) else "absent"
+        """Which part of the template draws it: "figure", "table", "claims" or "absent"."""
+        kinds = {Plate: "figure", Table: "table", ClaimTable: "claims", Absent: "absent"}
+        return kinds[type(self.content)]
 
 
 @dataclass(frozen=True)
@@ -130,4 +132,5 @@ def render(study: Study, sections: list[Section], links: Links) -> str:
     return _environment().get_template("page.html.j2").render(
         name=study.name, facts=facts, sections=sections, links=links, unmeasured=unmeasured(study),
         provenance=provenance(study), withheld=study.twin_differs,
+        violations=study.run.manifest.get("violations") or [],
     )  # fmt: skip

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import pandas as pd
 
 from phongbench.front import CELL
+from phongbench.precisions import in_order
 
 if TYPE_CHECKING:
     from phongbench.results import Run
@@ -50,7 +51,7 @@ class Study:
     @cached_property
     def accuracy(self) -> pd.DataFrame:
         """All accuracy rows in a fixed order, so that the order of a file never shows."""
-        keys = [*CELL, "alpha", "stratum", "perturbation", "length_error", "truth", "gated"]
+        keys = [*CELL, "alpha", "stratum", "perturbation", "length_error", "truth", "gated", "coverage"]
         rows = plain(self.run.accuracy)
         return rows.sort_values(keys, kind="stable").reset_index(drop=True)
 
@@ -71,8 +72,9 @@ class Study:
     @cached_property
     def precisions(self) -> list[str]:
         """The swept precisions, float32 first."""
-        found = set(self.accuracy["precision"].unique())
-        return [name for name in ("float32", "float16", "float64") if name in found]
+        found = in_order(self.accuracy["precision"].unique())
+        first = [name for name in ("float32", "float16", "float64") if name in found]
+        return [*first, *(name for name in found if name not in first)]
 
     @property
     def precision(self) -> str:

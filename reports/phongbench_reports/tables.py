@@ -9,6 +9,7 @@ from typing import Any
 import pandas as pd
 
 from phongbench.front import CELL, Choice, choose, front
+from phongbench.results import strongest
 from phongbench_reports.commands import reproduce
 from phongbench_reports.registry import title
 from phongbench_reports.study import Absent, Study
@@ -148,7 +149,7 @@ def census(study: Study) -> Table | Absent:
     """Counts of values above 1, negative, not finite or left out, per formula, form, precision and stratum."""
     keys = ["approximation", "lambda_form", "space", "precision", "gated", "stratum"]
     present = [column for column in COUNTS if column in study.accuracy.columns]
-    rows = study.accuracy[study.accuracy["truth"] == "angle"]
+    rows = strongest(study.accuracy[study.accuracy["truth"] == "angle"])
     grouped = rows.groupby(keys, sort=True, observed=True)[[*present, "samples"]].sum().reset_index()
     strange = grouped[(grouped[present] > 0).any(axis=1)]
     clean = len(grouped) - len(strange)

@@ -10,11 +10,9 @@ import pandas as pd
 import pytest
 
 from phongbench import claims, laws
-from phongbench.approximations.blinn import RATIOS
 from phongbench.claims import CLAIMS, VERDICTS, answer, judge
 from phongbench.claims.blinn_exponent import equal_exponent_error, off_plane
 from phongbench.claims.claim import LackingRowsError, plain
-from phongbench.claims.coarse_meshes import reach
 from phongbench.claims.cuts import KEYS, Rows
 from phongbench.claims.incidence import rise
 from phongbench.claims.mirror import energy_within, exponent_of, half_width
@@ -63,9 +61,10 @@ def meshes(rows: Iterable[dict[str, Any]]) -> pd.DataFrame:
     usual = {
         "mesh": "icosphere", "normals": "raw", "pair": "classic", "approximation": "lyon", "lambda_form": "cross",
         "space": "reflect", "beta_policy": "taylor", "alpha": 50.0, "gamma": 8, "precision": "float32", "gated": True,
-        "truth": "interpolated", "max_abs": 0.0,
+        "truth": "interpolated",
     }  # fmt: skip
-    return pd.DataFrame([usual | row for row in rows]).reindex(columns=list(MESH_COLUMNS)).astype({"gamma": "Int64"})
+    columns = list(dict.fromkeys([*MESH_COLUMNS, "length_max"]))
+    return pd.DataFrame([usual | row for row in rows]).reindex(columns=columns).astype({"gamma": "Int64"})
 
 
 def judged(key: str, **tables: pd.DataFrame) -> dict[str, Any]:
@@ -100,7 +99,7 @@ def test_gamma_4_or_8_is_enough_where_its_largest_error_is_within_one_code(rows:
 def test_the_conditions_of_gamma_name_exponents_and_the_worst_of_them() -> None:
     found = judged("a", accuracy=accuracy(lyon({10.0: 0.5 * CODE, 20.0: CODE / 8, 50.0: 9 * CODE})))
     (record,) = found["conditions"]
-    assert (record["gamma"], record["alphas"], record["alphas_within_1_1023"]) == (8, [10.0, 20.0], [20.0])
+    assert (record["gamma"], record["alphas"], record["alphas_10bit"]) == (8, [10.0, 20.0], [20.0])
     assert (record["alpha_from"], record["alpha_to"], record["worst_alpha"]) == (10.0, 20.0, 50.0)
     assert record["worst_codes"] == pytest.approx(9.0)
     assert "9 codes" in found["because"]
@@ -108,9 +107,17 @@ def test_the_conditions_of_gamma_name_exponents_and_the_worst_of_them() -> None:
 
 
 def test_the_largest_error_counts_where_inputs_were_covered_in_several_ways() -> None:
-    sampled, exhaustive = lyon({10.0: 0.9 * CODE}), lyon({10.0: 1.1 * CODE}, coverage="exhaustive")
+    sampled = lyon({10.0: 0.9 * CODE})
+    exhaustive = lyon({10.0: 1.1 * CODE}, coverage="exhaustive", stratum="cosines")
     found = judged("a", accuracy=accuracy(exhaustive + sampled))
     assert (found["verdict"], found["coverage"]) == ("fails", "exhaustive")
+    assert found["evidence"][0]["stratum"] == "cosines"
+
+
+def test_a_certified_bound_of_another_precision_does_not_stand_for_a_measured_error() -> None:
+    bound = lyon({10.0: 1.1 * CODE}, coverage="certified", stratum="cosines", precision="exact")
+    found = judged("a", accuracy=accuracy(lyon({10.0: 0.9 * CODE}) + bound))
+    assert (found["verdict"], found["coverage"]) == ("holds", "sampled")
 
 
 # b: sufficiently large gamma
@@ -137,10 +144,12 @@ def test_a_gamma_within_in_passing_is_told_from_one_that_stays_within() -> None:
     rows = limit({10.0: 7 * CODE, 32.0: 2 * CODE, 200.0: 0.3 * CODE})
     for gamma, errors in {8: (2, 5, 9), 32: (3, 0, 2), 64: (5, 1.1, 0.9)}.items():
         rows += lyon(dict(zip((10.0, 32.0, 200.0), (CODE * e for e in errors), strict=True)), gamma=gamma)
-    record = judged("b", accuracy=accuracy(rows))["conditions"][0]
-    assert (record["alphas"], record["never"]) == ([200.0], [10.0])
-    assert record["only_in_passing"] == [{"alpha": 32.0, "gammas": [32]}]
-    assert record["gamma_by_alpha"] == [{"alpha": 200.0, "gamma_from": 64, "gamma_measured_to": 64}]
+    told = {one["alpha"]: one for one in judged("b", accuracy=accuracy(rows))["conditions"]}
+    assert {alpha: one["within"] for alpha, one in told.items()} == {
+        10.0: "never", 32.0: "in passing", 200.0: "from some gamma on",
+    }  # fmt: skip
+    assert (told[32.0]["gammas_within"], told[32.0]["gamma_from"]) == ([32], None)
+    assert (told[200.0]["gamma_from"], told[200.0]["gamma_measured_to"]) == (64, 64)
 
 
 def test_without_the_limit_the_claim_says_which_formula_to_run() -> None:
@@ -173,10 +182,21 @@ def test_cross_does_not_hold_everywhere_if_difference_changes_less() -> None:
     assert found["verdict"] == "holds under conditions"
     assert found["conditions"][0]["alphas"] == [10.0]
     one = found["conditions"][1]
-    assert (one["difference_better_to_alpha_times_error"], one["cross_better_from_alpha_times_error"]) == (0.1, 1.0)
+    assert (one["difference_to_alpha_times_error"], one["cross_from_alpha_times_error"]) == (0.1, 1.0)
+
+
+def test_without_an_order_between_difference_and_cross_none_is_claimed() -> None:
+    rows = wrong(10.0, 0.1, dot=0.9, cross=0.02, difference=0.01) + wrong(
+        10.0, 0.01, dot=0.9, cross=0.1, difference=0.2
+    )
+    found = judged("c", accuracy=accuracy(rows))
+    assert found["conditions"][1]["difference_to_alpha_times_error"] is None
+    assert "now one, now the other" in found["because"]
 
 
 def test_changes_that_cannot_be_seen_do_not_count() -> None:
+    hidden = wrong(10.0, 1e-4, dot=0.9 * CODE, cross=0.8 * CODE, difference=0.7 * CODE)
+    assert judged("c", accuracy=accuracy(hidden))["verdict"] == "not measured"
     unseen = wrong(10.0, 1e-4, dot=0.9 * CODE, cross=0.8 * CODE, difference=0.7 * CODE)
     seen = wrong(10.0, 0.01, dot=0.1, cross=0.01, difference=0.02)
     assert judged("c", accuracy=accuracy(unseen + seen))["verdict"] == "holds"
@@ -185,7 +205,7 @@ def test_changes_that_cannot_be_seen_do_not_count() -> None:
 def test_the_measured_crossover_brackets_its_law(law_rows: pd.DataFrame) -> None:
     found = judged("c", accuracy=law_rows)
     one = next(c for c in found["conditions"] if c.get("perturbation") == "a")
-    low, high = one["difference_better_to_alpha_times_error"], one["cross_better_from_alpha_times_error"]
+    low, high = one["difference_to_alpha_times_error"], one["cross_from_alpha_times_error"]
     assert low <= laws.length_crossover(1.0) <= high <= 2.0 * low
     assert next(c for c in found["conditions"] if c.get("perturbation") == "both")["difference_never_worse"]
     assert next(c for c in found["conditions"] if c.get("perturbation") == "opposite")["cross_never_worse"]
@@ -194,23 +214,21 @@ def test_the_measured_crossover_brackets_its_law(law_rows: pd.DataFrame) -> None
 # d: coarse meshes
 
 
-def mesh(alpha: float, added: dict[float, float], **more: Any) -> list[dict[str, Any]]:
-    key = {"alpha": alpha} | more
-    return [
-        key | {"edge_degrees": edge, "normals": normals, "max_abs": 0.03 + (extra if normals == "raw" else 0.0)}
-        for edge, extra in added.items()
-        for normals in ("raw", "renormalised")
-    ]
+def mesh(alpha: float, change: dict[float, float], **more: Any) -> list[dict[str, Any]]:
+    return [{"alpha": alpha, "edge_degrees": edge, "length_max": most} | more for edge, most in change.items()]
 
 
 @pytest.mark.parametrize(
     ("rows", "verdict"),
     [
-        (mesh(10.0, {1.0: 0.0, 10.0: 0.9 * CODE, 30.0: 5 * CODE}), "holds"),
-        (mesh(10.0, {10.0: 0.9 * CODE}) + mesh(50.0, {1.0: 0.0, 10.0: 2 * CODE}), "holds under conditions"),
+        (mesh(10.0, {1.0: 0.0, 9.8: 0.4 * CODE, 20.0: 5 * CODE}), "holds"),
+        (mesh(10.0, {9.8: 0.9 * CODE}) + mesh(50.0, {1.0: 0.0, 9.8: 2 * CODE}), "holds under conditions"),
         (mesh(10.0, {1.0: 2 * CODE}) + mesh(10.0, {1.0: 0.0}, pair="lengthwise"), "holds under conditions"),
         (mesh(10.0, {1.0: 2 * CODE, 10.0: 0.0}), "fails"),
+        (mesh(10.0, {1.0: float("nan")}), "fails"),
+        (mesh(10.0, {1.0: 0.0, 9.8: 0.9 * CODE}), "holds under conditions"),
         (mesh(10.0, {1.0: 0.0}, truth="surface"), "not measured"),
+        (mesh(10.0, {1.0: 0.0}, normals="renormalised"), "not measured"),
     ],
 )
 def test_raw_normals_are_good_enough_up_to_an_edge_angle(rows: Any, verdict: str) -> None:
@@ -218,15 +236,21 @@ def test_raw_normals_are_good_enough_up_to_an_edge_angle(rows: Any, verdict: str
 
 
 def test_an_edge_angle_counts_on_the_worst_mesh_only() -> None:
-    rows = mesh(10.0, {1.0: 0.0, 5.0: 0.0, 10.0: 0.0}) + mesh(10.0, {2.0: 0.0, 7.0: 1.5 * CODE}, mesh="torus")
-    (record,) = judged("d", meshes=meshes(rows), accuracy=accuracy([{}]))["conditions"]
-    assert (record["edge_degrees_to"], record["edge_degrees_to_two_codes"]) == (5.0, 10.0)
+    rows = mesh(10.0, {1.0: 0.0, 5.0: 0.1 * CODE, 10.0: 0.9 * CODE}) + mesh(
+        10.0, {2.0: 0.0, 7.0: CODE * 10}, mesh="torus"
+    )
+    found = judged("d", meshes=meshes(rows), accuracy=accuracy([{}]))
+    (record,) = found["conditions"]
+    assert record["edge_degrees_to"] == pytest.approx(np.sqrt(5.0 * 7.0))
+    assert record["edge_degrees_to"] < record["edge_degrees_to_two_codes"] < 7.0
+    assert [(row["mesh"], row["edge_degrees"]) for row in found["evidence"]] == [("torus", 7.0)]
 
 
-def test_the_reach_ends_before_the_first_bad_angle() -> None:
-    assert reach([1, 2, 3, 4], [0, 0, 9, 0], 1.0) == 2
-    assert reach([1, 2], [9, 0], 1.0) is None
-    assert reach([2, 1], [float("nan"), 0], 1.0) == 1
+def test_the_reach_beyond_the_coarsest_mesh_is_not_invented() -> None:
+    found = judged("d", meshes=meshes(mesh(10.0, {1.0: 0.0, 5.0: 0.1 * CODE})), accuracy=accuracy([{}]))
+    assert found["verdict"] == "holds under conditions"
+    assert found["conditions"][0]["beyond_measured"]
+    assert "more than 5 degrees" in found["because"]
 
 
 # e: cheap roots
@@ -309,6 +333,11 @@ def test_blinns_power_is_compared_but_its_vectors_are_not_timed() -> None:
     assert found["conditions"][0]["ratio_to_phong"] == pytest.approx(1.1)
 
 
+def test_times_without_an_interval_are_not_judged() -> None:
+    rows = [row | {"ratio_low": 0.0, "ratio_high": np.inf} for row in timed(lyon=0.3, libm=5.0)]
+    assert judged("h", timing=timing(rows), accuracy=accuracy([{}]))["verdict"] == "not measured"
+
+
 # g: Blinn's exponent
 
 
@@ -331,7 +360,6 @@ def test_equal_exponents_err_by_what_a_dense_grid_of_angles_finds(alpha: float) 
     t = np.linspace(0.0, np.pi / 2, 400001)
     dense = float(np.abs(np.cos(t) ** alpha - np.cos(t / 2) ** alpha).max())
     assert equal_exponent_error(alpha) == pytest.approx(dense, rel=1e-3)
-    assert equal_exponent_error(alpha) > 10 * RATIOS["minimax"](alpha) / alpha / 1000
 
 
 @pytest.mark.parametrize("incidence", [0.0, 30.0, 60.0, 75.0])
@@ -411,9 +439,9 @@ def test_every_rule_judges_the_rows_of_the_engine(engine_rows: pd.DataFrame) -> 
     for key in "abcgj":
         assert found[key]["verdict"] == "holds under conditions"
     assert found["a"]["conditions"][0]["gamma"] == 8
-    assert found["b"]["conditions"][0]["alphas"] == [200.0]
-    assert found["b"]["conditions"][0]["only_in_passing"] == [{"alpha": 64.0, "gammas": [64]}]
-    assert found["b"]["conditions"][0]["never"] == [10.0]
+    limits = {one["alpha"]: one for one in found["b"]["conditions"] if one["lambda_form"] == "dot"}
+    assert [limits[alpha]["within"] for alpha in (10.0, 64.0, 200.0)] == ["never", "in passing", "from some gamma on"]
+    assert limits[64.0]["gammas_within"] == [64]
     assert {one["verdict"] for one in found.values()} <= set(VERDICTS)
 
 
@@ -476,4 +504,4 @@ def test_exponents_are_told_as_all_a_range_or_a_list() -> None:
     assert exponents([5.0], measured) == "alpha 5"
     assert exponents([], measured) == "none of the 5 exponents"
     assert listed([]) == "none"
-    assert (codes(CODE), codes(0.1), rounded(63779.6)) == ("1 codes", "26 codes", "63,800")
+    assert (codes(CODE), codes(0.1), rounded(63779.6)) == ("1 code", "26 codes", "63,800")

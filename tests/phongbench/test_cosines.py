@@ -7,11 +7,12 @@ import pandas as pd
 import pytest
 
 from phongbench import engine, testing
-from phongbench.lowering import FLOAT16, FLOAT32, PRECISIONS
+from phongbench.lowering import BFLOAT16, FLOAT16, FLOAT32, precision_named
 from phongbench.plan import preset
 from phongbench.probes import cosines
 from phongbench.probes.probing import Probing
 from phongbench.results import ACCURACY_COLUMNS, ACCURACY_KEY, WORST_COLUMNS
+from phongbench.spec import Setting
 
 KEY = [c for c in ACCURACY_KEY if c != "coverage"]
 
@@ -19,9 +20,16 @@ KEY = [c for c in ACCURACY_KEY if c != "coverage"]
 @pytest.fixture(scope="module")
 def plan():
     return replace(
-        preset("quick"), alphas=(10.0, 50.0), gammas=(8,), approximations=("phong", "lyon", "schlick"),
-        slopes=("taylor",), timing=False, probes=("cosines",), samples=5000,
-    ).validated()  # fmt: skip
+        preset("quick"),
+        alphas=(10.0, 50.0),
+        gammas=(8,),
+        approximations=("phong", "lyon", "schlick"),
+        slopes=("taylor",),
+        timing=False,
+        probes=("cosines",),
+        precisions=("q1.10", "q1.23", "float16", "bfloat16", "float32", "float64"),
+        samples=5000,
+    ).validated()
 
 
 @pytest.fixture(scope="module")
@@ -61,39 +69,27 @@ def test_the_rows_are_whole_and_unique(found):
     assert not found["accuracy"].duplicated(list(ACCURACY_KEY)).any()
     assert set(found["accuracy"]["coverage"]) == {"exhaustive", "sampled"}
     assert (found["accuracy"]["nonfinite"] == 0).all()
+    assert set(found["accuracy"]["precision"]) == {"q1.10", "float16", "bfloat16", "float32"}
 
 
 @pytest.mark.parametrize("name", ["phong", "lyon", "schlick"])
-@pytest.mark.parametrize("precision", ["float16", "float32"])
+@pytest.mark.parametrize("precision", [FLOAT16, BFLOAT16, FLOAT32, precision_named("q1.10")], ids=lambda p: p.name)
 def test_an_obvious_loop_finds_the_same_maxima(probing, found, name, precision):
-    low = -1.0 if precision == "float16" else 0.5
-    x = cosines.representables(PRECISIONS[precision], low, 1.0)
-    for cell in probing.sweep.cells:
-        if (cell.approximation, cell.precision, cell.setting.space, cell.gated) != (name, precision, "reflect", True):
-            continue
-        if not cosines.seen(cell):
-            continue
-        spec = probing.registry[name]
-        coordinate = (
-            x.astype(PRECISIONS[precision].dtype)
-            if spec.coordinate == "cosine"
-            else (1 - x.astype(PRECISIONS[precision].dtype))
-        )
-        value = np.where(x > 0, testing.compiled(spec, cell.setting, PRECISIONS[precision], coordinate), 0).astype(
-            float
-        )
-        error = value - np.maximum(x.astype(float), 0) ** cell.setting.alpha
-        rows = found["accuracy"]
-        row = rows[
-            (rows["approximation"] == name) & (rows["precision"] == precision) & (rows["alpha"] == cell.setting.alpha)
-            & (rows["space"] == "reflect") & rows["gated"] & (rows["coverage"] == "exhaustive")
-        ]  # fmt: skip
-        assert len(row) == 1
-        assert row["samples"].item() == len(x)
-        assert row["max_above"].item() == pytest.approx(max(error.max(), 0), abs=1e-15)
-        assert row["max_below"].item() == pytest.approx(max(-error.min(), 0), abs=1e-15)
-        assert row["rms"].item() == pytest.approx(np.sqrt((error**2).mean()), rel=1e-9)
-        assert row["above_one"].item() == (value > 1).sum()
+    x = cosines.representables(precision, 0.5 if precision == FLOAT32 else -1.0, 1.0).astype(float)
+    rows = found["accuracy"].query(f"approximation == '{name}' and precision == '{precision.name}'")
+    rows = rows[rows["gated"] & (rows["space"] == "reflect") & (rows["coverage"] == "exhaustive")]
+    assert sorted(rows["alpha"]) == [10, 50]
+    spec = probing.registry[name]
+    for _, row in rows.iterrows():
+        setting = Setting(row["alpha"], None if pd.isna(row["gamma"]) else int(row["gamma"]), row["beta_policy"])
+        coordinate = x if spec.coordinate == "cosine" else precision.rounded(1 - x)
+        value = np.where(x > 0, testing.compiled(spec, setting, precision, coordinate), 0).astype(float)
+        error = value - np.maximum(x, 0) ** setting.alpha
+        assert row["samples"] == len(x)
+        assert row["max_above"] == pytest.approx(max(error.max(), 0), abs=1e-15)
+        assert row["max_below"] == pytest.approx(max(-error.min(), 0), abs=1e-15)
+        assert row["rms"] == pytest.approx(np.sqrt((error**2).mean()), rel=1e-9)
+        assert row["above_one"] == (value > 1).sum()
 
 
 def test_a_sample_is_never_worse_than_everything(found):
@@ -129,7 +125,7 @@ def test_worst_inputs_are_unit_vectors_with_the_cosine_and_reproduce_their_error
 def test_the_ungated_dot_form_is_measured_behind_the_surface(found):
     rows = found["accuracy"]
     ungated = rows[~rows["gated"].astype(bool)]
-    assert set(ungated["precision"]) == {"float16"}
+    assert set(ungated["precision"]) == {"q1.10", "float16", "bfloat16"}
     assert set(ungated["lambda_form"]) == {"dot"}
 
 

@@ -46,6 +46,35 @@ def test_the_cheapest_formula_within_the_budget_is_chosen(stored: Stored) -> Non
     assert (found["basis"], found["run"]) == ("run", run.id)
 
 
+def proven(rows: pd.DataFrame) -> pd.DataFrame:
+    """The rows with those of a search, a tenth above the samples, and with certified ones."""
+    own = rows[rows["gated"].astype(bool) & (rows["stratum"] == "highlight")]
+    searched = own.assign(stratum="vectors", coverage="searched", max_abs=1.1 * own["max_abs"])
+    certified = own[own["precision"] == "float32"].assign(
+        stratum="cosines", coverage="certified", precision="exact", samples=0, max_abs=1.002 * own["model_max"],
+        model_max=1.002 * own["model_max"],
+    )  # fmt: skip
+    return pd.concat([rows, searched, certified], ignore_index=True)
+
+
+def test_what_a_search_found_and_what_was_proven_is_told(stored: Stored, small_rows: pd.DataFrame) -> None:
+    run = stored(accuracy=proven(small_rows))
+    best = recommend(run, alpha=50, max_error=0.05)["choices"][0]
+    assert (best["name"], best["coverage"]) == ("lyon, dot, gamma 8", "searched")
+    assert best["max_abs"] == errors(run, best, alpha=50.0, stratum="vectors")["max_abs"].item()
+    model = errors(run, best, alpha=50.0, stratum="highlight")["model_max"].item()
+    assert best["certified"] == 1.002 * model
+    assert "the worst that a search found: a lower bound" in best["why"]
+    assert f"the formula alone errs by at most {1.002 * model:.3g}, proven" in best["why"]
+    # an exponent between two measured ones is vouched for by both, so both bounds are needed
+    between = recommend(run, alpha=30, max_error=0.5)["choices"][0]
+    assert between["certified"] >= errors(run, between, alpha=50.0, stratum="highlight")["model_max"].item()
+    lacking = proven(small_rows).query("not (coverage == 'certified' and alpha == 10)")
+    assert (
+        recommend(stored("other-run-1", accuracy=lacking), alpha=30, max_error=0.5)["choices"][0]["certified"] is None
+    )
+
+
 def test_the_answer_is_json_with_the_keys_of_the_contract(stored: Stored) -> None:
     found = recommend(stored(), alpha=50, max_error="1/255")
     keys = ["approximation", "lambda", "gamma", "beta", "max_abs", "coverage", "ns", "ratio", "ratio_low", "ratio_high"]
@@ -101,7 +130,8 @@ def test_wrong_lengths_up_to_the_wish_count_in_every_direction(stored: Stored) -
     rows = errors(run, best, alpha=10.0)
     rows = rows[
         (rows["stratum"].isin(["highlight", "uniform", "peak", "lengths"])) & (rows["length_error"].abs() <= 0.01)
-    ]
+        & rows["perturbation"].isin(["none", "a", "both", "opposite"])
+    ]  # fmt: skip
     assert set(rows["perturbation"]) == {"none", "a", "both", "opposite"}
     assert best["max_abs"] == rows["max_abs"].max()
     assert best["max_abs"] > recommend(run, alpha=10, max_error=0.09)["choices"][0]["max_abs"]

@@ -34,6 +34,17 @@ class MadeUpRun:
     timing: pd.DataFrame
     worst: pd.DataFrame
     meshes: pd.DataFrame = field(default_factory=lambda: pd.DataFrame(columns=list(MESH_COLUMNS)))
+    behaviour: pd.DataFrame = field(default_factory=pd.DataFrame)
+    smoothness: pd.DataFrame = field(default_factory=pd.DataFrame)
+
+    @property
+    def frames(self) -> tuple[pd.DataFrame, ...]:
+        """All tables, in the order of the fields."""
+        return self.accuracy, self.timing, self.worst, self.meshes, self.behaviour, self.smoothness
+
+
+#: a cause of wrong lengths -> the lengths |a| - 1 and |b| - 1 that it is taken to leave
+CAUSES = {"rsqrt-12": (3e-4, -3e-4), "rsqrt-bits-1": (-1.75e-3, -1.75e-3), "interpolated-10": (-3.8e-3, 0.0)}
 
 
 def deficit(form: str, x: Vector, e: float, d: float) -> Vector:
@@ -116,6 +127,45 @@ def rows_of(cell: dict[str, Any], precision: str) -> Iterator[dict[str, Any]]:
             against = exact if truth == "angle" else ((1.0 + e) * (1.0 + d) * x) ** alpha
             change = {"stratum": "lengths", "perturbation": how, "length_error": e, "truth": truth}
             yield {**key, **change, **metrics(against, against + model - exact, given, noise)}
+
+    for cause, (e, d) in CAUSES.items():
+        given = value(cell, x, e, d)
+        for truth in ("angle", "given"):
+            against = exact if truth == "angle" else ((1.0 + e) * (1.0 + d) * x) ** alpha
+            change = {"stratum": "lengths", "perturbation": cause, "length_error": e, "truth": truth}
+            yield {**key, **change, **metrics(against, against + model - exact, given, noise)}
+
+
+def behaviour_rows(accuracy: pd.DataFrame) -> pd.DataFrame:
+    """Every formula and form with three hostile cases; the ungated cross form shines at a = -b."""
+    keys = ["approximation", "lambda_form", "space", "beta_policy", "alpha", "gamma", "beta", "precision", "gated"]
+    cells = accuracy[accuracy["alpha"] == accuracy["alpha"].min()].drop_duplicates(
+        ["approximation", "lambda_form", "precision", "gated"]
+    )[keys]
+    rows = []
+    for cell in cells.to_dict("records"):
+        ghost = cell["lambda_form"] == "cross" and not cell["gated"]
+        huge = "infinite" if cell["lambda_form"] in ("dot", "none") else "saturates"
+        for case, outcome, low, high, exact in (
+            ("a is zero", "saturates", 0.0, 0.0, np.nan), ("a is huge", huge, 0.0, 1.0, 1.0),
+            ("a = -b", "saturates" if ghost else "value", 0.0, float(ghost), 0.0),
+            ("alpha 0 at the peak", "value", 1.0, 1.0, 1.0),
+        ):  # fmt: skip
+            rows.append({**cell, "case": case, "outcome": outcome, "lowest": low, "highest": high, "exact": exact})
+    return pd.DataFrame(rows).astype({"gamma": "Int64"})
+
+
+def smoothness_rows(accuracy: pd.DataFrame) -> pd.DataFrame:
+    """Edges by the law of gamma; rises in the dot form of float16 alone."""
+    keys = ["approximation", "lambda_form", "space", "beta_policy", "alpha", "gamma", "beta", "precision", "gated"]
+    rows = accuracy.drop_duplicates(keys)[keys].reset_index(drop=True)
+    banded = (rows["lambda_form"] == "dot") & (rows["precision"] == "float16")
+    gamma = rows["gamma"].astype("float64")
+    return rows.assign(
+        samples=2560, rises=np.where(banded, 200, 0), largest_rise=np.where(banded, 0.05, 0.0),
+        kink=(2 / gamma) ** (gamma / 2) * 32.0 ** (2 - gamma),
+        kink_degrees=np.degrees(np.arccos(np.clip(1 - gamma / rows["alpha"], 0, 1))),
+    )  # fmt: skip
 
 
 def timing_rows(accuracy: pd.DataFrame) -> pd.DataFrame:
@@ -202,7 +252,8 @@ def make_run(
         "schema": 1, "run": name, "state": "complete", "seed": 20250101, "code": "abc123", "provenance": provenance,
         "plan": {"alphas": list(alphas), "samples": 131072, "preset": "quick"}, "files": {},
     }  # fmt: skip
-    return MadeUpRun(path, manifest, accuracy, timing, worst_rows(accuracy), mesh_rows(accuracy))
+    tables = (worst_rows(accuracy), mesh_rows(accuracy), behaviour_rows(accuracy), smoothness_rows(accuracy))
+    return MadeUpRun(path, manifest, accuracy, timing, *tables)
 
 
 @pytest.fixture(scope="session")

@@ -94,7 +94,8 @@ def test_the_page_runs_no_script_and_needs_no_inline_style(page: Page) -> None:
 def test_sections_come_in_the_order_of_the_report(page: Page) -> None:
     order = [str(attributes["id"]) for tag, attributes in page.elements if tag == "section"]
     figures = [figure.name for figure in FIGURES if figure.name != "speed"]
-    assert order == ["verdict", *figures, "census", "speed", "skipped", "worst", "unmeasured", "provenance"]
+    after = ["census", "hostile", "smoothness", "claims", "speed", "skipped", "sureness", "worst"]
+    assert order == ["verdict", *figures, *after, "unmeasured", "provenance"]
 
 
 def test_every_figure_has_alt_text_a_sentence_counts_and_its_csv(page: Page) -> None:
@@ -115,7 +116,7 @@ made_up = importlib.util.module_from_spec(spec)
 sys.modules["made_up"] = made_up
 spec.loader.exec_module(made_up)
 run = made_up.make_run(Path("elsewhere"))
-frames = (frame.sample(frac=1, random_state=7) for frame in (run.accuracy, run.timing, run.worst, run.meshes))
+frames = (frame.sample(frac=1, random_state=7) for frame in run.frames)
 shuffled = made_up.MadeUpRun(run.path, run.manifest, *frames)
 import phongbench_reports
 phongbench_reports.build(shuffled, Path({str(tmp_path)!r}))
@@ -215,7 +216,7 @@ def test_categories_and_plain_strings_give_the_same_report(run: Any, report: Pat
         strings = [name for name in rows.columns if isinstance(rows[name].dtype, pd.StringDtype)]
         return rows.astype(dict.fromkeys(strings, "category"))
 
-    frames = (categories(run.accuracy), run.timing, run.worst, categories(run.meshes))
+    frames = [categories(frame) for frame in run.frames]
     phongbench_reports.build(type(run)(run.path, run.manifest, *frames), tmp_path)
     assert contents(tmp_path) == contents(report)
 

@@ -19,7 +19,7 @@ from phongbench_reports import drawing, figures
 from phongbench_reports.build import csv_of
 from phongbench_reports.drawing import Plate, ink
 from phongbench_reports.figures import FIGURES
-from phongbench_reports.study import Study
+from phongbench_reports.study import Absent, Study
 
 PACKAGE = Path(phongbench_reports.__file__).parent
 
@@ -109,14 +109,13 @@ def test_the_heat_map_counts_cells_within_one_code(run: Any, plates: dict[str, P
 
 def test_stability_tells_the_slopes_of_the_law(plates: dict[str, Plate]) -> None:
     data = plates["stability"].data
-    from phongbench_reports.figures.stability import slope
+    from phongbench_reports.figures.stability import slopes
 
-    def of(form: str, way: str) -> float:
-        return slope(data[(data["lambda_form"] == form) & (data["perturbation"] == way)])
-
-    assert of("cross", "a") == pytest.approx(1.0, abs=0.02)
-    assert of("dot", "a") == pytest.approx(1.0, abs=0.1)
-    assert of("difference", "opposite") == pytest.approx(2.0, abs=0.05)
+    for way, form, order in (("a", "cross", 1.0), ("a", "dot", 1.0), ("opposite", "difference", 2.0)):
+        found, law = slopes(data[data["perturbation"] == way])[form]
+        assert found == pytest.approx(order, abs=0.1)
+        assert law == pytest.approx(found, abs=0.02)
+    assert "cross, by the law 1.0" in plates["stability"].takeaway
     assert data["alpha"].unique().tolist() == [128.0]
 
 
@@ -199,3 +198,27 @@ def test_a_resolved_twin_withholds_speed_claims(made_up: Callable[..., Any], tmp
     assert "withheld" in text
     assert "certainly faster" not in text
     assert "no speed claim" in text
+
+
+def test_the_causes_stand_in_the_order_of_their_size_with_both_truths(plates: dict[str, Plate]) -> None:
+    data = plates["causes"].data
+    assert list(dict.fromkeys(data["perturbation"])) == ["interpolated-10", "rsqrt-bits-1", "rsqrt-12"]
+    assert set(data["truth"]) == {"angle", "given"}
+    angle = data[data["truth"] == "angle"]
+    for form in ("dot", "difference", "cross"):
+        mine = angle[angle["lambda_form"] == form]
+        assert f"{form} {(mine['length_max'] <= 1 / 255).sum()}" in plates["causes"].takeaway
+
+
+def test_each_precision_has_its_best_gamma(plates: dict[str, Plate]) -> None:
+    data = plates["widths"].data
+    for _, mine in data.groupby(["lambda_form", "precision"]):
+        assert mine.loc[mine["best"], "max_abs"].max() == mine["max_abs"].min()
+    best = data[data["best"] & (data["lambda_form"] == "difference")].set_index("precision")
+    assert f"float16 γ\u00a0=\u00a0{best.loc['float16', 'gamma']}" in plates["widths"].takeaway
+
+
+def test_a_run_of_one_gamma_has_no_best_one(made_up: Callable[..., Any], tmp_path: Path) -> None:
+    from phongbench_reports.figures import widths
+
+    assert isinstance(widths.draw(Study(made_up(tmp_path, gammas=(8,)))), Absent)

@@ -1,11 +1,12 @@
 """Every family of routes, in the order of the documentation: one module each, one name here."""
 
-from phongbench_api.routes import answers, curve, figures, formulas, health, pages, rows, runs, specular
+from phongbench_api.routes import answers, curve, figures, formulas, health, pages, rows, runs, shade, specular
 
 ROUTERS = (
     health.router,
     formulas.router,
     specular.router,
+    shade.router,
     curve.router,
     answers.router,
     runs.router,

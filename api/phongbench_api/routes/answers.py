@@ -30,7 +30,9 @@ async def front(request: Request, run: str, ask: Annotated[FrontAsk, Query()]) -
     return await questions.answered(request, service(request), lambda: questions.front_of(service(request), run, ask))
 
 
-@router.get("/runs/{run}/claims", summary="The textbook claims, judged", **described({"claims": []}, 404, 409, 503))
+@router.get(
+    "/runs/{run}/claims", summary="The textbook claims, judged", **described({"claims": []}, 404, 409, 422, 503)
+)
 async def claims(request: Request, run: str) -> Response:
     """Each claim with its verdict, its conditions and the rows that decide it."""
     return await questions.answered(request, service(request), lambda: questions.claims_of(service(request), run))

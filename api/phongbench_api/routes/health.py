@@ -20,7 +20,7 @@ async def healthz() -> Response:
 @router.get("/readyz", summary="May requests be sent here?", **described({"status": "ok"}, 503))
 async def readyz(request: Request) -> Response:
     """503 until the kernels are warm, and again while the server goes down."""
-    if not service(request).warm or service(request).office.draining:
+    if not service(request).office.open or service(request).office.draining:
         raise BusyError("not ready", headers={"retry-after": "1"})
     return wire.json({"status": "ok"})
 

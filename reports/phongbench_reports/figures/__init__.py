@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from phongbench_reports.drawing import Plate
 from phongbench_reports.figures import (
+    causes,
     error_angle,
     error_gamma,
     front,
@@ -17,6 +18,7 @@ from phongbench_reports.figures import (
     speed,
     split,
     stability,
+    widths,
 )
 from phongbench_reports.study import Absent, Study
 
@@ -41,8 +43,10 @@ FIGURES = (
     Drawing("heatmap", "Largest error over α and γ", heatmap.draw),
     Drawing("front", "Error against time", front.draw),
     Drawing("stability", "Vectors that are not unit length", stability.draw),
+    Drawing("causes", "Why lengths are wrong", causes.draw),
     Drawing("meshes", "Normals interpolated over a mesh", meshes.draw),
     Drawing("precision", "Error against precision", precision.draw),
+    Drawing("widths", "The best γ of each precision", widths.draw),
     Drawing("ghost", "The second highlight of the cross form", ghost.draw),
     Drawing("split", "Where the error comes from", split.draw),
     Drawing("speed", "Time per element and working set", speed.draw),

@@ -7,12 +7,11 @@ import pandas as pd
 from matplotlib.axes import Axes
 
 from phongbench.front import CELL
+from phongbench.precisions import in_order
 from phongbench_reports.commands import reproduce
 from phongbench_reports.drawing import FORMS, Plate, budget_lines, end_labels, footnote, log_axis, sheet
 from phongbench_reports.study import STABILITY_ALPHA, Absent, Study, nearest
 from phongbench_reports.text import basis, label, listed, number, records
-
-ORDER = ("float16", "float32", "float64")
 
 
 def rows_of(study: Study) -> pd.DataFrame:
@@ -43,7 +42,7 @@ def draw(study: Study) -> Plate | Absent:
     data = rows_of(study)
     if data.empty:
         return Absent("The run holds no lyon rows on unit vectors.", "Run with --only lyon.")
-    found = [name for name in ORDER if (data["precision"] == name).any()]
+    found = list(in_order(data["precision"].unique()))
     figure, panels = sheet(3.7, 1, len(found), left=0.075, right=0.895, wspace=0.34, bottom=0.185)
     for axes, name in zip(panels, found, strict=True):
         log_axis(axes.xaxis)

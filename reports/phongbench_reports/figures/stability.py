@@ -5,11 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import pandas as pd
 from matplotlib.axes import Axes
 
-from phongbench import laws
+from phongbench import stability
 from phongbench.front import CELL
 from phongbench_reports.commands import reproduce
 from phongbench_reports.drawing import FORMS, MUTED, SURFACE, Plate, budget_lines, end_labels, footnote, log_axis, sheet
@@ -18,8 +17,6 @@ from phongbench_reports.text import basis, listed, number, records
 
 #: How the lengths err, as the perturbation column names it, and in words.
 WAYS = {"a": "one vector", "both": "both alike", "opposite": "both, opposite"}
-#: Slopes are told over this many smallest length errors whose change is clear of rounding and not above LARGE.
-SLOPE_POINTS, CLEAR, LARGE = 3, 10.0, 0.1
 
 
 def rows_of(study: Study) -> pd.DataFrame:
@@ -50,23 +47,10 @@ def rows_of(study: Study) -> pd.DataFrame:
     )
 
 
-def law(form: str, way: str, alpha: float, gamma: float, e: npt.NDArray[np.float64]) -> npt.NDArray[np.float64] | None:
-    """Law 8's change by lengths for one form, or None where the notes have none."""
-    d = {"a": 0.0 * e, "both": e, "opposite": -e}[way]
-    if form == "dot":
-        return np.asarray(np.abs(laws.dot_peak(alpha, gamma, e, d) - 1.0))
-    first_order = {"difference": laws.difference_length_change, "cross": laws.cross_length_change}.get(form)
-    # Being of first order, these laws would pass the most that a value in [0, 1] can change.
-    return None if first_order is None else np.asarray(np.minimum(first_order(alpha, e, d), 1.0))
-
-
-def slope(part: pd.DataFrame) -> float:
-    """Exponent p of change ~ length error^p, least squares over small errors of too-long vectors; NaN below two."""
-    clear = (part["length_max"] > CLEAR * part["rounding_max"].fillna(0.0)) & (part["length_max"] <= LARGE)
-    used = part[(part["length_error"] > 0) & clear].nsmallest(SLOPE_POINTS, "length_error")
-    if len(used) < 2:
-        return float("nan")
-    return float(np.polyfit(np.log(used["length_error"]), np.log(used["length_max"]), 1)[0])
+def slopes(rows: pd.DataFrame) -> dict[str, tuple[float, float]]:
+    """Form -> (fitted exponent, the law's fitted alike) of change ~ length error^p, for rows of one way."""
+    found = stability.fits(rows.assign(stratum="lengths", truth="angle", gated=True))
+    return {str(row["lambda_form"]): (row["exponent"], row["law_exponent"]) for row in records(found)}
 
 
 def _series(axes: Axes, part: pd.DataFrame, column: str, look: tuple[str, str, Any], *, joined: bool) -> None:
@@ -90,7 +74,7 @@ def _column(upper: Axes, lower: Axes, rows: pd.DataFrame, way: str) -> dict[str,
         part = rows[(rows["lambda_form"] == form) & (rows["perturbation"] == way)]
         if part.empty:
             continue
-        drawn = law(form, way, alpha, gamma, fine)
+        drawn = stability.law(form, way, alpha, gamma, fine)
         if drawn is not None:
             upper.plot(fine, np.maximum(drawn, 1e-8), color=look[0], linestyle=look[2], linewidth=1.1)
         _series(upper, part, "length_max", look, joined=drawn is None)
@@ -115,7 +99,7 @@ def draw(study: Study) -> Plate | Absent:
         right=0.895,
         wspace=0.08,
         hspace=0.1,
-        top=0.93,
+        top=0.905,
         bottom=0.115,
         sharex=True,
         sharey="row",
@@ -128,7 +112,7 @@ def draw(study: Study) -> Plate | Absent:
             budget_lines(axes, named=column == 0)
         ends = _column(upper, lower, data, way)
         _tell_slopes(upper, data[data["perturbation"] == way])
-        upper.set_title(WAYS[way], pad=15)
+        upper.set_title(WAYS[way], pad=25)
         lower.set_xlabel("relative length error")
         upper.set_ylim(1e-6, 30.0)
         lower.set_ylim(1e-5, 30.0)
@@ -145,9 +129,20 @@ def draw(study: Study) -> Plate | Absent:
 
 
 def _tell_slopes(axes: Axes, rows: pd.DataFrame) -> None:
-    told = [(form, slope(rows[rows["lambda_form"] == form])) for form in FORMS]
-    text = ", ".join(f"{form} {found:.2f}" for form, found in told if np.isfinite(found))
-    axes.text(0.0, 1.02, f"slopes: {text}", transform=axes.transAxes, fontsize=7.5, color=MUTED, va="bottom")
+    told = slopes(rows)
+    forms = [form for form in FORMS if form in told]
+    if not forms:
+        return
+    lines = [", ".join(f"{form} {told[form][0]:.2f}" for form in forms), ", ".join(f"{told[f][1]:.2f}" for f in forms)]
+    axes.text(
+        0.0,
+        1.02,
+        f"slopes: {lines[0]}\nby the law: {lines[1]}",
+        transform=axes.transAxes,
+        fontsize=7.5,
+        color=MUTED,
+        va="bottom",
+    )
 
 
 def _sentence(data: pd.DataFrame) -> str:
@@ -157,13 +152,13 @@ def _sentence(data: pd.DataFrame) -> str:
     at = nearest(sorted(rows.loc[rows["length_error"] > 0, "length_error"].unique()), 0.01)
     one = rows[rows["length_error"] == at].sort_values("max_abs", kind="stable")
     errors = listed(f"{row['lambda_form']} {number(row['max_abs'])}" for row in records(one))
-    forms = [form for form in FORMS if form in set(one["lambda_form"])]
-    slopes = listed(f"{slope(rows[rows['lambda_form'] == form]):.2f} ({form})" for form in forms)
+    told = slopes(rows)
+    powers = listed(f"{told[form][0]:.2f} ({form}, by the law {told[form][1]:.2f})" for form in FORMS if form in told)
+    sentence = f" Small length errors e change the highlight like e to the power {powers}." if told else ""
     best = one.iloc[0]["lambda_form"]
     return (
         f"With {WAYS[way]} {number(100 * at)}\u00a0% too long at α\u00a0=\u00a0{data['alpha'].iloc[0]:g}, "
-        f"{best} errs least: {errors}. "
-        f"Small length errors e change the highlight like e to the power {slopes}."
+        f"{best} errs least: {errors}.{sentence}"
     )
 
 

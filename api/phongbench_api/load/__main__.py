@@ -1,0 +1,65 @@
+"""`make bench-api`, or `python -m phongbench_api.load`: starts a server on loopback, measures it, prints tables."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import click
+
+from phongbench.results import DEFAULT_ROOT
+from phongbench_api.load import overload, paired
+from phongbench_api.load.running import server
+
+
+@click.command()
+@click.option(
+    "--runs", type=click.Path(path_type=Path), default=DEFAULT_ROOT, show_default=True, help="Folder of the runs."
+)
+@click.option("--rounds", type=click.IntRange(3, 10_000), default=40, show_default=True, help="Of large requests.")
+@click.option("--seconds", type=click.FloatRange(3, 600), default=12.0, show_default=True, help="Of overload.")
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON document.")
+def main(runs: Path, rounds: int, seconds: float, as_json: bool) -> None:
+    """Measure the service over loopback, by itself on this machine: let nothing else run meanwhile."""
+    found = measure(runs, rounds, seconds)
+    click.echo(json.dumps(found, indent=2) if as_json else markdown(found))
+
+
+def measure(runs: Path, rounds: int, seconds: float) -> dict[str, Any]:
+    """Everything that is measured, as plain data."""
+    with server(runs) as port:
+        return {
+            "paired": [*paired.moving(port, rounds), *paired.latency(port, 25 * rounds)],
+            "overload": overload.overload(port, seconds),
+        }
+
+
+def markdown(found: dict[str, Any]) -> str:
+    """The same as two tables in Markdown."""
+    o = found["overload"]
+    lines = ["| request / compared with | ms | ms | ratio | 95 % | rounds |", "|---|---|---|---|---|---|"]
+    lines += [
+        f"| {r['what']} | {r['ms']:.3g} | {r['base_ms']:.3g} | {r['ratio']:.2f} "
+        f"| {r['ratio_low']:.2f} to {r['ratio_high']:.2f} | {r['rounds']} |"
+        for r in found["paired"]
+    ]
+    work = f"{overload.POINTS:,} points under {overload.LIGHTS} lights as multipart"
+    lines += [
+        "", f"| POST /v1/shade, {work} | |", "|---|---|",
+        f"| capacity, clients that wait | {o['capacity_per_s']:.0f} requests/s |",
+        f"| sent at {o['share']:.0%} of it | {o['requests']} requests, {o['left_out']} left out by the client |",
+        f"| refused with 503 | {o['refused']:.1%}; {_spread(o, 'refused')} |",
+        f"| any other failure | {o['other'] + o['broken']:.1%} |",
+        f"| admitted | {_spread(o, 'admitted')} |",
+        f"| last third / middle third of admitted | {o['flat']:.2f} |",
+        f"| for comparison, at half the capacity | {_spread(o, 'half')} |",
+        f"| GET /healthz meanwhile | {_spread(o, 'health')}; {o['health_failed']:.1%} failed |",
+    ]  # fmt: skip
+    return "\n".join(lines)
+
+
+def _spread(o: dict[str, Any], name: str) -> str:
+    return f"median {o[f'{name}_p50_ms']:.1f} ms, 99 % {o[f'{name}_p99_ms']:.1f} ms"
+
+
+if __name__ == "__main__":
+    main()

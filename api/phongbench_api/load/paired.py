@@ -1,0 +1,105 @@
+"""Two kinds of requests in turn over one connection: what the one takes as a multiple of the other."""
+
+import http.client
+import json
+import math
+import statistics
+import time
+from contextlib import closing
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from phongbench import sampling
+from phongbench.errors import PhongbenchError
+from phongbench.lowering import FLOAT32
+
+#: pairs of the large request
+PAIRS = 1_000_000
+_SEED = 1
+
+
+@dataclass(frozen=True)
+class Ask:
+    """A request: method, path, body, content type."""
+
+    method: str
+    path: str
+    body: bytes = b""
+    media: str = "application/octet-stream"
+
+
+class Line:
+    """One connection that stays open."""
+
+    def __init__(self, port: int) -> None:
+        self._connection = http.client.HTTPConnection("127.0.0.1", port, timeout=60)
+        self._room = bytearray(1 << 16)
+
+    def close(self) -> None:
+        """Close it."""
+        self._connection.close()
+
+    def seconds(self, ask: Ask) -> float:
+        """What a request takes from its first byte out to its last byte in. PhongbenchError unless it succeeds."""
+        started = time.perf_counter()
+        headers = {"Content-Type": ask.media} if ask.body else {}
+        self._connection.request(ask.method, ask.path, ask.body or None, headers)
+        answer = self._connection.getresponse()
+        size = answer.length or 0
+        if size > len(self._room):
+            self._room = bytearray(size)
+        view = memoryview(self._room)[:size]
+        while view:
+            view = view[answer.readinto(view) :]
+        took = time.perf_counter() - started
+        answer.close()
+        if answer.status != 200:
+            raise PhongbenchError(f"status {answer.status}: {bytes(self._room[:300])!r}", ask.path)
+        return took
+
+
+def moving(port: int, rounds: int) -> list[dict[str, Any]]:
+    """`POST /v1/specular` with a million pairs in float32 against an echo of as many bytes in and out."""
+    stratum = next(s for s in sampling.STRATA if s.name == "highlight")
+    a, b = sampling.pairs(stratum, FLOAT32, seed=_SEED, start=0, count=PAIRS, scale=1 / 50)
+    body = np.ascontiguousarray(np.stack([a.T, b.T]), "<f4").tobytes()
+    echo = Ask("POST", f"/echo?answer={4 * PAIRS}", body)
+    lyon = Ask("POST", "/v1/specular?approximation=lyon&lambda=dot&gamma=8&alpha=50&dtype=f4", body)
+    phong = Ask("POST", "/v1/specular?approximation=phong&alpha=50&dtype=f4", body)
+    return [
+        {"what": f"{name}, {PAIRS:,} pairs as octets / echo of the same bytes", **_in_turn(port, ask, echo, rounds)}
+        for name, ask in (("Lyon gamma 8", lyon), ("exact Phong", phong))
+    ]
+
+
+def latency(port: int, rounds: int) -> list[dict[str, Any]]:
+    """One pair as JSON against `/healthz`."""
+    asked = {"approximation": "lyon", "lambda": "dot", "gamma": 8, "alpha": 50, "a": [[0, 0, 1]], "b": [[0.6, 0, 0.8]]}
+    one = Ask("POST", "/v1/specular", json.dumps(asked).encode(), "application/json")
+    return [{"what": "one pair as JSON / GET /healthz", **_in_turn(port, one, Ask("GET", "/healthz"), rounds)}]
+
+
+def _in_turn(port: int, ask: Ask, base: Ask, rounds: int) -> dict[str, Any]:
+    """Medians of both in milliseconds, and the median of their ratios within a round with its interval of 95 %."""
+    both = []
+    with closing(Line(port)) as line:
+        for _ in range(max(3, rounds // 10)):
+            line.seconds(base)
+            line.seconds(ask)
+        for k in range(rounds):  # who comes first changes, so that neither always meets the other's caches
+            took = {x: line.seconds(x) for x in ((ask, base) if k % 2 else (base, ask))}
+            both.append((took[ask], took[base]))
+    low, high = _median_interval([x / y for x, y in both])
+    return {
+        "ms": 1e3 * statistics.median(x for x, _ in both), "base_ms": 1e3 * statistics.median(y for _, y in both),
+        "ratio": statistics.median(x / y for x, y in both), "ratio_low": low, "ratio_high": high, "rounds": rounds,
+    }  # fmt: skip
+
+
+def _median_interval(values: list[float]) -> tuple[float, float]:
+    """Order statistics that hold the median with 95 % (normal approximation of the binomial distribution)."""
+    ordered, n = sorted(values), len(values)
+    reach = math.ceil(0.98 * math.sqrt(n))
+    return ordered[max(0, n // 2 - reach)], ordered[min(n - 1, (n - 1) // 2 + reach)]

@@ -1,0 +1,118 @@
+"""The server process: a socket, uvicorn, and what uvicorn lacks - a deadline for request heads, and exit code 0."""
+
+import json
+import logging
+import os
+import signal
+import socket
+from asyncio import TimerHandle, Transport
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import uvicorn
+from fastapi import FastAPI
+from uvicorn.protocols.http.h11_impl import H11Protocol
+from uvicorn.supervisors import Multiprocess
+
+from phongbench.errors import InputError
+from phongbench_api.app import create_app
+from phongbench_api.settings import Settings
+
+log = logging.getLogger("phongbench.api")
+#: how workers, which are fresh processes, learn their settings
+ENVIRONMENT = "PHONGBENCH_SERVE"
+#: seconds that requests under way may take once the server was told to stop
+GRACE = 30
+
+
+def serve(settings: Settings, app: FastAPI | None = None) -> None:
+    """Serve until SIGTERM or SIGINT; then requests under way finish, and it returns. InputError if it cannot listen.
+
+    app  what to serve by one worker instead of the usual application, as load programs do
+    """
+    listening = _listen(settings)
+    host, port = listening.getsockname()[:2]
+    told = f"[{host}]" if ":" in host else host
+    _talk()
+    log.info("phongbench serves http://%s:%d/ from %s", told, port, settings.runs)
+    with listening:
+        if settings.workers > 1:
+            os.environ[ENVIRONMENT] = json.dumps(asdict(settings), default=str)
+            config = _config(f"{__name__}:from_environment", settings, factory=True)
+            Multiprocess(config, sockets=[listening]).run()
+            return
+        # uvicorn raises the signal again once it is done: this is what it then meets
+        for number in (signal.SIGTERM, signal.SIGINT):
+            signal.signal(number, lambda *_: None)
+        uvicorn.Server(_config(app or create_app(settings), settings)).run(sockets=[listening])
+
+
+def from_environment() -> FastAPI:
+    """The application of a worker process, by the settings of the one that started it."""
+    given: dict[str, Any] = json.loads(os.environ[ENVIRONMENT])
+    given |= {"runs": Path(given["runs"]), "allowed_hosts": tuple(given["allowed_hosts"])}
+    _talk()
+    return create_app(Settings(**given))
+
+
+def _talk() -> None:
+    """What the service says of itself goes to stderr; stdout belongs to data."""
+    if not log.handlers:
+        log.addHandler(logging.StreamHandler())
+        log.setLevel(logging.INFO)
+
+
+def _config(app: Any, settings: Settings, *, factory: bool = False) -> uvicorn.Config:
+    return uvicorn.Config(
+        app, factory=factory, workers=settings.workers, http=TimedProtocol, ws="none", lifespan="on",
+        log_level="warning", access_log=False, server_header=False, proxy_headers=False,
+        timeout_graceful_shutdown=GRACE, timeout_worker_healthcheck=60,
+    )  # fmt: skip
+
+
+def _listen(settings: Settings) -> socket.socket:
+    family = socket.AF_INET6 if ":" in settings.host else socket.AF_INET
+    try:
+        listening = socket.create_server((settings.host, settings.port), family=family, backlog=2048)
+    except (OSError, OverflowError) as problem:
+        reason = getattr(problem, "strerror", None) or str(problem)
+        where = f"{settings.host}:{settings.port}"
+        raise InputError(f"cannot listen: {reason}", where, "give another --host or --port") from problem
+    # accepted connections inherit it. asyncio sets it only on sockets that were made with a protocol number, and
+    # without it every answer on a kept connection waits 40 ms for the client's delayed acknowledgement
+    listening.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+    return listening
+
+
+class TimedProtocol(H11Protocol):
+    """uvicorn's HTTP with a deadline for every request's head: a client that sends it a byte a minute is cut off."""
+
+    _head: TimerHandle | None = None
+
+    def connection_made(self, transport: Transport) -> None:  # type: ignore[override]  # as uvicorn has it
+        """A client connected: its first head is due."""
+        super().connection_made(transport)
+        self._expect()
+
+    def data_received(self, data: bytes) -> None:
+        """Bytes came: of a head, which stays due, or of a request under way."""
+        super().data_received(data)
+        cycle: Any = self.cycle  # None before the first request, whatever uvicorn's annotation says
+        if cycle is None or cycle.response_complete:
+            self._expect()
+        elif self._head is not None:
+            self._head.cancel()
+            self._head = None
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        """The client is gone."""
+        if self._head is not None:
+            self._head.cancel()
+        super().connection_lost(exc)
+
+    def _expect(self) -> None:
+        if self._head is None and not self.transport.is_closing():
+            app: Any = self.config.loaded_app
+            seconds = app.state.service.settings.head_seconds
+            self._head = self.loop.call_later(seconds, self.transport.close)

@@ -1,0 +1,89 @@
+"""Pictures of scenes: `render`."""
+
+import re
+from pathlib import Path
+from typing import Any
+
+import click
+
+from phongbench.commands.common import facts, grid, show
+
+
+class Size(click.ParamType[Any]):
+    """Width and height, as 1280x720."""
+
+    name = "WxH"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """`1280x720` -> (1280, 720)."""
+        found = re.fullmatch(r"(\d{1,6})x(\d{1,6})", value) if isinstance(value, str) else None
+        if not found:
+            self.fail(f"{value!r} is not a size; write e.g. 1280x720", param, ctx)
+        return int(found[1]), int(found[2])
+
+
+#: what a terminal shows as tables, in this order
+_TABLES = ("ledger", "skips", "tracers", "formulas", "left_out")
+
+
+@click.command(short_help="Draw a scene, and tell what was left out.")
+@click.argument("scene", required=False, metavar="[SCENE.toml]")
+@click.option(
+    "--out",
+    type=click.Path(path_type=Path),
+    help="Where to write: .png, or .npy (linear float32).  [default: SCENE.png]",
+)
+@click.option("--size", type=Size(), metavar="WxH", help="Pixels.  [default: the scene's]")
+@click.option("--specular", metavar="NAME[:form[:gamma]]", help="Formula of the specular term, e.g. lyon:difference:8.")
+@click.option("--model", type=click.Choice(["phong", "blinn-phong"]), default="phong", show_default=True)
+@click.option("--depth", type=int, metavar="N", help="Reflections in a row.  [default: the scene's]")
+@click.option("--supersampling", type=int, metavar="N", help="N x N samples for each pixel.  [default: the scene's]")
+@click.option("--shadows/--no-shadows", default=None, help="Whether objects throw shadows.  [default: the scene's]")
+@click.option("--skip/--no-skip", default=True, help="Whether to leave out what the picture does not need.")
+@click.option("--exact", is_flag=True, help="Leave out only what changes no bit.")
+@click.option("--compare", is_flag=True, help="Write exact Phong, this formula, and their difference side by side.")
+@click.option("--bench", is_flag=True, help="Measure what each skip saves, and a plain NumPy tracer beside ours.")
+@click.option("--formulas", is_flag=True, help="Tell each formula's picture error and time beside exact Phong's.")
+@click.option("--threads", type=click.IntRange(min=1), help="[default: all cores]")
+@click.option("--list", "listing", is_flag=True, help="List the shipped scenes.")
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON document.")
+def render(
+    scene: str | None, specular: str | None, skip: bool, exact: bool, bench: bool, formulas: bool, listing: bool,
+    as_json: bool, **wishes: Any,
+) -> None:  # fmt: skip
+    """Draw a scene from a TOML file, or a shipped one by its name, and tell what was left out.
+
+    \b
+    Examples:
+      phongbench render --list
+      phongbench render chequerboard --out picture.png --size 1280x720
+      phongbench render test-card --specular lyon:difference:8 --compare --out triple.png
+      phongbench render test-card --formulas
+      phongbench render many-lights --bench
+    """
+    from phongbench.scene import showing
+    from phongbench.terminal import TerminalProgress, table
+
+    if listing:
+        told = showing.listed()
+        show(told, as_json, lambda: table("", ("scene", "shows"), [tuple(row.values()) for row in told]))
+        return
+    if scene is None:
+        raise click.UsageError("name a scene: a TOML file, or one of those that --list shows")
+    if (bench or formulas) and (wishes["compare"] or wishes["out"]):
+        raise click.UsageError("--bench and --formulas draw no picture: leave --compare and --out away")
+    wanted = showing.Wish(scene, specular=specular, skip=skip, exact=exact, **wishes)
+    with TerminalProgress(quiet=as_json) as progress:
+        found = (showing.measure if bench else showing.judge if formulas else showing.draw)(wanted, progress)
+    tables = [lambda name=name: table(name, *grid(readable(found, name))) for name in _TABLES if found.get(name)]
+    show(found, as_json, lambda: facts({k: v for k, v in found.items() if not isinstance(v, list)}), *tables)
+
+
+def readable(found: dict[str, Any], name: str) -> list[dict[str, Any]]:
+    """The rows of a table as people read them: a formula's name in one word, and no more columns than a line holds."""
+    from phongbench.scene.formulas import name_of
+
+    if name != "formulas":
+        return list(found[name])
+    columns = ("max_abs", "lobe_error", "max_codes", "visible", "psnr", "flip", "energy", "highlight_area", "ratio")
+    return [{"formula": name_of(row), **{column: row[column] for column in columns}} for row in found[name]]

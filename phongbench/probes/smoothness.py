@@ -1,0 +1,111 @@
+"""How smooth each lobe is: does it ever grow away from its peak, and how hard is its edge?
+
+Growth is looked for in the cell's own precision along one great circle, whose vectors are held in that precision: bands
+that rounding draws are part of what a viewer sees. The edge is the formula's own, so it is looked at in float64: a
+second difference over a step that is fine enough for it would be rounding alone in anything less.
+"""
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from phongbench import rows
+from phongbench.lowering import FLOAT64, Precision, precision_named
+from phongbench.plan import Cell, Plan
+from phongbench.probes import lobes
+from phongbench.probes.probing import Probing
+from phongbench.results import SMOOTHNESS_COLUMNS
+from phongbench.sampling import HIGHLIGHT_REACH, cutoff_deficit
+from phongbench.spec import Approximation
+
+Array = NDArray[Any]
+
+#: angles of the circle: through the highlight, where alpha lambda is at most HIGHLIGHT_REACH, and from there to 180
+FINE, COARSE = 2048, 512
+#: the step of second differences, in units of 1 / sqrt(alpha), the width of a highlight
+STEP = 1 / 32
+
+
+@cache
+def circle(precision: Precision, space: str, alpha: float) -> Array:
+    """Coordinates of pairs at angles between R and V that grow from 0 to 180 degrees, finest in alpha's highlight."""
+    end = math.acos(1 - min(HIGHLIGHT_REACH / alpha, 2.0))
+    fine = np.linspace(0, end, FINE, endpoint=False)
+    return along(precision, space, np.concatenate([fine, np.linspace(end, math.pi, COARSE)]))
+
+
+def along(precision: Precision, space: str, angles: Array) -> Array:
+    """Coordinates of pairs at these angles between R and V, on one great circle."""
+    own = angles / 2 if space == "half" else angles
+    # off every axis, so that no component is exact by luck
+    pole, side = np.array([2.0, -3.0, 6.0]) / 7, np.array([6.0, -2.0, -3.0]) / 7
+    a = np.repeat(pole[:, None], len(own), axis=1)
+    return lobes.coordinates(precision, a, pole[:, None] * np.cos(own) + side[:, None] * np.sin(own))
+
+
+def rises(values: Array) -> tuple[int, float]:
+    """(places where values grow, largest growth above what was reached before); NaN counts as 0."""
+    known = np.nan_to_num(np.asarray(values, np.float64), nan=0.0, posinf=np.inf)
+    lowest = np.minimum.accumulate(known)
+    with np.errstate(invalid="ignore"):
+        return int(np.count_nonzero(np.diff(known) > 0)), float(np.nanmax(known - lowest))
+
+
+def end_of(spec: Approximation, cell: Cell) -> float:
+    """The angle between R and V, in radians, where the lobe ends: at its cutoff, or where the gate closes; pi if never.
+
+    An ungated cross form that goes dark shines again behind; its lobe ends at the cutoff all the same.
+    """
+    widest = math.pi / 2 if cell.gated else math.pi
+    own = widest
+    if spec.cutoff is not None:
+        deficit = cutoff_deficit(cell.lambda_form, spec.cutoff(cell.setting))
+        own = widest if deficit is None else min(widest, math.acos(max(-1.0, 1 - deficit)))
+    return min(math.pi, 2 * own if cell.setting.space == "half" else own)
+
+
+def kink(spec: Approximation, cell: Cell) -> tuple[float, float]:
+    """(second difference at the lobe's end over step^2 and alpha, angle of the end in degrees); NaN where no end is.
+
+    Alpha is the largest second derivative of exact Phong, at its peak.
+    """
+    alpha, end = cell.setting.alpha, end_of(spec, cell)
+    step = STEP / math.sqrt(alpha)
+    if end + step >= math.pi:
+        return math.nan, math.nan
+    block = along(FLOAT64, cell.setting.space, end + step * np.array([-1.0, 0.0, 1.0]))
+    before, at, after = lobes.values(spec, replace(cell, precision=FLOAT64.name), block)
+    return abs(float(before - 2 * at + after)) / step**2 / alpha, math.degrees(end)
+
+
+def measure(probing: Probing) -> Mapping[str, pd.DataFrame]:
+    """The table `smoothness`: one row for every cell of the sweep."""
+    sweep = probing.sweep
+    chosen = [c for c in range(len(sweep.cells)) if c not in sweep.failures]
+    found: list[tuple[int, float, float, float]] = []
+    edges: dict[Any, tuple[float, float]] = {}
+    for position in chosen:
+        cell = sweep.cells[position]
+        spec = probing.registry[cell.approximation]
+        block = circle(precision_named(cell.precision), cell.setting.space, cell.setting.alpha)
+        key = (cell.approximation, cell.lambda_form, cell.setting, cell.gated)
+        if key not in edges:  # the same in every precision
+            edges[key] = kink(spec, cell)
+        found.append((*rises(lobes.values(spec, cell, block)), *edges[key]))
+        probing.advance(1 / len(chosen))
+    circle.cache_clear()
+    table = pd.DataFrame(found, columns=["rises", "largest_rise", "kink", "kink_degrees"])
+    frame = pd.concat([rows.of_cells(sweep, np.array(chosen, np.int64)), table], axis=1)
+    frame["samples"] = FINE + COARSE
+    return {"smoothness": frame[list(SMOOTHNESS_COLUMNS)]}
+
+
+def seconds(plan: Plan, jobs: int) -> float:
+    """Measured: 0.15 ms a cell."""
+    return 1.5e-4 * sum(1 for _ in plan.cells())

@@ -1,0 +1,243 @@
+"""Strict reading of a document, TOML or JSON: every value is typed, every key is known, every error names its line."""
+
+import json
+import math
+import re
+import tomllib
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from phongbench.errors import InputError, UnknownNameError
+
+Vector = tuple[float, float, float]
+#: where a value stands in a document: keys and indices, outermost first
+Steps = tuple[str | int, ...]
+#: largest number a document may hold: its square is still far from float32's end
+LARGEST = 1e9
+#: bytes a document may have
+LARGEST_FILE = 4 << 20
+
+
+@dataclass(frozen=True, slots=True)
+class Source:
+    """Where a document came from, so that an error can say file and line.
+
+    name  str   the file as the user named it; "" for a document that came as data
+    text  str   its TOML text; "" where lines mean nothing
+    """
+
+    name: str = ""
+    text: str = ""
+
+    def where(self, steps: Steps) -> str:
+        """File, line and key of a value; only the key for data."""
+        key = ""
+        for step in steps:
+            key += f"[{step}]" if isinstance(step, int) else f".{step}" if key else step
+        if not self.name:
+            return key or "document"
+        place = f"{self.name}:{line_of(self.text, steps)}" if self.text else self.name
+        return f"{place}: {key}" if key else place
+
+
+_HEADER, _KEY = re.compile(r"^\s*(\[\[?)\s*([^\]#]+?)\s*\]"), re.compile(r"^\s*([\w.\"'-]+)\s*=")
+
+
+def line_of(text: str, steps: Steps) -> int:
+    """The line (from 1) of a TOML text that holds the value at these steps, or the nearest thing around it."""
+    best, found, prefix = 0, 1, ()  # type: tuple[int, int, Steps]
+    counted: dict[str, int] = {}
+    for number, line in enumerate(text.splitlines(), 1):
+        here = prefix
+        if header := _HEADER.match(line):
+            name = header[2]
+            prefix = _steps(name)
+            if header[1] == "[[":
+                counted[name] = counted.get(name, -1) + 1
+                prefix = (*prefix, counted[name])
+            here = prefix
+        elif key := _KEY.match(line):
+            here = (*prefix, *_steps(key[1]))
+        if here == steps[: len(here)] and len(here) > best:
+            best, found = len(here), number
+    return found
+
+
+def _steps(name: str) -> Steps:
+    return tuple(part.strip().strip("\"'") for part in name.split("."))
+
+
+def load(path: Path) -> tuple[dict[str, Any], Source]:
+    """The data of a file, JSON if its name ends so and TOML otherwise, and where errors in it are to point."""
+    try:
+        if path.stat().st_size > LARGEST_FILE:
+            raise InputError(
+                f"the file has more than {LARGEST_FILE >> 20} MB", str(path), "meshes belong into OBJ files"
+            )
+        text = path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as problem:
+        what = getattr(problem, "strerror", None) or "not UTF-8"
+        raise InputError(f"cannot read the scene: {what}", str(path), "give the path of a TOML file") from problem
+    if path.suffix.lower() == ".json":
+        try:
+            data = json.loads(text)
+        except (ValueError, RecursionError) as problem:
+            raise InputError(f"not valid JSON: {problem}", str(path)) from problem
+        if not isinstance(data, dict):
+            raise InputError("not a JSON object", str(path), "a scene is an object with camera, materials, objects")
+        return data, Source(str(path))
+    try:
+        return tomllib.loads(text), Source(str(path), text)
+    except (tomllib.TOMLDecodeError, RecursionError) as problem:
+        line = re.search(r"line (\d+)", str(problem))
+        raise InputError(f"not valid TOML: {problem}", f"{path}:{line[1]}" if line else str(path)) from problem
+
+
+@dataclass(slots=True)
+class Table:
+    """A table of a document that is being read: what it is asked for is typed, what nobody asked for is an error."""
+
+    data: Mapping[str, Any]
+    source: Source
+    steps: Steps = ()
+    asked: dict[str, None] = field(default_factory=dict)
+
+    def where(self, key: str | None = None) -> str:
+        """Where the table stands, or one of its values."""
+        return self.source.where(self.steps if key is None else (*self.steps, key))
+
+    def fault(self, what: str, key: str | None = None, mend: str | None = None) -> InputError:
+        """The error to raise about a value of this table, or about all of it."""
+        return InputError(what, self.where(key if key in self.data else None), mend)
+
+    @contextmanager
+    def blamed(self, key: str | None = None) -> Iterator[None]:
+        """Errors of the library raised inside are about this table, and say so."""
+        try:
+            yield
+        except UnknownNameError as problem:
+            raise UnknownNameError(problem.kind, problem.name, problem.known, self.where(key)) from problem
+        except InputError as problem:
+            about = f"{problem.where}: {problem.what}" if problem.where else problem.what
+            raise InputError(about, self.where(key), problem.mend) from problem
+
+    def has(self, key: str) -> bool:
+        """Whether the key is there; asking makes it known."""
+        self.asked[key] = None
+        return key in self.data
+
+    def value(self, key: str, default: Any = None) -> Any:
+        """A value as it stands; without a default it must be there."""
+        if self.has(key):
+            return self.data[key]
+        if default is None:
+            raise InputError(f"{key} is missing", self.where(), f"add: {key} = ...")
+        return default
+
+    def number(self, key: str, default: float | None = None, low: float = -LARGEST, high: float = LARGEST) -> float:
+        """A finite number in low .. high."""
+        return self._number(self.value(key, default), key, low, high)
+
+    def whole(self, key: str, default: int | None = None, low: int = 0, high: int = 1 << 31) -> int:
+        """A whole number in low .. high."""
+        value = self.value(key, default)
+        if isinstance(value, bool) or not isinstance(value, int) or not low <= value <= high:
+            raise self.fault(f"{key} = {_shown(value)} is not a whole number from {low} to {high}", key)
+        return value
+
+    def flag(self, key: str, default: bool) -> bool:
+        """True or false."""
+        value = self.value(key, default)
+        if not isinstance(value, bool):
+            raise self.fault(f"{key} = {_shown(value)} is neither true nor false", key)
+        return value
+
+    def text(self, key: str, default: str | None = None, among: Iterable[str] = ()) -> str:
+        """A string; one of `among` if these are given."""
+        value = self.value(key, default)
+        if not isinstance(value, str):
+            raise self.fault(f"{key} = {_shown(value)} is not a string", key)
+        known = tuple(among)
+        if known and value not in known:
+            raise UnknownNameError(key, value, known, self.where(key))
+        return value
+
+    def numbers(
+        self, key: str, count: int, default: tuple[float, ...] | None = None,
+        low: float = -LARGEST, high: float = LARGEST,
+    ) -> tuple[float, ...]:  # fmt: skip
+        """So many numbers in low .. high."""
+        value = self.value(key, default)
+        if not isinstance(value, list | tuple) or len(value) != count:
+            raise self.fault(f"{key} = {_shown(value)} is not a list of {count} numbers", key)
+        return tuple(self._number(v, f"{key}[{i}]", low, high, key) for i, v in enumerate(value))
+
+    def rows(self, key: str, counts: tuple[int, ...], length: int) -> list[tuple[float, ...]]:
+        """Lists of `length` numbers each, as many as one of `counts`."""
+        value = self.value(key)
+        if not isinstance(value, list) or len(value) not in counts:
+            raise self.fault(f"{key} is not a list of {' or '.join(map(str, counts))} rows", key)
+        named = Table({f"{key}[{i}]": row for i, row in enumerate(value)}, self.source, self.steps)
+        with self.blamed(key):
+            return [named.numbers(name, length) for name in named.data]
+
+    def vector(self, key: str, default: Vector | None = None) -> Vector:
+        """Three numbers."""
+        x, y, z = self.numbers(key, 3, default)
+        return x, y, z
+
+    def direction(self, key: str, default: Vector | None = None) -> Vector:
+        """Three numbers that are not all 0, scaled to length 1."""
+        x, y, z = self.vector(key, default)
+        length = math.hypot(x, y, z)
+        if length < 1e-9:
+            raise self.fault(f"{key} = {_shown([x, y, z])} has no direction", key)
+        return x / length, y / length, z / length
+
+    def colour(self, key: str, default: Vector | None = None, high: float = 1.0) -> Vector:
+        """Red, green and blue in 0 .. high."""
+        r, g, b = self.numbers(key, 3, default, 0.0, high)
+        return r, g, b
+
+    def table(self, key: str) -> "Table":
+        """A table inside; empty if it is not there."""
+        value = self.value(key, {})
+        if not isinstance(value, dict):
+            raise self.fault(f"{key} = {_shown(value)} is not a table", key)
+        return Table(value, self.source, (*self.steps, key))
+
+    def tables(self, key: str, most: int) -> list["Table"]:
+        """A list of tables; empty if it is not there."""
+        value = self.value(key, [])
+        if not isinstance(value, list) or not all(isinstance(member, dict) for member in value):
+            raise self.fault(f"{key} is not a list of tables", key, f"write [[{key}]] above each of them")
+        if len(value) > most:
+            raise self.fault(f"{len(value)} {key} are more than {most}", key)
+        return [Table(member, self.source, (*self.steps, key, i)) for i, member in enumerate(value)]
+
+    def named(self, key: str) -> dict[str, "Table"]:
+        """Tables by name: [key.name]."""
+        inside = self.table(key)
+        return {name: inside.table(name) for name in inside.data}
+
+    def finish(self) -> None:
+        """Refuse the first key that nobody asked for."""
+        for key in self.data:
+            if key not in self.asked:
+                raise UnknownNameError("key", key, self.asked, self.where(key))
+
+    def _number(self, value: Any, name: str, low: float, high: float, key: str | None = None) -> float:
+        if isinstance(value, bool) or not isinstance(value, int | float):
+            raise self.fault(f"{name} = {_shown(value)} is not a number", key or name)
+        if not low <= value <= high:  # NaN is not either
+            raise self.fault(f"{name} = {value} is outside {low:g} .. {high:g}", key or name)
+        return float(value)
+
+
+def _shown(value: Any) -> str:
+    """A value of a document, short enough for a message."""
+    text = json.dumps(value, default=str)
+    return text if len(text) <= 60 else f"{text[:57]}..."

@@ -1,0 +1,163 @@
+"""Pictures as people see them: sRGB codes, how far two pictures are apart, and files."""
+
+import math
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phongbench.errors import InputError
+
+Array = NDArray[Any]
+
+#: light whose encoding is a straight line, and the weights of luminance (IEC 61966-2-1, ITU-R BT.709)
+_LINEAR, _LUMINANCE = 0.0031308, np.array([0.2126, 0.7152, 0.0722])
+#: gap between the pictures of a triple, in pixels, and its grey
+_GAP, _GREY = 8, 128
+SUFFIXES = (".png", ".npy")
+
+
+@dataclass(frozen=True, slots=True)
+class PictureError:
+    """How far a picture is from another.
+
+    max_abs, mean_abs  linear light, the worst channel of the worst pixel, and the mean over all; nothing limited to 1
+    rms                linear light, root of the mean square
+    psnr               decibels, of sRGB values as shown, 0 .. 1; infinity for equal pictures
+    max_codes          8-bit sRGB codes, the worst channel
+    visible            share of pixels of which some channel is off by a code or more
+    flip               mean of FLIP, 0 .. 1, or None where flip-evaluator is not installed
+    energy             ratio of the light in both, approximation over exact
+    highlight_area     ratio of the pixels at least half as bright as the exact picture's brightest
+    """
+
+    max_abs: float
+    mean_abs: float
+    rms: float
+    psnr: float
+    max_codes: int
+    visible: float
+    flip: float | None
+    energy: float
+    highlight_area: float
+
+    def as_dict(self) -> dict[str, Any]:
+        """For JSON, where an infinite PSNR is None."""
+        return {**asdict(self), "psnr": self.psnr if math.isfinite(self.psnr) else None}
+
+
+def encoded(linear: Array) -> Array:
+    """sRGB values of linear light, both 0 .. 1; what is outside is cut off."""
+    light = np.clip(linear, 0.0, 1.0)
+    low = 12.92 * light
+    high = 1.055 * np.maximum(light, _LINEAR) ** (1 / 2.4) - 0.055
+    return np.where(light <= _LINEAR, low, high).astype(np.asarray(linear).dtype)
+
+
+def codes(linear: Array) -> NDArray[np.uint8]:
+    """8-bit sRGB codes of linear light, rounded to the nearest."""
+    return (255 * encoded(linear) + 0.5).astype(np.uint8)
+
+
+def compare(exact: Array, other: Array, *, flip: bool = True) -> PictureError:
+    """The error of a picture against the exact one; linear light, both (height, width, 3).
+
+    flip  whether FLIP is asked for, which takes a second for a million pixels; None comes back without it
+    """
+    if exact.shape != other.shape or exact.ndim != 3 or exact.shape[2] != 3:
+        raise InputError(f"pictures of shape {exact.shape} and {other.shape}", None, "both (height, width, 3)")
+    difference = np.abs(other.astype(np.float64) - exact)
+    shown = (encoded(other.astype(np.float64)) - encoded(exact.astype(np.float64))) ** 2
+    off = np.abs(codes(other).astype(np.int16) - codes(exact))
+    mean_square = float(shown.mean())
+    return PictureError(
+        float(difference.max()), float(difference.mean()), math.sqrt(float((difference**2).mean())),
+        -10 * math.log10(mean_square) if mean_square else math.inf, int(off.max()), float(off.any(axis=2).mean()),
+        flip_error(exact, other) if flip else None, _ratio(other.sum(dtype=float), exact.sum(dtype=float)),
+        _highlight_area(exact, other),
+    )  # fmt: skip
+
+
+def flip_error(exact: Array, other: Array) -> float | None:
+    """The mean of FLIP (LDR, its own viewing conditions: 0.7 m from a 0.7 m wide 4K screen).
+
+    None if flip-evaluator, extra `flip`, is not installed.
+    """
+    try:
+        import flip_evaluator
+    except ImportError:
+        return None
+    shown = [np.ascontiguousarray(encoded(picture), np.float32) for picture in (exact, other)]
+    _, mean, _ = flip_evaluator.evaluate(*shown, "LDR", applyMagma=False)
+    return float(mean)
+
+
+def amplification(exact: Array, other: Array) -> float:
+    """The power of two that makes the largest difference of shown values as bright as it can be without being cut."""
+    largest = float(np.abs(encoded(other) - encoded(exact)).max())
+    return 2.0 ** math.floor(-math.log2(largest)) if largest else 1.0
+
+
+def triple(exact: Array, other: Array, factor: float | None = None) -> NDArray[np.uint8]:
+    """Side by side: the exact picture, the other, and how far apart their shown values are, times `factor`.
+
+    The difference is black where there is none; without a factor, `amplification` tells it.
+    """
+    factor = amplification(exact, other) if factor is None else factor
+    difference = np.clip(factor * np.abs(encoded(other) - encoded(exact)), 0, 1)
+    gap = np.full((exact.shape[0], _GAP, 3), _GREY, np.uint8)
+    apart = (255 * difference + 0.5).astype(np.uint8)
+    return np.concatenate([codes(exact), gap, codes(other), gap, apart], axis=1)
+
+
+def save(path: Path, picture: Array) -> None:
+    """Write a picture: .png as 8-bit sRGB, .npy as linear float32.
+
+    picture  linear light, or codes (uint8), which .png takes as they are
+    Raises InputError for another suffix, StorageError if the disk refuses.
+    """
+    from phongbench.results import storage, write_whole
+
+    suffix = path.suffix.lower()
+    if suffix not in SUFFIXES:
+        raise InputError(f"a picture is not written as {suffix or 'such a file'}", str(path), "use .png or .npy")
+    with storage(path):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        if suffix == ".npy":
+            write_whole(path, lambda temporary: _write_array(temporary, picture))
+        else:
+            write_whole(path, lambda temporary: _write_bytes(temporary, png(picture)))
+
+
+def png(picture: Array) -> bytes:
+    """A picture as the bytes of a PNG; linear light, or codes (uint8)."""
+    from io import BytesIO
+
+    from PIL import Image
+
+    data = BytesIO()
+    Image.fromarray(picture if picture.dtype == np.uint8 else codes(picture)).save(data, "PNG", optimize=False)
+    return data.getvalue()
+
+
+def _write_bytes(path: Path, data: bytes) -> None:
+    path.write_bytes(data)
+
+
+def _write_array(path: Path, picture: Array) -> None:
+    with path.open("wb") as file:
+        np.save(file, picture.astype(np.float32))
+
+
+def _highlight_area(exact: Array, other: Array) -> float:
+    bright, others = exact @ _LUMINANCE, other @ _LUMINANCE
+    half = bright.max() / 2
+    return _ratio(float((others >= half).sum()), float((bright >= half).sum()))
+
+
+def _ratio(above: float, below: float) -> float:
+    if below == 0:
+        return 1.0 if above == 0 else math.inf
+    return float(above / below)

@@ -1,0 +1,229 @@
+"""From a document to a scene: what it may hold, and what cannot be drawn."""
+
+import math
+from collections.abc import Mapping
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+from phongbench.errors import InputError, UnknownNameError
+from phongbench.lighting import Light, Specular
+from phongbench.lighting import Material as Reflection
+from phongbench.materials import OPENGL
+from phongbench.materials import Material as Named
+from phongbench.scene import meshes
+from phongbench.scene.documents import Source, Table, load
+from phongbench.scene.parts import (
+    MOST_DEPTH,
+    MOST_LIGHTS,
+    MOST_OBJECTS,
+    MOST_PIXELS,
+    MOST_SUPERSAMPLING,
+    Camera,
+    Chequerboard,
+    Material,
+    Object,
+    Picture,
+    Plane,
+    Scene,
+    Sphere,
+)
+from phongbench.scene.views import check_camera
+
+#: brightest that a light's colour times its intensity may be
+BRIGHTEST = 1e6
+_CLASSIC = {m.name: m for m in OPENGL}
+#: materials of the document by name: an index, or a pattern of two
+Palette = dict[str, int | Chequerboard]
+
+
+def examples() -> dict[str, str]:
+    """The shipped scenes: name -> what the first line of the file says."""
+    folder = resources.files(__package__) / "examples"
+    texts = {item.name.removesuffix(".toml"): item.read_text("utf-8") for item in folder.iterdir()}
+    return {name: texts[name].splitlines()[0].lstrip("# ") for name in sorted(texts)}
+
+
+def read_scene(name: str | Path) -> Scene:
+    """A scene from a TOML or JSON file, or a shipped one by its name.
+
+    Raises InputError, with file, line and key, for what is unknown, missing, malformed, or cannot be drawn.
+    """
+    path = Path(name)
+    if path.suffix.lower() in (".toml", ".json"):
+        data, source = load(path)
+        return scene_of(data, path.stem, source, path.parent)
+    if str(name) not in examples():
+        raise UnknownNameError("scene", name, examples(), "give a shipped scene, or a file that ends in .toml or .json")
+    with resources.as_file(resources.files(__package__) / "examples" / f"{name}.toml") as shipped:
+        data, source = load(shipped)
+        return scene_of(data, str(name), Source(f"{name}.toml", source.text), shipped.parent)
+
+
+def scene_of(data: Mapping[str, Any], name: str, source: Source | None = None, folder: Path | None = None) -> Scene:
+    """A scene from a document's data.
+
+    source  where the data came from; None for data that is no file's
+    folder  where its mesh files lie; None forbids files: a document from afar names none
+    """
+    top = Table(data, source or Source())
+    materials, palette = _materials(top.named("materials"))
+    found: list[Object] = []
+    for table in top.tables("objects", MOST_OBJECTS):
+        found += _object(table, materials, palette, folder)
+        table.finish()
+    if not found:
+        raise top.fault("a scene needs an object", "objects", "add: [[objects]]")
+    lights = tuple(_light(table) for table in top.tables("lights", MOST_LIGHTS))
+    camera = _camera(top.table("camera"))
+    scene = Scene(
+        name, camera, tuple(materials), tuple(found), lights, top.colour("ambient_light", (0.1, 0.1, 0.1)),
+        top.colour("background", (0.0, 0.0, 0.0), BRIGHTEST), _picture(top.table("picture")),
+    )  # fmt: skip
+    top.finish()
+    with top.table("camera").blamed("position"):
+        check_camera(scene)
+    return scene
+
+
+def specular_of(text: str) -> Specular:
+    """A formula written as NAME, NAME:FORM or NAME:FORM:GAMMA, e.g. lyon:difference:8.
+
+    Raises InputError for more than that; whether it fits a material's shininess is seen when it is shaded.
+    """
+    name, *rest = text.split(":")
+    if len(rest) > 2:
+        raise InputError(f"{text!r} has more than three parts", None, "write NAME:FORM:GAMMA, e.g. lyon:difference:8")
+    form, gamma = (*rest, None, None)[:2]
+    if gamma is not None and not gamma.isdecimal():
+        raise InputError(f"gamma = {gamma!r} is not a whole number", None, "write e.g. lyon:difference:8")
+    return Specular(name, form or None, None if gamma is None else int(gamma))
+
+
+def check_size(width: int, height: int) -> tuple[int, int]:
+    """The size, if a picture may have it; InputError otherwise."""
+    if width < 1 or height < 1 or width * height > MOST_PIXELS:
+        mend = f"both at least 1, {MOST_PIXELS:,} pixels at most"
+        raise InputError(f"a picture of {width}x{height} pixels", "size", mend)
+    return width, height
+
+
+def _camera(table: Table) -> Camera:
+    position, target = table.vector("position"), table.vector("target")
+    camera = Camera(
+        position, target, table.direction("up", (0.0, 1.0, 0.0)), table.number("field_of_view", 45.0, 1, 170)
+    )
+    table.finish()
+    view = [t - p for t, p in zip(target, position, strict=True)]
+    length = math.hypot(*view)
+    if length < 1e-6:
+        raise table.fault("the camera looks at itself", "target", "position and target must differ")
+    if abs(sum(v * u for v, u in zip(view, camera.up, strict=True))) > (1 - 1e-6) * length:
+        raise table.fault("the camera looks along up", "up" if table.has("up") else "target", "choose another up")
+    return camera
+
+
+def _picture(table: Table) -> Picture:
+    width, height = (int(n) for n in table.numbers("size", 2, (640, 360), 1, MOST_PIXELS))
+    with table.blamed("size"):
+        check_size(width, height)
+    picture = Picture(
+        (width, height), table.whole("depth", 3, 0, MOST_DEPTH),
+        table.whole("supersampling", 1, 1, MOST_SUPERSAMPLING), table.flag("shadows", False),
+    )  # fmt: skip
+    table.finish()
+    return picture
+
+
+def _light(table: Table) -> Light:
+    colour = table.colour("colour", (1.0, 1.0, 1.0))
+    highlight = table.colour("highlight", colour)
+    intensity = table.number("intensity", 1.0, 0.0, BRIGHTEST)
+    diffuse, specular = (tuple(intensity * c for c in of) for of in (colour, highlight))
+    if table.has("direction") == table.has("position"):
+        raise table.fault("a light has either a direction or a position", "position", "remove one, or add one")
+    if table.has("direction"):
+        for key in ("attenuation", "reach"):
+            if table.has(key):
+                raise table.fault(f"a light from everywhere far away has no {key}", key, "give it a position")
+        light = Light(direction=table.direction("direction"), diffuse=diffuse, specular=specular)
+    else:
+        reach = table.number("reach", None, 1e-6) if table.has("reach") else None
+        with table.blamed("attenuation"):
+            light = Light(
+                position=table.vector("position"), attenuation=table.numbers("attenuation", 3, (1.0, 0.0, 0.0), 0.0),
+                reach=reach, diffuse=diffuse, specular=specular,
+            )  # fmt: skip
+    table.finish()
+    return light
+
+
+def _materials(tables: dict[str, Table]) -> tuple[list[Material], Palette]:
+    """The plain materials and, by name, what an object may ask for."""
+    materials: list[Material] = []
+    palette: Palette = {}
+    for name, table in tables.items():
+        if not table.has("chequerboard"):
+            palette[name] = len(materials)
+            materials.append(_material(name, table))
+            table.finish()
+    for name, table in tables.items():
+        if table.has("chequerboard"):
+            palette[name] = _chequerboard(table, palette)
+            table.finish()
+    return materials, palette
+
+
+def _material(name: str, table: Table) -> Material:
+    base = _CLASSIC[table.text("like", among=_CLASSIC)] if table.has("like") else Named(name)
+    specular = None
+    if table.has("approximation"):
+        with table.blamed("approximation"):
+            specular = specular_of(table.text("approximation"))
+    reflection = Reflection(
+        table.colour("ambient", base.ambient), table.colour("diffuse", base.diffuse),
+        table.colour("specular", base.specular), table.number("shininess", base.shininess, 0.0, 1e5),
+    )  # fmt: skip
+    if max(reflection.specular) > 0 and reflection.shininess == 0:
+        raise table.fault("a highlight needs a shininess", "specular", "add e.g.: shininess = 50")
+    return Material(name, reflection, table.number("reflectivity", 0.0, 0.0, 1.0), specular)
+
+
+def _chequerboard(table: Table, palette: Palette) -> Chequerboard:
+    names = table.value("chequerboard")
+    if not isinstance(names, list) or len(names) != 2:
+        raise table.fault("a chequerboard has two materials", "chequerboard", 'write ["white", "black"]')
+    known = {name: index for name, index in palette.items() if isinstance(index, int)}
+    for name in names:
+        if name not in known:
+            raise UnknownNameError("material", name, known, table.where("chequerboard"))
+    return Chequerboard(known[names[0]], known[names[1]], table.number("side", 1.0, 1e-6))
+
+
+def _object(table: Table, materials: list[Material], palette: Palette, folder: Path | None) -> list[Object]:
+    shape = table.text("shape", among=("sphere", "plane", "mesh"))
+    if shape == "mesh":
+        material = _plain(table, palette) if table.has("material") or not table.has("file") else None
+        return [meshes.read_mesh(table, materials, material, folder)]
+    name = _asked(table, palette)
+    if shape == "sphere":
+        return [Sphere(table.vector("centre"), table.number("radius", None, 1e-6), _plain(table, palette))]
+    chosen = palette[name]
+    point, normal = table.vector("point", (0.0, 0.0, 0.0)), table.direction("normal", (0.0, 1.0, 0.0))
+    if isinstance(chosen, Chequerboard):
+        return [Plane(point, normal, chosen.even, chosen)]
+    return [Plane(point, normal, chosen)]
+
+
+def _asked(table: Table, palette: Palette) -> str:
+    name = table.text("material")
+    if name not in palette:
+        raise UnknownNameError("material", name, palette, table.where("material"))
+    return name
+
+
+def _plain(table: Table, palette: Palette) -> int:
+    chosen = palette[_asked(table, palette)]
+    if isinstance(chosen, Chequerboard):
+        raise table.fault("only a plane wears a chequerboard", "material", "name a plain material")
+    return chosen

@@ -1,0 +1,105 @@
+"""What `phongbench render` does: a scene's name and wishes in, a picture and what to tell about it out."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from phongbench.errors import InputError
+from phongbench.progress import Progress
+from phongbench.scene import formulas, pictures, worth
+from phongbench.scene.parts import Mesh, Scene
+from phongbench.scene.reading import examples, read_scene, specular_of
+from phongbench.scene.rendering import render
+from phongbench.scene.thrift import Thrift
+
+_SILENT = Progress()
+
+
+@dataclass(frozen=True)
+class Wish:
+    """What a user asks for; None takes the scene's own, or what is usual."""
+
+    scene: str
+    out: Path | None = None
+    size: tuple[int, int] | None = None
+    specular: str | None = None
+    model: str = "phong"
+    depth: int | None = None
+    supersampling: int | None = None
+    shadows: bool | None = None
+    skip: bool = True
+    exact: bool = False
+    compare: bool = False
+    threads: int | None = None
+
+    @property
+    def thrift(self) -> Thrift:
+        """What may be left out."""
+        if not self.skip:
+            return Thrift.none()
+        return Thrift.exact() if self.exact else Thrift()
+
+    def arguments(self) -> dict[str, Any]:
+        """Those of `render` that a picture and its measurements share."""
+        return {
+            "size": self.size, "depth": self.depth, "supersampling": self.supersampling, "shadows": self.shadows,
+            "model": self.model, "threads": self.threads,
+        }  # fmt: skip
+
+
+def listed() -> list[dict[str, str]]:
+    """The shipped scenes and what each shows."""
+    return [{"scene": name, "shows": told} for name, told in examples().items()]
+
+
+def draw(wish: Wish, progress: Progress = _SILENT) -> dict[str, Any]:
+    """Draw and write a picture; what to tell: where it is, what it took, what was left out, and its error if asked.
+
+    Raises InputError for what cannot be drawn, StorageError if it cannot be written.
+    """
+    scene = read_scene(wish.scene)
+    out = wish.out or Path(f"{scene.name}.png")
+    if out.suffix.lower() not in pictures.SUFFIXES:
+        raise InputError(f"a picture is not written as {out.suffix or 'such a file'}", str(out), "use .png or .npy")
+    specular = None if wish.specular is None else specular_of(wish.specular)
+    done = render(scene, specular=specular, thrift=wish.thrift, progress=progress, **wish.arguments())
+    told: dict[str, Any] = {"scene": scene.name, "specular": wish.specular or "phong", "picture": str(out)}
+    told |= done.as_dict()
+    told["mrays_per_second"] = round(done.rays / done.seconds["total"] / 1e6, 3)
+    if not wish.compare:
+        pictures.save(out, done.picture)
+        return told
+    exact = render(scene, thrift=wish.thrift, progress=progress, **wish.arguments())
+    told["error"] = pictures.compare(exact.picture, done.picture).as_dict()
+    told["amplification"] = pictures.amplification(exact.picture, done.picture)
+    pictures.save(out, pictures.triple(exact.picture, done.picture))
+    return told
+
+
+def measure(wish: Wish, progress: Progress = _SILENT) -> dict[str, Any]:
+    """What each skip saves in a scene, and our tracer beside a plain one, where that can draw the scene."""
+    scene = read_scene(wish.scene)
+    told: dict[str, Any] = {"scene": scene.name}
+    told["skips"] = worth.skips(scene, progress=progress, **wish.arguments(), **_formula(wish))
+    told["tracers"] = [] if _beyond_the_plain(scene) else worth.tracers(scene, progress=progress, **wish.arguments())
+    return told
+
+
+def judge(wish: Wish, progress: Progress = _SILENT) -> dict[str, Any]:
+    """Every usual formula's picture beside that of exact Phong, or that of the one formula asked for."""
+    scene = read_scene(wish.scene)
+    asked = formulas.USUAL if wish.specular is None else (specular_of(wish.specular),)
+    arguments = {name: value for name, value in wish.arguments().items() if name != "model"}
+    rows = formulas.compare(scene, asked, progress=progress, **arguments)
+    drawn = [{k: v for k, v in row.items() if k != "left_out"} for row in rows if not row["left_out"]]
+    left_out = [{"formula": formulas.name_of(row), "why": row["left_out"]} for row in rows if row["left_out"]]
+    return {"scene": scene.name, "formulas": drawn, "left_out": left_out}
+
+
+def _formula(wish: Wish) -> dict[str, Any]:
+    return {} if wish.specular is None else {"specular": specular_of(wish.specular)}
+
+
+def _beyond_the_plain(scene: Scene) -> bool:
+    """The plain tracer knows neither meshes nor other formulas."""
+    return bool(scene.of(Mesh)) or any(m.specular is not None for m in scene.materials)

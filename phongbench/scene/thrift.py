@@ -1,0 +1,94 @@
+"""What a renderer may leave out, and the ledger of what it did leave out."""
+
+from dataclasses import asdict, dataclass, field, fields
+from typing import Any
+
+from phongbench.errors import InputError
+from phongbench.lighting import Skips
+
+#: the weight below which a reflection is not followed: half an 8-bit code of the brightest light
+CUTOFF = 1 / 510
+
+
+@dataclass(frozen=True)
+class Thrift:
+    """What may be left out, one switch each.
+
+    Exact, the picture is the same bits: `background` shading rays that hit nothing; `reflectivity` reflections of
+    surfaces that reflect nothing; `shadow_rays` asking for shadows where a light does not reach or is behind.
+    Bounded: `cutoff` reflections whose accumulated weight is below it change a sample by at most cutoff * brightest
+    (0: all are followed).
+    shading  the same for light on surfaces; see there
+    """
+
+    background: bool = True
+    reflectivity: bool = True
+    shadow_rays: bool = True
+    cutoff: float = CUTOFF
+    shading: Skips = field(default_factory=Skips)
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.cutoff < 1:
+            raise InputError(f"cutoff = {self.cutoff} is not from 0 to 1", "cutoff", "give e.g. 0.002")
+
+    @classmethod
+    def none(cls) -> "Thrift":
+        """Nothing is left out."""
+        return cls(False, False, False, 0.0, Skips.none())
+
+    @classmethod
+    def exact(cls) -> "Thrift":
+        """Only what changes no bit."""
+        return cls(cutoff=0.0, shading=Skips.exact())
+
+
+@dataclass
+class Tally:
+    """What one renderer's thread counts; see `Ledger` for the meaning."""
+
+    rays: int = 0
+    background: int = 0
+    reflections: int = 0
+    reflectivity: int = 0
+    cutoff: int = 0
+    shadow_rays: int = 0
+    shadow_rays_saved: int = 0
+    tracing: float = 0.0
+    shading: float = 0.0
+    pairs: dict[str, int] = field(default_factory=dict)
+
+    def add_pairs(self, pairs: dict[str, int]) -> None:
+        """Add what the shading left out."""
+        for name, number in pairs.items():
+            self.pairs[name] = self.pairs.get(name, 0) + number
+
+    def add(self, other: "Tally") -> None:
+        """Add what another thread counted."""
+        for f in fields(self):
+            if f.name != "pairs":
+                setattr(self, f.name, getattr(self, f.name) + getattr(other, f.name))
+        self.add_pairs(other.pairs)
+
+
+@dataclass(frozen=True)
+class Skipped:
+    """One line of the ledger.
+
+    name     the switch
+    kind     "exact" or "bounded"
+    unit     what is counted
+    of       how many there are
+    skipped  how many of them were left out
+    bound    what leaving them out may change in a colour at most; 0 where it is exact
+    """
+
+    name: str
+    kind: str
+    unit: str
+    of: int
+    skipped: int
+    bound: float = 0.0
+
+    def as_dict(self) -> dict[str, Any]:
+        """For JSON."""
+        return asdict(self)

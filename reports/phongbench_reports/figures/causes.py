@@ -1,0 +1,111 @@
+"""What really makes lengths wrong, and what each cause does to a highlight, per lambda form and against both truths."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+
+from phongbench.causes import BY_NAME
+from phongbench.front import CELL
+from phongbench_reports.commands import reproduce
+from phongbench_reports.drawing import FORMS, Plate, budget_lines, footnote, log_axis, sheet
+from phongbench_reports.study import STABILITY_ALPHA, Absent, Study, nearest
+from phongbench_reports.text import BUDGETS, basis, listed, number, percent, records
+
+#: Columns of the panels: (column, truth, title).
+PANELS = (
+    ("length_max", "angle", "change by the lengths alone"),
+    ("max_abs", "angle", "against the true angle"),
+    ("max_abs", "given", "against the vectors as given"),
+)
+#: The smallest size drawn; what is smaller, or 0, stands at the edge.
+FLOOR = 1e-6
+#: Heights of the lambda forms around the line of their cause.
+_LIFT = {"dot": -0.2, "difference": 0.0, "cross": 0.2, "tan2": 0.36}
+
+
+def rows_of(study: Study) -> pd.DataFrame:
+    """Lyon with Taylor slope at one exponent and the gamma nearest to 64, every cause, both truths."""
+    rows = study.at(
+        study.accuracy, approximation="lyon", beta_policy="taylor", space="reflect", precision=study.precision,
+        stratum="lengths", perturbation=tuple(BY_NAME), lambda_form=tuple(FORMS),
+    )  # fmt: skip
+    rows = rows[rows["gamma"].notna() & rows["gated"].astype(bool)]
+    if rows.empty:
+        return rows
+    rows = rows[rows["alpha"] == nearest(sorted(rows["alpha"].unique()), STABILITY_ALPHA)]
+    gamma = min((int(g) for g in rows["gamma"].unique()), key=lambda g: (abs(np.log2(g / 64)), g))
+    rows = rows[rows["gamma"] == gamma]
+    columns = [*CELL, "alpha", "perturbation", "length_error", "truth", "length_max", "max_abs", "samples", "coverage"]
+    order = rows[columns].assign(size=-rows["length_error"].abs())
+    order = order.sort_values(["size", "perturbation", "lambda_form", "truth"], kind="stable")
+    return order.drop(columns="size").reset_index(drop=True)
+
+
+def _panel(axes: Axes, rows: pd.DataFrame, causes: list[str], column: str) -> None:
+    for form, (colour, marker, _) in FORMS.items():
+        mine = rows[rows["lambda_form"] == form]
+        heights = [causes.index(name) + _LIFT.get(form, 0.0) for name in mine["perturbation"]]
+        if len(mine):
+            sizes = mine[column].clip(lower=FLOOR)
+            axes.plot(sizes, heights, color=colour, marker=marker, linestyle="none", label=form)
+
+
+def draw(study: Study) -> Plate | Absent:
+    """One line a cause, the largest length error on top; a dot for each lambda form; three measures side by side."""
+    data = rows_of(study)
+    if data.empty:
+        return Absent("The run holds no lyon rows on vectors that a real cause made wrong.", "Run with --only lyon.")
+    causes = list(dict.fromkeys(data["perturbation"]))
+    figure, panels = sheet(
+        1.5 + 0.42 * len(causes), 1, 3, left=0.305, wspace=0.07, bottom=0.155, top=0.88, sharey=True, sharex=True
+    )
+    largest = data.drop_duplicates("perturbation").set_index("perturbation")["length_error"]
+    for axes, (column, truth, title) in zip(panels, PANELS, strict=True):
+        log_axis(axes.xaxis, labels=5)
+        budget_lines(axes, vertical=True, named=column == "length_max")
+        _panel(axes, data[data["truth"] == truth], causes, column)
+        axes.set_title(title, pad=6, fontsize=8.5)
+    panels[0].set_xlim(FLOOR / 1.5, max(1.0, 1.5 * float(data[["length_max", "max_abs"]].to_numpy().max())))
+    panels[0].set_ylim(len(causes) - 0.4, -0.75)
+    names = [f"{BY_NAME[name].text}\n{percent(largest[name])}" for name in causes]
+    panels[0].set_yticks(range(len(causes)), names, fontsize=8)
+    handles, labels = panels[0].get_legend_handles_labels()
+    figure.legend(
+        handles, labels, loc="upper left", bbox_to_anchor=(0.0, 1.0), ncols=1, fontsize=8, title="lambda form",
+        title_fontsize=8, labelcolor="linecolor", borderaxespad=0.4,
+    )  # fmt: skip
+    told = basis(data)
+    where = (
+        f"lyon, γ\u00a0=\u00a0{int(data['gamma'].iloc[0])}, α\u00a0=\u00a0{data['alpha'].iloc[0]:g}, {study.precision}"
+    )
+    figure.text(0.64, 0.065, "largest absolute error", ha="center", fontsize=9)
+    footnote(figure, f"{where}; under each cause its largest length error; marks at the left edge: smaller; {told}")
+    return Plate(figure, data, _sentence(data, causes), _alt(data, causes), told, reproduce(study, data))
+
+
+def _sentence(data: pd.DataFrame, causes: list[str]) -> str:
+    """For each form the causes whose change stays within one 8-bit code."""
+    code, name = BUDGETS[0]
+    angle = data[data["truth"] == "angle"]
+    parts = []
+    for form in FORMS:
+        mine = angle[angle["lambda_form"] == form]
+        if len(mine):
+            good = [row["perturbation"] for row in records(mine) if row["length_max"] <= code]
+            parts.append(f"{form} {len(good)}")
+    alpha = data["alpha"].iloc[0]
+    return (
+        f"Of {len(causes)} real causes of wrong lengths, so many change the highlight by at most {name} "
+        f"at α\u00a0=\u00a0{alpha:g}: {listed(parts)}."
+    )
+
+
+def _alt(data: pd.DataFrame, causes: list[str]) -> str:
+    parts = []
+    for cause in causes:
+        mine = data[(data["perturbation"] == cause) & (data["truth"] == "angle")]
+        found = ", ".join(f"{row['lambda_form']} {number(row['length_max'])}" for row in records(mine))
+        parts.append(f"{BY_NAME[cause].text}: {found}")
+    return f"Dot charts of the error by cause and lambda form. Change by the lengths alone: {'; '.join(parts)}."

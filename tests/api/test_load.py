@@ -1,0 +1,129 @@
+"""The load program: what it counts, that its echo is an echo, and that a whole short measurement comes out."""
+
+import asyncio
+import json
+import math
+import socket
+import subprocess
+import sys
+import threading
+from collections.abc import Iterator
+from contextlib import closing, contextmanager
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from starlette.testclient import TestClient
+
+from phongbench.errors import PhongbenchError
+from phongbench_api import serve
+from phongbench_api.app import create_app
+from phongbench_api.load import overload, paired
+from phongbench_api.load.__main__ import markdown
+from phongbench_api.load.server import echoing
+from phongbench_api.settings import Settings
+
+
+def test_the_echo_answers_the_first_bytes_and_the_service_has_none(runs: Path) -> None:
+    settings = Settings(runs=runs)
+    body = bytes(range(256)) * 1000
+    with TestClient(echoing(settings), base_url="http://localhost") as client:
+        answer = client.post("/echo?answer=5000", content=body)
+    assert answer.content == body[:5000]
+    with TestClient(create_app(settings), base_url="http://localhost") as client:
+        assert client.post("/echo?answer=5000", content=body).status_code == 404
+
+
+def test_answers_on_a_kept_connection_do_not_wait_for_acknowledgements() -> None:
+    with serve._listen(Settings(port=0)) as listening, socket.create_connection(listening.getsockname()):
+        accepted, _ = listening.accept()
+        with accepted:
+            assert accepted.getsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY)
+
+
+@given(st.lists(st.floats(0.1, 10), min_size=3, max_size=300))
+def test_the_interval_holds_the_median_and_narrows(values: list[float]) -> None:
+    low, high = paired._median_interval(values)
+    assert min(values) <= low <= float(np.median(values)) <= high <= max(values)
+    wide = paired._median_interval([float(k) for k in range(25)])
+    narrow = paired._median_interval([k / 100 for k in range(2500)])
+    assert narrow[1] - narrow[0] < wide[1] - wide[0]
+
+
+def test_quantiles_are_of_one_status_and_one_span() -> None:
+    seen = overload.Seen([(0.0, 0.010, 200), (1.0, 0.030, 200), (1.5, 0.001, 503), (2.0, 0.050, 200), (2.5, 9.0, 0)])
+    assert seen.quantile(0.5, 200) == pytest.approx(30)
+    assert seen.quantile(1.0, 503) == pytest.approx(1)
+    assert seen.quantile(1.0, 200, 0.5, 2.0) == pytest.approx(30)
+    assert math.isnan(seen.quantile(0.5, 404))
+    assert seen.share(200) == 0.6
+
+
+@contextmanager
+def scripted(answers: list[bytes]) -> Iterator[int]:
+    """A server that gives these answers, one for each request, over one connection at a time."""
+
+    def work() -> None:
+        with listening:
+            connection, _ = listening.accept()
+            for answer in answers:
+                connection.recv(1 << 16)
+                connection.sendall(answer)
+            connection.close()
+
+    listening = socket.create_server(("127.0.0.1", 0))
+    thread = threading.Thread(target=work)
+    thread.start()
+    yield listening.getsockname()[1]
+    thread.join()
+
+
+def test_lines_are_kept_and_one_that_breaks_is_counted() -> None:
+    ok = b"HTTP/1.1 200 OK\r\nContent-Length: 3\r\n\r\nabc"
+    busy = b"HTTP/1.1 503 Busy\r\ncontent-length: 0\r\n\r\n"
+
+    async def ask(port: int) -> list[int]:
+        lines = overload.Lines(port)
+        found = [await lines.ask(overload.HEALTH) for _ in range(4)]
+        lines.close()
+        return found
+
+    with scripted([ok, busy, ok, ok[:-1]]) as port:
+        assert asyncio.run(ask(port)) == [200, 503, 200, 0]
+
+
+def test_an_answer_that_is_no_success_ends_the_paired_measurement() -> None:
+    with (
+        scripted([b"HTTP/1.1 422 No\r\nContent-Length: 4\r\n\r\nwhy?"]) as port,
+        closing(paired.Line(port)) as line,
+        pytest.raises(PhongbenchError, match=r"422.*why"),
+    ):
+        line.seconds(paired.Ask("GET", "/healthz"))
+
+
+def test_a_short_measurement_has_every_number(runs: Path) -> None:
+    command = [
+        sys.executable,
+        "-m",
+        "phongbench_api.load",
+        "--runs",
+        str(runs),
+        "--rounds",
+        "3",
+        "--seconds",
+        "3",
+        "--json",
+    ]
+    found = json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
+    assert len(found["paired"]) == 3
+    assert all(0 < row["ratio_low"] <= row["ratio"] <= row["ratio_high"] for row in found["paired"])
+    overloaded = found["overload"]
+    assert overloaded["capacity_per_s"] > 0
+    assert overloaded["other"] == pytest.approx(0)
+    assert overloaded["health_failed"] == 0
+    assert 0 <= overloaded["refused"] < 1
+    table = markdown(found)
+    assert table.count("\n") == 14
+    assert "exact Phong" in table

@@ -1,0 +1,137 @@
+"""Servers in processes of their own: how they stop, whom they cut off, and that they call nobody."""
+
+import signal
+import socket
+import threading
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+from urllib.parse import urlsplit
+
+import httpx2 as httpx
+import numpy as np
+import psutil
+import pytest
+from click.testing import CliRunner
+
+from phongbench.cli import main
+from phongbench_api import wire
+from phongbench_api.serve import from_environment
+from phongbench_api.settings import Settings
+
+QUERY = {"approximation": "lyon", "lambda": "cross", "gamma": "8", "alpha": "50"}
+
+
+def connected(url: str) -> socket.socket:
+    parts = urlsplit(url)
+    made = socket.create_connection((parts.hostname, parts.port), timeout=30)
+    made.settimeout(30)
+    return made
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
+def test_a_signal_ends_it_with_exit_code_0(serve: Callable[..., Any], number: int) -> None:
+    server = serve()
+    assert httpx.get(f"{server.url}/readyz").status_code == 200
+    assert server.stop(number) == 0
+
+
+def test_workers_share_the_door_and_leave_together(serve: Callable[..., Any]) -> None:
+    server = serve("--workers", "2")
+    workers = [p for p in psutil.Process(server.process.pid).children() if "spawn_main" in " ".join(p.cmdline())]
+    assert len(workers) == 2
+    assert httpx.get(f"{server.url}/healthz").json() == {"status": "ok"}
+    assert server.stop() == 0
+    assert not [p for p in workers if p.is_running()]
+
+
+def test_a_request_under_way_finishes_and_new_ones_are_refused(serve: Callable[..., Any]) -> None:
+    server = serve("--drain", "1")
+    body = np.zeros((2, 1000, 3), "<f4").tobytes()
+    query = "&".join(f"{k}={v}" for k, v in QUERY.items())
+    head = f"POST /v1/specular?{query} HTTP/1.1\r\nHost: localhost\r\nContent-Type: {wire.OCTETS}\r\n"
+    head += f"Content-Length: {len(body)}\r\n\r\n"
+    with connected(server.url) as slow:
+        slow.sendall(head.encode() + body[:-1])
+        # an answer to another request proves that the first head was read: one loop reads both in turn
+        assert httpx.get(f"{server.url}/readyz").status_code == 200
+        server.process.send_signal(signal.SIGTERM)
+        while (ready := httpx.get(f"{server.url}/readyz")).status_code == 200:
+            pass
+        assert ready.status_code == 503
+        assert (
+            httpx.post(
+                f"{server.url}/v1/specular", params=QUERY, content=body, headers={"content-type": wire.OCTETS}
+            ).status_code
+            == 503
+        )
+        slow.sendall(body[-1:])
+        answer = slow.makefile("rb").read()
+    assert answer.startswith(b"HTTP/1.1 200")
+    assert len(answer.partition(b"\r\n\r\n")[2]) == 4 * 1000
+    assert server.process.wait(60) == 0
+
+
+def test_a_head_that_trickles_is_cut_off(serve: Callable[..., Any]) -> None:
+    server = serve(head_seconds=1.0)
+    with connected(server.url) as slow:
+        slow.sendall(b"GET /healthz HT")
+        assert slow.recv(100) == b""
+    with connected(server.url) as again:  # the second head of a connection that was answered once
+        again.sendall(b"GET /healthz HTTP/1.1\r\nHost: localhost\r\n\r\n")
+        answered = b""
+        while not answered.endswith(b'{"status":"ok"}'):
+            answered += again.recv(10_000)
+        again.sendall(b"GET /he")
+        assert again.recv(100) == b""
+    assert httpx.get(f"{server.url}/healthz").status_code == 200
+
+
+def test_it_calls_nobody(serve: Callable[..., Any]) -> None:
+    server = serve()
+    process = psutil.Process(server.process.pid)
+    for path in ("/", "/docs", "/openapi.json", "/v1/runs", "/v1/curve?approximation=phong&alpha=50", "/v1/meta"):
+        assert httpx.get(server.url + path).status_code == 200
+    port = urlsplit(server.url).port
+    kept = [c for c in process.net_connections() if c.laddr.port != port]
+    assert kept == []
+
+
+def test_a_port_that_is_taken_is_said_in_two_lines() -> None:
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        found = CliRunner().invoke(main, ["serve", "--port", str(taken.getsockname()[1])])
+    assert found.exit_code == 2
+    assert "cannot listen" in found.output
+    assert "--port" in found.output
+
+
+def test_a_worker_gets_the_settings_of_its_parent(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    import json
+    from dataclasses import asdict
+
+    settings = Settings(runs=tmp_path, allowed_hosts=("a", "b"), workers=2, drain_seconds=3.0)
+    monkeypatch.setenv("PHONGBENCH_SERVE", json.dumps(asdict(settings), default=str))
+    assert from_environment().state.service.settings == settings
+
+
+def test_many_large_requests_leave_health_answering(serve: Callable[..., Any]) -> None:
+    server = serve()
+    body = np.zeros((2, 200_000, 3), "<f4").tobytes()
+    statuses: list[int] = []
+
+    def ask() -> None:
+        with httpx.Client(timeout=60) as client:
+            answer = client.post(
+                f"{server.url}/v1/specular", params=QUERY, content=body, headers={"content-type": wire.OCTETS}
+            )
+            statuses.append(answer.status_code)
+
+    threads = [threading.Thread(target=ask) for _ in range(40)]
+    for thread in threads:
+        thread.start()
+    health = [httpx.get(f"{server.url}/healthz").status_code for _ in range(20)]
+    for thread in threads:
+        thread.join()
+    assert set(health) == {200}
+    assert set(statuses) <= {200, 503}
+    assert 200 in statuses

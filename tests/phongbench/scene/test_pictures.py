@@ -1,0 +1,108 @@
+"""How far two pictures are apart, as people see them."""
+
+import io
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from PIL import Image
+
+from phongbench.errors import InputError, StorageError
+from phongbench.scene import pictures
+
+
+def grey(*levels: float) -> np.ndarray:
+    """A picture of one row of greys."""
+    return np.repeat(np.array(levels, np.float32)[None, :, None], 3, axis=2)
+
+
+@given(st.floats(0, 1))
+def test_encoding_is_undone_by_the_standards_formula(light: float) -> None:
+    shown = float(pictures.encoded(np.array([light]))[0])
+    back = shown / 12.92 if shown <= 0.04045 else ((shown + 0.055) / 1.055) ** 2.4
+    assert back == pytest.approx(light, abs=1e-7)
+
+
+def test_known_codes() -> None:
+    assert pictures.codes(grey(-1, 0, 0.0031308, 0.2158605, 0.5, 1, 7))[0, :, 0].tolist() == [
+        0,
+        0,
+        10,
+        128,
+        188,
+        255,
+        255,
+    ]
+
+
+def test_equal_pictures_are_not_apart() -> None:
+    error = pictures.compare(grey(0, 0.5, 2), grey(0, 0.5, 2))
+    assert (error.max_abs, error.mean_abs, error.max_codes, error.visible) == (0, 0, 0, 0)
+    assert math.isinf(error.psnr)
+    assert error.as_dict()["psnr"] is None
+    assert error.flip in (None, 0)
+    assert (error.energy, error.highlight_area) == (1, 1)
+
+
+def test_the_numbers_of_a_picture_that_is_off() -> None:
+    exact, other = grey(0.0, 0.2158605, 0.8, 1.0), grey(0.0, 0.2199, 0.8, 0.45)
+    error = pictures.compare(exact, other, flip=False)
+    assert error.max_abs == pytest.approx(0.55)
+    assert error.mean_abs == pytest.approx((0.0040395 + 0.55) / 4, rel=1e-5)
+    assert error.visible == 0.5
+    assert error.max_codes == 255 - int(pictures.codes(grey(0.45))[0, 0, 0])
+    assert error.energy == pytest.approx(other.sum() / exact.sum())
+    assert error.highlight_area == 0.5  # of two pixels above half the brightest, one is left
+    assert error.flip is None
+    shown = (pictures.encoded(exact.astype(float)) - pictures.encoded(other.astype(float))) ** 2
+    assert error.psnr == pytest.approx(10 * math.log10(1 / shown.mean()))
+
+
+def test_flip_sees_what_people_see() -> None:
+    pytest.importorskip("flip_evaluator")
+    rng = np.random.default_rng(3)
+    exact = rng.random((40, 40, 3), np.float32)
+    little, much = (pictures.flip_error(exact, np.clip(exact + e, 0, 1)) for e in (0.01, 0.2))
+    assert little is not None
+    assert much is not None
+    assert 0 < little < much < 1
+
+
+def test_pictures_of_different_size_are_refused() -> None:
+    with pytest.raises(InputError, match="shape"):
+        pictures.compare(grey(0, 1), grey(0, 1, 1))
+
+
+def test_a_triple_shows_both_and_their_difference_enlarged() -> None:
+    exact, other = grey(0.0, 0.5), grey(0.0, 0.48)
+    factor = pictures.amplification(exact, other)
+    largest = float(np.abs(pictures.encoded(exact) - pictures.encoded(other)).max())
+    assert 0.5 < factor * largest <= 1
+    assert math.log2(factor) == int(math.log2(factor))
+    row = pictures.triple(exact, other)[0]
+    assert (row[:2] == pictures.codes(exact)[0]).all()
+    assert (row[10:12] == pictures.codes(other)[0]).all()
+    assert row[20, 0] == 0
+    assert row[21, 0] == int(255 * factor * largest + 0.5)
+
+
+def test_files_hold_what_was_drawn(tmp_path: Path) -> None:
+    picture = np.random.default_rng(1).random((4, 6, 3), np.float32) * 1.5
+    pictures.save(tmp_path / "new" / "a.png", picture)
+    with Image.open(tmp_path / "new" / "a.png") as shown:
+        assert (np.asarray(shown) == pictures.codes(picture)).all()
+    pictures.save(tmp_path / "a.npy", picture)
+    assert (np.load(tmp_path / "a.npy") == picture).all()
+    assert [path.name for path in (tmp_path / "new").iterdir()] == ["a.png"]
+    assert Image.open(io.BytesIO(pictures.png(pictures.codes(picture)))).size == (6, 4)
+
+
+def test_what_cannot_be_written_is_said(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"\.jpg"):
+        pictures.save(tmp_path / "a.jpg", grey(0))
+    (tmp_path / "file").write_text("")
+    with pytest.raises(StorageError):
+        pictures.save(tmp_path / "file" / "a.png", grey(0))
