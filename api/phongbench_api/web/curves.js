@@ -122,7 +122,7 @@ export class Curves {
     const own = axis(p, { size: 60, ...(log ? onlyDecades(p) : {}), values: (u, ticks) => ticks.map(log ? decade : (tick) => number(tick)) });
     const options = this.#common(own);
     const codeAxis = axis(p, {
-      scale: 'y', side: 1, size: 52, label: '8-bit codes', grid: { show: false }, filter: (u, ticks) => ticks,
+      scale: 'y', side: 1, size: 40, label: '8-bit codes', grid: { show: false }, filter: (u, ticks) => ticks,
       splits: (u, i, low, high) => (log ? decades(255 * low, 255 * high) : rounds(255 * low, 255 * high)).map((tick) => tick / 255),
       values: (u, ticks) => ticks.map((tick) => (log ? decade : number)(Number((255 * tick).toPrecision(6)))),
     });
@@ -151,8 +151,10 @@ export class Curves {
     const right = log || curve.angle[curve.worst] < this.#end() / 2;
     const side = right ? left + width - 6 * ratio : left + 6 * ratio;
     const name = (text, ink, at) => write(u, text, side, at, { colour: ink, plate: p.card, align: right ? 'right' : 'left', bold: true });
-    if (curve.error.some((e) => e > 0)) name('too bright', p.bright, log ? top + height - 27 * ratio : top + 10 * ratio);
-    if (curve.error.some((e) => e < 0)) name('too dark (dashed)', p.dark, top + height - 10 * ratio);
+    // only what is to be seen: a plot without such a line needs no name for it
+    const seen = log ? u.scales.y.min : u.scales.y.max / 100;
+    if (curve.error.some((e) => e > seen)) name('too bright', p.bright, log ? top + height - 27 * ratio : top + 10 * ratio);
+    if (curve.error.some((e) => e < -seen)) name('too dark (dashed)', p.dark, top + height - 10 * ratio);
     const error = curve.error[curve.worst];
     if (!error || !Number.isFinite(error) || curve.angle[curve.worst] > this.#end()) return;
     const [px, py] = [u.valToPos(curve.angle[curve.worst], 'x', true), u.valToPos(log ? Math.abs(error) : error, 'y', true)];

@@ -10,6 +10,9 @@ const { uPlot } = globalThis;
 const FLOOR = 1e-7;
 const NAMED = 7;
 const NEAR = 24;
+/** About how wide a letter of a name is. */
+const LETTER = 7.2;
+const narrow = () => matchMedia('(max-width: 40rem)').matches;
 const STATES = {
   on: ['on the front', 'front', 'disc'], unresolved: ['not settled: intervals overlap', 'unclear', 'diamond'], off: ['off: another is surely faster and no worse', 'muted', 'ring'],
 };
@@ -81,9 +84,10 @@ export class Front {
     this.draw();
   }
 
-  /** Marks the formula shown. @param {any} asked */
-  mark(asked) {
+  /** Marks the formula shown and the budget. @param {any} asked @param {string} budget a number or a fraction */
+  mark(asked, budget) {
     this.asked = asked;
+    this.budget = budget;
     this.u?.redraw(false);
     this.#rows();
   }
@@ -104,7 +108,7 @@ export class Front {
         x: { time: false, distr: 3, range: () => [FLOOR / 2, 1] },
         y: { distr: 3, range: () => [low / 1.5, high * 1.3] },
       },
-      axes: [axis(p, { label: 'largest absolute error', ...onlyDecades(p), values: (u, splits) => splits.map(decade), size: 28 }), axis(p, { label: 'time / exact Phong', size: 56, values: ticks, splits: octaves })],
+      axes: [axis(p, { label: 'largest absolute error', ...onlyDecades(p), values: (u, splits) => splits.map((v) => (narrow() && Math.round(Math.log10(v)) % 2 ? '' : decade(v))), size: 28 }), axis(p, { label: 'time / exact Phong', size: 56, values: ticks, splits: octaves })],
       series: [{}, { paths: () => null, points: { show: false } }],
       hooks: { draw: [(u) => this.#paint(u)] },
     }, [this.points.map((q) => Math.max(q.error, FLOOR)), this.points.map((q) => q.ratio)], 340);
@@ -120,7 +124,7 @@ export class Front {
     const ratio = uPlot.pxRatio;
     const { ctx, bbox } = u;
     level(u, 1, p.ink, []);
-    this.#budget(u, 1 / 255, '1/255');
+    this.#budgetLine(u);
     ctx.save();
     ctx.beginPath();
     ctx.rect(bbox.left - 8 * ratio, bbox.top, bbox.width + 16 * ratio, bbox.height);
@@ -138,8 +142,10 @@ export class Front {
     return this.asked ? this.points.find((point) => same(point, this.asked)) : null;
   }
 
-  #budget(u, error, name) {
+  #budgetLine(u) {
+    const [part, whole = 1] = this.budget.split('/').map(Number);
     const { ctx, bbox } = u;
+    const error = part / whole;
     const x = Math.round(u.valToPos(error, 'x', true)) + 0.5;
     ctx.save();
     ctx.strokeStyle = this.p.ink;
@@ -147,7 +153,7 @@ export class Front {
     ctx.setLineDash([3 * uPlot.pxRatio, 3 * uPlot.pxRatio]);
     ctx.strokeRect(x, bbox.top, 0, bbox.height);
     ctx.restore();
-    write(u, name, x + 4 * uPlot.pxRatio, bbox.top + 9 * uPlot.pxRatio, { colour: this.p.ink, plate: this.p.card });
+    write(u, this.budget, x + 4 * uPlot.pxRatio, bbox.top + 9 * uPlot.pxRatio, { colour: this.p.ink, plate: this.p.card });
   }
 
   #symbol(u, point) {
@@ -187,7 +193,7 @@ export class Front {
 
   /** Names to the lower left of points of the front: nothing can be there, it would be on the front itself. */
   #names(u) {
-    const line = this.points.filter((point) => point.state === 'on');
+    const line = narrow() ? [] : this.points.filter((point) => point.state === 'on');
     const every = Math.max(1, Math.ceil(line.length / NAMED));
     const chosen = this.#chosen();
     const ratio = uPlot.pxRatio;
@@ -201,7 +207,9 @@ export class Front {
     }
     if (!chosen) return;
     const [x, y] = this.#at(u, chosen);
-    write(u, cellName(chosen), x + 14 * ratio, y - 2 * ratio, { colour: this.p.value, plate: this.p.card, bold: true });
+    const name = cellName(chosen);
+    const fits = x + (14 + LETTER * name.length) * ratio < u.bbox.left + u.bbox.width;
+    write(u, name, x + (fits ? 14 : -14) * ratio, y - 2 * ratio, { colour: this.p.value, plate: this.p.card, align: fits ? 'left' : 'right', bold: true });
   }
 
   #under(event) {
