@@ -19,7 +19,7 @@ from phongbench.plan import preset
 
 RUN = "20260101-000000-0123abcd"
 #: what chromium is called on today's systems
-NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
+NAMES = ("chromium", "chromium-browser", "google-chrome")
 #: the page is told by this attribute when nothing is under way
 IDLE = '#main[aria-busy="false"]'
 #: collected before any script of the page runs

@@ -83,7 +83,9 @@ def test_the_table_chooses_too(visit: Visits, server: str) -> None:
 
 def test_the_recommendation_is_the_services_and_can_be_shown(visit: Visits, server: str) -> None:
     page = (seen := visit(server + "/")).page
+    before = seen.picture(FRONT)
     page.select_option("#budget", "2/255")
+    seen.changed(FRONT, before)  # where the budget lies
     seen.idle()
     best = page.request.get(server + "/v1/recommend?alpha=50&max_error=2/255").json()["choices"][0]
     assert best["why"] in page.locator("#choice").inner_text()
