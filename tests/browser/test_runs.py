@@ -51,6 +51,16 @@ def test_an_exponent_that_was_not_measured_shows_its_neighbour_and_says_so(visit
     assert "α = 50, the nearest measured to 40" in page.locator("#front-basis").inner_text()
 
 
+def test_a_precision_that_was_not_measured_is_told_with_its_command(visit: Visits, server: str) -> None:
+    page = (seen := visit(server + "/#precision=float64")).page
+    assert "phongbench run --precision float64" in page.locator("#front-problem").inner_text()
+    assert page.locator("#front-figure").is_hidden()
+    page.locator('#precision input[value="float32"]').check(force=True)
+    seen.refused()  # the recommendation's own words for the same
+    assert page.locator("#front-figure").is_visible()
+    assert page.locator("#front-problem").is_hidden()
+
+
 def test_a_click_on_a_point_chooses_it(visit: Visits, server: str) -> None:
     page = (seen := visit(server + "/")).page
     place = page.locator("#front-plot .u-over")

@@ -80,7 +80,7 @@ const askCurve = newest(async (signal, parameters, name) => {
     tell($('problem'), problem, () => { past = {}; show(); });
     $('stage').classList.add('stale');
     $('curves').classList.add('stale');
-    $('verdict').textContent = 'Nothing to show for these settings; below is what was shown before.';
+    $('verdict').textContent = `Nothing to show for these settings${spheres.curve ? '; what is dimmed was shown before' : ''}.`;
   }
 }, busy('curve'));
 const askFront = newest((signal) => front.ask(state, asked(), signal), busy('front'), 60);

@@ -2,7 +2,7 @@
 
 import { $, lazily, table } from './dom.js';
 import { codes, decade, degrees, number } from './format.js';
-import { axis, level, onlyDecades, palette, plot, walkable, write } from './plot.js';
+import { axis, level, onlyDecades, palette, plot, roomy, walkable, write } from './plot.js';
 
 const { uPlot } = globalThis;
 const CODE = 1 / 255;
@@ -98,7 +98,7 @@ export class Curves {
 
   #lobe() {
     const { p } = this;
-    const options = this.#common(axis(p, { size: 50, values: (u, ticks) => ticks.map((tick) => String(Number(tick.toPrecision(3)))) }));
+    const options = this.#common(axis(p, { size: roomy(50), values: (u, ticks) => ticks.map((tick) => number(tick)) }));
     options.scales.y = { range: (u, low, high) => [Math.min(0, 1.05 * low), Math.max(1, high) * 1.06] };
     options.series = [{}, { stroke: p.exact, width: 2.5 }, { stroke: p.value, width: 2, dash: [7, 4] }];
     options.hooks.draw = [(u) => this.#names(u)];
@@ -119,10 +119,10 @@ export class Curves {
   #error() {
     const { p } = this;
     const log = this.state().scale === 'log';
-    const own = axis(p, { size: 60, ...(log ? onlyDecades(p) : {}), values: (u, ticks) => ticks.map(log ? decade : (tick) => number(tick)) });
+    const own = axis(p, { size: roomy(60), ...(log ? onlyDecades(p) : {}), values: (u, ticks) => ticks.map(log ? decade : (tick) => number(tick)) });
     const options = this.#common(own);
     const codeAxis = axis(p, {
-      scale: 'y', side: 1, size: 40, label: '8-bit codes', grid: { show: false }, filter: (u, ticks) => ticks,
+      scale: 'y', side: 1, size: roomy(40), label: '8-bit codes', grid: { show: false }, filter: (u, ticks) => ticks,
       splits: (u, i, low, high) => (log ? decades(255 * low, 255 * high) : rounds(255 * low, 255 * high)).map((tick) => tick / 255),
       values: (u, ticks) => ticks.map((tick) => (log ? decade : number)(Number((255 * tick).toPrecision(6)))),
     });

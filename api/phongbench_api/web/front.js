@@ -1,6 +1,6 @@
 // The error/time front of the newest run: every measured formula with its interval, the chosen one marked.
 
-import { get } from './api.js';
+import { Problem, get } from './api.js';
 import { $, lazily, make, table, tell } from './dom.js';
 import { cellName, codes, decade, number } from './format.js';
 import { axis, level, onlyDecades, palette, plot, walkable, write } from './plot.js';
@@ -68,6 +68,9 @@ export class Front {
     const { run, plan } = this.run;
     const alpha = nearest(plan.alphas, state.alpha);
     try {
+      for (const [axis, wanted, measured] of [['precision', state.precision, plan.precisions], ['space', asked.space, plan.spaces]]) {
+        if (!measured.includes(wanted)) throw new Problem(404, `This run has no ${axis} ${wanted}`, `It measured ${measured.join(', ')}.${axis === 'precision' ? ` Measure it: phongbench run --precision ${wanted}` : ''}`);
+      }
       const answer = await get(`/v1/runs/${encodeURIComponent(run)}/front`, { alpha, precision: state.precision, space: asked.space }, signal);
       this.points = [...answer.points].sort((a, b) => a.error - b.error);
       tell($('front-problem'), null);
@@ -191,25 +194,34 @@ export class Front {
     u.ctx.restore();
   }
 
-  /** Names to the lower left of points of the front: nothing can be there, it would be on the front itself. */
+  /** Names to the lower left of points of the front: nothing can be there, it would be on the front itself - but the chosen one's name. */
   #names(u) {
     const line = narrow() ? [] : this.points.filter((point) => point.state === 'on');
     const every = Math.max(1, Math.ceil(line.length / NAMED));
     const chosen = this.#chosen();
     const ratio = uPlot.pxRatio;
+    const taken = chosen && this.#nameOf(u, chosen);
     let lowest = -Infinity;
     for (const point of line.filter((q, i) => i % every === 0 && q !== chosen)) {
       const [x, y] = this.#at(u, point);
       const at = Math.max(y + 12 * ratio, lowest + 15 * ratio);
       if (at > u.bbox.top + u.bbox.height - 8 * ratio) continue;
+      const from = x - (7 + LETTER * cellName(point).length) * ratio;
+      if (taken && Math.abs(at - taken.y) < 15 * ratio && from < taken.to && x > taken.from) continue;
       write(u, cellName(point), x - 7 * ratio, at, { colour: this.p.front, plate: this.p.card, align: 'right' });
       lowest = at;
     }
-    if (!chosen) return;
+    if (taken) write(u, cellName(chosen), taken.x, taken.y, { colour: this.p.value, plate: this.p.card, align: taken.align, bold: true });
+  }
+
+  /** Where the chosen point's name goes: to the right of it, or where there is no room to the left. */
+  #nameOf(u, chosen) {
+    const ratio = uPlot.pxRatio;
     const [x, y] = this.#at(u, chosen);
-    const name = cellName(chosen);
-    const fits = x + (14 + LETTER * name.length) * ratio < u.bbox.left + u.bbox.width;
-    write(u, name, x + (fits ? 14 : -14) * ratio, y - 2 * ratio, { colour: this.p.value, plate: this.p.card, align: fits ? 'left' : 'right', bold: true });
+    const width = LETTER * cellName(chosen).length * ratio;
+    const right = x + 14 * ratio + width < u.bbox.left + u.bbox.width;
+    const at = x + (right ? 14 : -14) * ratio;
+    return { x: at, y: y - 2 * ratio, from: right ? at : at - width, to: right ? at + width : at, align: right ? 'left' : 'right' };
   }
 
   #under(event) {
