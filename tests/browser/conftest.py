@@ -108,8 +108,8 @@ def _run(folder: Path) -> None:
     """Real errors, made-up times: more squarings and the cross form cost, and wide intervals leave some unresolved."""
     plan = replace(
         preset("quick"), alphas=(10.0, 50.0), gammas=(4, 8, 16), approximations=("phong", "lyon", "gaussian"),
-        slopes=("taylor", "minimax"), spaces=("reflect",), precisions=("float32",), samples=2000, timing=False,
-        probes=(),
+        slopes=("taylor", "minimax"), spaces=("reflect",), precisions=("float16", "float32"), samples=2000,
+        timing=False, probes=(),
     ).validated()  # fmt: skip
     sweep = engine.prepare(plan)
     engine.compile_kernels(sweep)

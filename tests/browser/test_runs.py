@@ -51,6 +51,11 @@ def test_an_exponent_that_was_not_measured_shows_its_neighbour_and_says_so(visit
     assert "α = 50, the nearest measured to 40" in page.locator("#front-basis").inner_text()
 
 
+def test_times_that_stand_for_another_precision_are_said_to(visit: Visits, server: str) -> None:
+    page = visit(server + "/#precision=float16").page
+    assert "float16 with the times of float32" in page.locator("#front-basis").inner_text()
+
+
 def test_a_precision_that_was_not_measured_is_told_with_its_command(visit: Visits, server: str) -> None:
     page = (seen := visit(server + "/#precision=float64")).page
     assert "phongbench run --precision float64" in page.locator("#front-problem").inner_text()

@@ -75,7 +75,8 @@ export class Front {
       this.points = [...answer.points].sort((a, b) => a.error - b.error);
       tell($('front-problem'), null);
       const off = Math.abs(alpha / state.alpha - 1) > 1e-6 ? `, the nearest measured to ${number(state.alpha)}` : '';
-      $('front-basis').textContent = `Run ${run}: α = ${number(alpha)}${off}; ${state.precision}, unit vectors, data in the first-level cache`;
+      const timed = answer.timed_precision === state.precision ? '' : ` with the times of ${answer.timed_precision}`;
+      $('front-basis').textContent = `Run ${run}: α = ${number(alpha)}${off}; ${state.precision}${timed}, unit vectors, data in the first-level cache`;
     } catch (problem) {
       if (problem.name === 'AbortError') throw problem;
       this.points = [];
