@@ -152,6 +152,23 @@ def test_a_service_that_is_gone_is_told_and_asked_again(visit: Visits, empty_ser
     seen.errors.clear()
 
 
+def test_a_slider_on_the_move_shows_what_it_passes(visit: Visits, empty_server: str) -> None:
+    page = (seen := visit(empty_server + "/")).page
+    # resolves only if an answer is shown while the slider still moves with every frame
+    page.evaluate("""() => new Promise((done) => {
+      const slider = document.getElementById('alpha-slider'), verdict = document.getElementById('verdict');
+      const before = verdict.textContent;
+      const move = () => {
+        if (verdict.textContent !== before) return done();
+        slider.value = 150 + (Number(slider.value) + 3) % 150;
+        slider.dispatchEvent(new Event('input'));
+        requestAnimationFrame(move);
+      };
+      move();
+    })""")
+    seen.idle()
+
+
 def test_the_newest_question_wins(visit: Visits, empty_server: str) -> None:
     page = (seen := visit(empty_server + "/")).page
     held: list[Any] = []

@@ -76,16 +76,18 @@ def test_no_width_scrolls_sideways(visit: Visits, server: str, path: str) -> Non
 
 
 def test_the_theme_follows_the_system_and_the_button(visit: Visits, empty_server: str) -> None:
-    page = visit(empty_server + "/", color_scheme="dark").page
+    page = (seen := visit(empty_server + "/", color_scheme="dark")).page
     colour = "() => getComputedStyle(document.body).backgroundColor"
     dark = page.evaluate(colour)
     page.locator("#theme").click()
     light = page.evaluate(colour)
+    seen.idle()
     assert light != dark
     assert "theme=light" in page.url
     page.locator("#theme").click()
     assert page.evaluate(colour) == dark
     page.locator("#theme").click()
+    seen.idle()
     assert "theme" not in page.url
 
 
@@ -154,6 +156,7 @@ def test_the_light_follows_the_pointer(visit: Visits, empty_server: str) -> None
     page.mouse.move(box["x"] + 0.75 * box["width"], box["y"] + 0.5 * box["height"], steps=3)
     page.mouse.up()
     seen.changed("#sphere-exact", before)
+    seen.idle()
     x, y = map(float, re.search(r"light=([-\d.]+),([-\d.]+)", page.url).groups())
     assert x == pytest.approx(0.52, abs=0.02)
     assert y == pytest.approx(0.0, abs=0.02)

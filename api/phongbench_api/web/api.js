@@ -44,27 +44,41 @@ function detailed(body) {
 /** Non-finite numbers travel as text. @param {(number|string|null)[]} values @returns {Float64Array} */
 export const numbers = (values) => Float64Array.from(values, (value) => (value === null ? NaN : Number(value)));
 
+/** How long a question may take once a newer one waits, in milliseconds. */
+const PATIENCE = 200;
+
 /**
- * Asks at most every few milliseconds and keeps the newest answer only: an older question is abandoned.
- * @param {(signal: AbortSignal, ...wishes: any[]) => Promise<void>} task @param {(busy: boolean) => void} told
+ * One question at a time, the newest next: a slider on the move shows what it passes, as fast as answers come. A question
+ * that takes long while a newer one waits is abandoned. Waiting for the slider to rest instead would show nothing of the
+ * way, and abandoning at once nothing either, where answers take longer than the slider's steps.
+ * @param {(signal: AbortSignal) => Promise<void>} task @param {(busy: boolean) => void} told @param {number} delay
  */
-export function newest(task, told, delay = 25) {
-  let timer;
-  let running;
-  return (...wishes) => {
-    clearTimeout(timer);
+export function newest(task, told, delay = 20) {
+  let running = null;
+  let waiting = false;
+  let timer = null;
+  const run = async () => {
+    timer = null;
+    waiting = false;
+    running = { controller: new AbortController(), since: performance.now() };
+    try {
+      await task(running.controller.signal);
+    } catch (reason) {
+      if (reason.name !== 'AbortError') throw reason;
+    } finally {
+      running = null;
+      if (waiting) run();
+      else told(false);
+    }
+  };
+  return () => {
     told(true);
-    timer = setTimeout(async () => {
-      timer = undefined;
-      running?.abort();
-      const mine = running = new AbortController();
-      try {
-        await task(mine.signal, ...wishes);
-      } catch (reason) {
-        if (reason.name !== 'AbortError') throw reason;
-      } finally {
-        if (running === mine && timer === undefined) told(false);
-      }
-    }, delay);
+    if (!running) {
+      timer ??= setTimeout(run, delay);
+    } else if (!waiting) {
+      waiting = true;
+      const old = running;
+      setTimeout(() => { if (running === old) old.controller.abort(); }, PATIENCE - (performance.now() - old.since));
+    }
   };
 }

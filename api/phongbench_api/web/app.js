@@ -39,11 +39,16 @@ const curves = new Curves(() => state, (angle) => { spheres.ring = angle; sphere
 const spheres = new Spheres(set, () => state, (angle) => curves.point(angle));
 const front = new Front(adopt);
 
+/** Writes the state into the address: a little later, since browsers stop listening to a page that does so all the time. */
+const writeAddress = newest(async () => {
+  const hash = toHash(state);
+  if (hash !== location.hash) history.replaceState(null, '', hash || location.pathname);
+}, busy('address'), 120);
+
 /** Changes the state and shows it. @param {any} patch fields, or a function of the state that gives them */
 function set(patch) {
   state = { ...state, ...(typeof patch === 'function' ? patch(state) : patch) };
-  const hash = toHash(state);
-  if (hash !== location.hash) history.replaceState(null, '', hash || location.pathname);
+  writeAddress();
   show();
 }
 
@@ -61,9 +66,10 @@ function question() {
   return { ...query(asked()), precision: state.precision, ...wrong };
 }
 
-const askCurve = newest(async (signal, parameters, name) => {
+const askCurve = newest(async (signal) => {
+  const name = cellName(asked());
   try {
-    const answer = await get('/v1/curve', { ...parameters, points: POINTS, spacing: 'square' }, signal);
+    const answer = await get('/v1/curve', { ...question(), points: POINTS, spacing: 'square' }, signal);
     const curve = {
       angle: numbers(answer.angle_degrees), value: numbers(answer.value), exact: numbers(answer.exact), error: numbers(answer.error),
       largest: Number(answer.max_abs_error), worst: answer.worst_index, beta: answer.beta, cutoff: answer.cutoff_degrees,
@@ -97,7 +103,7 @@ function onChange(what, value, act) {
 /** Shows the state: what is known at once, what must be asked when the answer is there. */
 function show() {
   const now = asked();
-  const name = cellName({ ...now, gamma: now.gamma });
+  const name = cellName(now);
   showControls(state, specOf(state.approximation), offered, set);
   $('sphere-name').textContent = name;
   spheres.material = offered.materials.find((m) => m.name === state.material) ?? null;
@@ -105,7 +111,7 @@ function show() {
   reproduce(state, now, question());
   onChange('look', [state.theme, state.scale, state.range], () => { curves.draw(); if (past.theme !== state.theme) front.draw(); past.theme = state.theme; });
   onChange('mark', [now, state.budget], () => front.mark(now, state.budget));
-  onChange('curve', question(), () => askCurve(question(), name));
+  onChange('curve', question(), () => askCurve());
   onChange('front', [state.alpha, state.precision, now.space, front.run?.run], () => askFront());
   onChange('recommend', [state.alpha, state.precision, state.length_error, state.budget, front.run?.run], () => askRecommend());
 }
