@@ -45,6 +45,17 @@ class UnknownNameError(InputError):
         super().__init__(f"unknown {kind} {self.name!r}", where, f"{hint}known: {', '.join(self.known)}")
 
 
+class BudgetError(InputError):
+    """A timing budget in which not even the least can be measured on this machine, as busy as it is.
+
+    needed  float  seconds that would do
+    """
+
+    def __init__(self, what: str, needed: float, where: str | None = None, mend: str | None = None) -> None:
+        self.needed = needed
+        super().__init__(what, where, mend)
+
+
 class KernelError(InputError):
     """A scalar kernel that cannot be compiled: it uses something outside the small language of lowering.py."""
 

@@ -15,7 +15,7 @@ from phongbench.blocks import WORKING_SETS, Block, memory_sizes
 from phongbench.clock import Readings
 from phongbench.contenders import Contender
 from phongbench.epochs import tick
-from phongbench.errors import InputError, MeasurementError
+from phongbench.errors import BudgetError, MeasurementError
 from phongbench.lowering import FLOAT32, Precision
 from phongbench.provenance import cache_sizes
 
@@ -111,8 +111,9 @@ class Laboratory:
         kernels = sum(len(group) for _, group in self.groups)
         needed = math.ceil(12 * (spent + plan / pacing.PLANNED)) / 10
         sets = ", ".join(dict.fromkeys(b.working_set for b in blocks))
-        raise InputError(
+        raise BudgetError(
             f"{self.budget:g} s are too short to time {kernels} kernels in {sets}: it takes about {needed:g} s",
+            needed,
             "timing budget",
             "give that much, or fewer approximations or precisions, or leave timing out",
         )

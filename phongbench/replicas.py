@@ -18,7 +18,7 @@ import pandas as pd
 from phongbench import readout, timing
 from phongbench.approximations import REGISTRY, registry_with
 from phongbench.contenders import Subject
-from phongbench.errors import InputError, MeasurementError, PhongbenchError
+from phongbench.errors import BudgetError, InputError, MeasurementError, PhongbenchError
 from phongbench.lock import machine_lock
 from phongbench.lowering import precision_named
 from phongbench.spec import Setting
@@ -55,7 +55,10 @@ def measure(
                 "budget": budget_seconds / processes,
                 "options": {**options, "seed": options.get("seed", 0) + number},
             }
-            told, frame = _in_a_process(task)
+            try:
+                told, frame = _in_a_process(task)
+            except BudgetError as short:
+                raise BudgetError(short.what, short.needed * processes, short.where, short.mend) from short
             frames.append(frame)
             if problems is not None:
                 known = [_parts(p) for p in problems]
@@ -94,6 +97,9 @@ def _in_a_process(task: dict[str, Any]) -> tuple[dict[str, Any], pd.DataFrame]:
         raise MeasurementError(f"a timing process failed: {last[0]}", "timing", "run again; if it stays, report it")
     head, _, table = done.stdout.partition(b"\n")
     told = json.loads(head)
+    if "needed" in told:
+        what, where, mend = told["refused"]
+        raise BudgetError(what, told["needed"], where, mend)
     if "refused" in told:
         raise InputError(*told["refused"])
     return told, pd.read_parquet(io.BytesIO(table)).astype(readout.TYPES)
@@ -118,6 +124,8 @@ def _work(task: dict[str, Any]) -> bytes:
         frame = timing.measure(
             timed, budget_seconds=task["budget"], problems=problems, notes=notes, locked=True, **task["options"]
         )
+    except BudgetError as short:
+        return json.dumps({"refused": _parts(short), "needed": short.needed}).encode() + b"\n"
     except InputError as refusal:
         return json.dumps({"refused": _parts(refusal)}).encode() + b"\n"
     table = io.BytesIO()

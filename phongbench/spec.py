@@ -183,9 +183,8 @@ class Approximation:
         if setting.space not in self.spaces:
             raise UnknownNameError("space", setting.space, self.spaces, self.name)
         if not self.accepts(setting):
-            raise InputError(
-                f"{self.name} does not take alpha = {setting.alpha:g}, gamma = {setting.gamma}", None, self.domain
-            )
+            gamma = "" if setting.gamma is None else f", gamma = {setting.gamma}"
+            raise InputError(f"{self.name} does not take alpha = {setting.alpha:g}{gamma}", None, self.domain)
 
     def bound(self, setting: Setting) -> Callable[[Any], Any]:
         """The plain scalar body with this setting's coefficients.

@@ -15,7 +15,7 @@ import pandas as pd
 
 from phongbench import engine, interrupts, probes, replicas, results, rows, skipping, timing, warm
 from phongbench.approximations import REGISTRY
-from phongbench.errors import InputError, InterruptedStudyError, MeasurementError
+from phongbench.errors import BudgetError, InputError, InterruptedStudyError, MeasurementError
 from phongbench.lowering import precision_named
 from phongbench.plan import Plan
 from phongbench.probes import invariants
@@ -27,6 +27,8 @@ from phongbench.spec import Approximation
 
 #: finished contexts are written down after so many seconds, or so many rows, which bounds the memory
 CHECKPOINT_SECONDS, CHECKPOINT_ROWS = 5.0, 10_000
+#: a timing budget that is too short is replaced by so much more than what it takes
+STRETCH = 1.5
 #: what a forecast allows for loading a compiled kernel, and for making and writing a row; measured, and rounded up
 LOAD_SECONDS, ROW_SECONDS = 0.015, 2e-5
 
@@ -338,17 +340,29 @@ def _time(sweep: engine.Sweep, progress: Progress) -> pd.DataFrame:
 
     problems: list[MeasurementError] = []
     notes: list[str] = []
-    frame = replicas.measure(
-        subjects,
-        processes=sweep.plan.processes,
-        budget_seconds=sweep.plan.timing_budget,
-        seed=sweep.plan.seed,
-        threads=(1, 2) if timing.cores() > 1 else (1,),
-        lit=skipping.LIT if sweep.plan.skipping else (),
-        progress=step,
-        problems=problems,
-        notes=notes,
-    )
+
+    def measured(seconds: float) -> pd.DataFrame:
+        return replicas.measure(
+            subjects,
+            processes=sweep.plan.processes,
+            budget_seconds=seconds,
+            seed=sweep.plan.seed,
+            threads=(1, 2) if timing.cores() > 1 else (1,),
+            lit=skipping.LIT if sweep.plan.skipping else (),
+            progress=step,
+            problems=problems,
+            notes=notes,
+        )
+
+    try:
+        frame = measured(sweep.plan.timing_budget)
+    except BudgetError as short:  # known only after the sweep, which must not be lost: so the budget gives way
+        enough = STRETCH * short.needed
+        progress.note(f"{short.what}; it may take {enough:.0f} s")
+        progress.stage("timing", 1.0)
+        last = 0.0
+        notes.clear()
+        frame = measured(enough)
     for note in (*notes, *(f"not timed: {problem}" for problem in problems)):
         progress.note(note)
     return _in_every_space(frame, specs)

@@ -42,8 +42,9 @@ def plan(service: Service, ask: CurveAsk, media: str) -> tuple[float, Callable[[
 
 
 def _angles(ask: CurveAsk) -> NDArray[np.float64]:
-    share = np.linspace(0.0, 1.0, ask.points)
-    return ask.degrees * (share * share if ask.spacing == "square" else share)
+    if ask.spacing == "square":
+        return ask.degrees * np.linspace(0.0, 1.0, ask.points) ** 2
+    return np.linspace(0.0, ask.degrees, ask.points)
 
 
 def answer(media: str, found: Any, spans: wire.Spans) -> Response:

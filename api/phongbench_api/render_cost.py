@@ -3,6 +3,7 @@
 import math
 from collections.abc import Iterator
 from dataclasses import replace
+from importlib.util import find_spec
 
 from phongbench.approximations import REGISTRY
 from phongbench.scene.asking import RenderRequest, render_request
@@ -72,8 +73,8 @@ def smallest(asked: RenderRequest) -> RenderRequest:
 
 
 def usual() -> Iterator[RenderRequest]:
-    """Pictures whose loops are compiled before the server is ready: all kinds of objects and lights."""
-    for scene in ("chequerboard", "tessellation", "many-lights"):
+    """Pictures whose loops are compiled before the server is ready: all kinds of lights, and meshes with Embree."""
+    for scene in ("chequerboard", "many-lights", *(("tessellation",) if find_spec("embreex") else ())):
         for shadows in (False, True):
             yield smallest(render_request({"scene": scene, "shadows": shadows}))
 

@@ -121,15 +121,15 @@ class Kernels:
         pictures.
 
         Exact Phong in float64 is what others are compared with. On a cold cache a second process compiles the shading
-        and the pictures meanwhile. False if it was told to stop.
+        meanwhile. False if it was told to stop.
         """
         helper = _helper()
         work: list[Callable[[], object]] = [partial(self.compile_curve, formula) for formula in curves()]
         work += [partial(self._prepare, formula) for formula in loops()]
         work += [partial(self.compile_pairs, formula, FLOAT64) for formula in loops() if formula.spec.kind == "exact"]
+        work += [partial(self.compile_rendering, asked) for asked in render_cost.usual()]
         work += [helper.wait] if helper else []
         work += [partial(self.compile_shading, asked) for asked in shadings()]
-        work += [partial(self.compile_rendering, asked) for asked in render_cost.usual()]
         work += [self._calibrate_shading, self._calibrate_rendering]
         try:
             for step in work:
@@ -223,7 +223,7 @@ def _accepted(spec: Approximation, gamma: int | None) -> Setting | None:
 
 
 def _helper() -> "subprocess.Popen[bytes] | None":
-    """A process that compiles the loops of shading and pictures into the cache, if that is cold.
+    """A process that compiles the loops of shading into the cache, if that is cold.
 
     Compilation holds the interpreter, so threads cannot share it (see phongbench.warm).
     """
@@ -237,5 +237,3 @@ if __name__ == "__main__":
     here = Kernels()
     for one in shadings():
         here.compile_shading(one)
-    for picture in render_cost.usual():
-        here.compile_rendering(picture)

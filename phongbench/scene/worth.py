@@ -23,10 +23,12 @@ def variants() -> dict[str, Thrift]:
     """Everything left out, then one switch off each, then only exact skips, then none; the first is what is shipped."""
     full = Thrift()
     found = {"all": full}
-    for name in ("objects", "background", "reflectivity", "shadow_rays"):
+    for name in ("objects", "background", "shadow_rays"):
         switched: dict[str, Any] = {name: False}
         found[f"without {name}"] = replace(full, **switched)
     found["without cutoff"] = replace(full, cutoff=0.0)
+    # a cutoff alone leaves out what reflects nothing, too
+    found["without reflectivity, cutoff"] = replace(full, reflectivity=False, cutoff=0.0)
     for f in fields(Skips):
         if f.name != "tail":
             found[f"without {f.name}"] = replace(full, shading=replace(full.shading, **{f.name: False}))

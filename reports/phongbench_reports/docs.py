@@ -23,13 +23,16 @@ import click
 from phongbench import results
 from phongbench.alarms import Alarms
 from phongbench.errors import InputError, MeasurementError, PhongbenchError
+from phongbench.progress import Progress
 from phongbench.results import Run
 from phongbench_reports import readme, readme_measured
 from phongbench_reports.build import write
 from phongbench_reports.readme import PICTURES, Wall
 from phongbench_reports.study import Study
 
-NAMES = ("verdict", "front", "speed", "peers", "alarms", "throughput", "machine")
+NAMES = (
+    "verdict", "front", "claims", "speed", "peers", "alarms", "throughput", "scenes", "service", "machine",
+)  # fmt: skip
 CHECKOUT = Path(__file__).resolve().parents[2]
 README = "README.md"
 #: bytes a picture may have: a repository keeps every version of it
@@ -75,23 +78,31 @@ def _readme(root: Path) -> str:
 
 
 def fill(
-    root: Path, run: Run, compared: Mapping[str, Any], alarms: Sequence[Alarms], walls: Sequence[Wall] = ()
+    root: Path,
+    run: Run,
+    compared: Mapping[str, Any],
+    alarms: Sequence[Alarms],
+    beside: Mapping[str, str],
+    walls: Sequence[Wall] = (),
 ) -> None:
     """Write README's generated parts and the pictures from a finished run and what was measured beside it.
 
     compared  what `phongbench.bench.bench` found: peers, and the sweep's throughput
     alarms    what `phongbench.alarms.count` found
+    beside    the parts `scenes` and `service`, as Markdown
     """
     study = Study(run)
     shown, files = readme.front(study)
     bodies = {
         "verdict": readme.verdict(study),
         "front": shown,
+        "claims": readme.claims(run),
         "speed": readme.speed(study),
         "peers": readme_measured.peers(compared),
         "alarms": readme_measured.alarms(alarms),
         "throughput": readme.throughput(compared["sweep"], walls),
         "machine": readme.machine(run),
+        **beside,
     }
     large = [f"{name}: {len(content)} bytes" for name, content in files.items() if len(content) > LARGEST_PICTURE]
     if large:
@@ -121,6 +132,14 @@ def study_as_command(name: str, folder: Path, cache: Path, extra: Sequence[str] 
     return Wall(name, json.loads(done.stdout), seconds)
 
 
+def service() -> str:
+    """The tables of `python -m phongbench_api.load`, a program above this package: so it is called as one."""
+    done = subprocess.run([sys.executable, "-m", "phongbench_api.load"], check=False, stdout=subprocess.PIPE, text=True)
+    if done.returncode:
+        raise MeasurementError(f"it ended with exit code {done.returncode}", "phongbench_api.load", "see above")
+    return done.stdout
+
+
 def _measured(root: Path, run_name: str | None) -> None:
     from phongbench.alarms import count
     from phongbench.bench import bench
@@ -138,8 +157,12 @@ def _measured(root: Path, run_name: str | None) -> None:
         compared = bench(budget_seconds=PEER_SECONDS)
         click.echo("false alarms of the timing", err=True)
         alarms = count(REPEATS, working_sets=("l1", "l2", "memory"))
+        click.echo("scenes", err=True)
+        beside = {"scenes": readme_measured.scenes(readme_measured.measured_scenes(Progress()))}
+        click.echo("the service under load", err=True)
+        beside["service"] = service()
         click.echo("drawing", err=True)
-        fill(root, run, compared, alarms, walls)
+        fill(root, run, compared, alarms, beside, walls)
     click.echo(f"{README}: {', '.join(NAMES)}", err=True)
 
 

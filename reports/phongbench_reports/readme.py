@@ -11,6 +11,8 @@ from typing import Any, cast
 
 import pandas as pd
 
+from phongbench.claims import judge
+from phongbench.claims.claim import UNMEASURED
 from phongbench.errors import InputError
 from phongbench.plan import preset
 from phongbench.results import Run
@@ -73,6 +75,15 @@ def verdict(study: Study) -> str:
     rows = [row for row, alpha in zip(found.rows, found.data["alpha"], strict=True) if alpha in wanted]
     shown = table(found.headings, rows, right=sorted(found.numeric))
     return f"{shown}\n\n{found.takeaway}\n({found.basis}.)"
+
+
+def claims(run: Run) -> str:
+    """The textbook claims that the run judges, with verdict and reason; how many it does not."""
+    judged = judge(run)
+    lines = [(f"{j.claim.key}) {j.claim.title}", j.verdict, j.because) for j in judged if j.verdict != UNMEASURED]
+    left = len(judged) - len(lines)
+    rest = f"\n\n{left} more take what this run did not measure." if left else ""
+    return f"{table(('claim', 'verdict', 'what was found'), lines)}{rest}"
 
 
 def front(study: Study) -> tuple[str, dict[str, bytes]]:

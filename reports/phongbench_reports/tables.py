@@ -204,9 +204,9 @@ def worst(study: Study) -> Table | Absent:
         body.append((label(row), f"{row['alpha']:g}", str(row["precision"]), f"{row['stratum']}{gate}", *numbers))
         pair = (f"a = ({_vector(row, 'a')})", f"b = ({_vector(row, 'b')})")
         details.append((*pair, reproduce(study, each.loc[[index]])))
-    top = ranked.iloc[0]
+    top = each.iloc[0]  # not the run's: that of some overflowing vector is as large as numbers go, and says nothing
     where = f"{label(top)} at α\u00a0=\u00a0{top['alpha']:g}, {top['precision']}, stratum {top['stratum']}"
-    sentence = f"The largest error of the run is {number(top['error'])}: {where}."
+    sentence = f"The largest error of those shown is {number(top['error'])}: {where}."
     headings = ("formula", "α", "precision", "stratum", "error", "value", "exact")
     data = ranked.reset_index(drop=True)
     told = f"{study.precision}, worst of each formula and form, unit vectors first; all {number(len(rows))} in the CSV"

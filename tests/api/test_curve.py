@@ -22,13 +22,26 @@ def test_a_curve_is_the_librarys(client: TestClient, name: str) -> None:
     query = {"approximation": name, "alpha": setting.alpha, "points": 91} | (
         {"gamma": setting.gamma} if setting.gamma else {}
     )
-    told = {key: np.array(values) for key, values in client.get("/v1/curve", params=query).json().items()}
-    assert list(told) == COLUMNS
+    answer = client.get("/v1/curve", params=query).json()
+    told = {key: np.array(answer[key]) for key in COLUMNS}
     cosine = np.cos(np.radians(np.linspace(0, 90, 91)))
     assert np.allclose(told["angle_degrees"], np.arange(91))
     assert np.array_equal(told["value"], kernels.curve(spec, spec.lambda_forms[0], setting, cosine))
     assert np.allclose(told["exact"], np.maximum(cosine, 0) ** setting.alpha, rtol=1e-9, atol=1e-15)
     assert np.array_equal(told["error"], told["value"] - told["exact"])
+    assert answer["max_abs_error"] == np.abs(told["error"]).max() == abs(told["error"][answer["worst_index"]])
+    if answer["cutoff_degrees"] is not None:
+        assert not told["value"][told["angle_degrees"] > answer["cutoff_degrees"]].any()
+
+
+def test_wrong_lengths_and_low_precision_are_heard(client: TestClient) -> None:
+    right = client.get(f"{CURVE}&precision=float32").json()
+    long = client.get(f"{CURVE}&precision=float32&length_error=0.05&perturbation=a&lambda=dot").json()
+    half = client.get(f"{CURVE}&precision=float16").json()
+    assert long["value"][0] > 1 >= right["value"][0]
+    assert long["exact"] == pytest.approx(right["exact"], abs=1e-5)
+    assert half["max_abs_error"] != right["max_abs_error"]
+    assert half["value"] == np.array(half["value"]).astype(np.float16).astype(float).tolist()
 
 
 def test_beta_and_space_are_heard(client: TestClient) -> None:
@@ -44,7 +57,7 @@ def test_csv_holds_the_same_numbers(client: TestClient) -> None:
     table = list(csv.reader(io.StringIO(client.get(CURVE, headers={"accept": "text/csv"}).text)))
     assert table[0] == COLUMNS
     assert [[float(cell) for cell in row] for row in table[1:]] == [
-        list(row) for row in zip(*told.values(), strict=True)
+        list(row) for row in zip(*(told[name] for name in COLUMNS), strict=True)
     ]
 
 

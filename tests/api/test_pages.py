@@ -86,7 +86,7 @@ def test_every_example_of_a_body_is_answered(client: TestClient) -> None:
     for (path, method), found in operations(client).items():
         for media, about in found.get("requestBody", {}).get("content", {}).items():
             if "example" in about:
-                answer = client.request(method, path, json=about["example"])
+                answer = client.request(method, path, json=about["example"], headers={"accept": "application/json"})
                 assert answer.status_code == 200, (path, media, answer.text)
                 documented = found["responses"]["200"]["content"]["application/json"]["example"]
                 assert documented.keys() <= answer.json().keys()

@@ -19,13 +19,29 @@ from phongbench.plan import preset
 
 RUN = "20260101-000000-0123abcd"
 #: what chromium is called on today's systems
-NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
+NAMES = ("chromium", "chromium-browser", "google-chrome")
 #: the page is told by this attribute when nothing is under way
 IDLE = '#main[aria-busy="false"]'
 #: collected before any script of the page runs
 WATCH = """
 window.reports = [];
-document.addEventListener('securitypolicyviolation', (event) => reports.push(`${event.violatedDirective} ${event.blockedURI}`));
+document.addEventListener('securitypolicyviolation', (event) => {
+  reports.push(`${event.violatedDirective} ${event.blockedURI}`);
+});
+"""
+
+
+#: resolves once a canvas shows something else; rejects after a while, so that no test waits forever
+CHANGED = """
+([selector, before]) => new Promise((done, failed) => {
+  const end = performance.now() + 30_000;
+  const look = () => {
+    if (document.querySelector(selector)?.toDataURL() !== before) done();
+    else if (performance.now() > end) failed(new Error(`${selector} shows the same as before`));
+    else requestAnimationFrame(look);
+  };
+  look();
+})
 """
 
 
@@ -92,7 +108,8 @@ def _run(folder: Path) -> None:
     """Real errors, made-up times: more squarings and the cross form cost, and wide intervals leave some unresolved."""
     plan = replace(
         preset("quick"), alphas=(10.0, 50.0), gammas=(4, 8, 16), approximations=("phong", "lyon", "gaussian"),
-        slopes=("taylor", "minimax"), spaces=("reflect",), precisions=("float32",), samples=2000, timing=False, probes=(),
+        slopes=("taylor", "minimax"), spaces=("reflect",), precisions=("float32",), samples=2000, timing=False,
+        probes=(),
     ).validated()  # fmt: skip
     sweep = engine.prepare(plan)
     engine.compile_kernels(sweep)
@@ -140,13 +157,18 @@ class Visit:
 
     def changed(self, selector: str, before: str) -> None:
         """Wait until a canvas shows something else."""
-        script = "([s, before]) => new Promise((done) => { const look = () => (document.querySelector(s)?.toDataURL() " \
-            "!== before ? done() : requestAnimationFrame(look)); look(); })"  # fmt: skip
-        self.page.evaluate(script, [selector, before])
+        self.page.evaluate(CHANGED, [selector, before])
 
     def reports(self) -> list[str]:
         """Violations of the content security policy."""
         return list(self.page.evaluate("() => window.reports"))
+
+    def refused(self) -> None:
+        """The service refused something here, as it should: the browser's own notes of that are no errors."""
+        self.idle()
+        notes = [error for error in self.errors if "status of 422" in error]
+        assert notes, "nothing was refused"
+        self.errors[:] = [error for error in self.errors if error not in notes]
 
     def slide(self, selector: str, value: float) -> None:
         """Move a slider as a hand would: value, then input event."""

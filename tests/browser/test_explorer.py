@@ -14,9 +14,7 @@ Visits = Callable[..., Any]
 
 def visible(page: Any) -> set[str]:
     """The controls that are to be seen, by name."""
-    return {
-        place.get_attribute("data-field") for place in page.locator("[data-field]").all() if place.is_visible()
-    }  # fmt: skip
+    return {place.get_attribute("data-field") for place in page.locator("[data-field]").all() if place.is_visible()}
 
 
 @pytest.mark.parametrize(
@@ -56,7 +54,7 @@ def test_an_approximation_has_the_controls_it_takes_and_no_others(visit: Visits,
     page.select_option("#approximation", "phong")
     seen.idle()
     assert visible(page) == always
-    assert "It is exact here" in page.locator("#verdict").inner_text() or "no" in page.locator("#verdict b").inner_text()
+    assert page.locator("#verdict b").inner_text() == "no"
     page.select_option("#approximation", "lyon")
     seen.idle()
     assert page.locator('#lambda input[value="cross"]').is_checked(), "a wish that did not apply is kept"
@@ -66,8 +64,8 @@ def test_the_page_says_what_the_service_says(visit: Visits, empty_server: str) -
     page = visit(empty_server + "/#gamma=4&alpha=20&precision=float64&lambda=difference").page
     question = {"approximation": "lyon", "lambda": "difference", "gamma": "4", "alpha": "20", "points": "9001"}
     answer = page.request.get(empty_server + "/v1/curve", params=question).json()
-    codes = 255 * answer["max_abs_error"]
-    assert f"{codes:.3g} codes at {answer['angle_degrees'][answer['worst_index']]:.3g}" in page.locator("#verdict").inner_text()
+    worst = f"{255 * answer['max_abs_error']:.3g} codes at {answer['angle_degrees'][answer['worst_index']]:.3g}°"
+    assert worst in page.locator("#verdict").inner_text()
     assert page.locator("#verdict b").inner_text() == "yes"
 
 
@@ -94,9 +92,10 @@ def test_the_address_holds_all_that_is_shown(visit: Visits, empty_server: str) -
     page.locator("#theme").click()
     page.locator("#sphere-exact").focus()
     page.keyboard.press("ArrowDown")
-    seen.idle()
+    seen.refused()  # without a run nothing is known about float16
     address = page.url
     again = visit(address)
+    again.refused()
     assert again.page.evaluate("() => location.hash") == page.evaluate("() => location.hash")
     for place in ("verdict", "sphere-name", "times", "length-out"):
         assert again.page.locator(f"#{place}").inner_text() == page.locator(f"#{place}").inner_text()
@@ -106,18 +105,19 @@ def test_the_address_holds_all_that_is_shown(visit: Visits, empty_server: str) -
     assert again.page.locator("html").get_attribute("data-theme") == "light"
 
 
-@pytest.mark.parametrize(
-    "junk",
-    [
-        "#alpha=-3&gamma=7&length_error=9&precision=float3000&approximation=nonsense&lambda=<b>&light=3,4&amplify=NaN",
-        "#constructor=1&__proto__=2&toString=3&hasOwnProperty",
-        "#%E0%A4%A&&&==&alpha=&gamma=8.5&theme=pink&budget=2&material=kryptonite&closeup=maybe",
-    ],
+JUNK = (
+    "#alpha=-3&gamma=7&length_error=9&precision=float3000&approximation=nonsense&lambda=<b>&light=3,4&amplify=NaN",
+    "#constructor=1&__proto__=2&toString=3&hasOwnProperty",
+    "#%E0%A4%A&&&==&alpha=&gamma=8.5&theme=pink&budget=2&material=kryptonite&closeup=maybe",
 )
-def test_junk_in_the_address_is_ignored(visit: Visits, empty_server: str, junk: str) -> None:
-    plain, seen = visit(empty_server + "/"), visit(empty_server + "/" + junk)
-    assert seen.page.locator("#verdict").inner_text() == plain.page.locator("#verdict").inner_text()
-    assert seen.picture(LOBE) == plain.picture(LOBE)
+
+
+def test_junk_in_the_address_is_ignored(visit: Visits, empty_server: str) -> None:
+    plain = visit(empty_server + "/")
+    for junk in JUNK:
+        seen = visit(empty_server + "/" + junk)
+        assert seen.page.locator("#verdict").inner_text() == plain.page.locator("#verdict").inner_text()
+        assert seen.picture(LOBE) == plain.picture(LOBE)
 
 
 def test_another_address_is_shown_without_loading_the_page_anew(visit: Visits, empty_server: str) -> None:
@@ -136,11 +136,7 @@ def test_what_the_service_refuses_is_told_in_its_words(visit: Visits, empty_serv
     assert "integer-power does not take alpha = 50.5" in page.locator("#problem").inner_text()
     page.locator("#alpha").fill("51")
     page.locator("#problem").wait_for(state="hidden")
-    seen.idle()
-    # the browser itself notes each refused request
-    assert seen.errors
-    assert all("422" in error for error in seen.errors)
-    seen.errors.clear()
+    seen.refused()
 
 
 def test_a_service_that_is_gone_is_told_and_asked_again(visit: Visits, empty_server: str) -> None:
@@ -159,7 +155,11 @@ def test_a_service_that_is_gone_is_told_and_asked_again(visit: Visits, empty_ser
 def test_the_newest_question_wins(visit: Visits, empty_server: str) -> None:
     page = (seen := visit(empty_server + "/")).page
     held: list[Any] = []
-    page.route("**/v1/curve**alpha=20&**", held.append)
+
+    def hold(route: Any) -> None:
+        held.append(route)
+
+    page.route("**/v1/curve**alpha=20&**", hold)
     with page.expect_request("**/v1/curve**alpha=20&**"):
         page.locator("#alpha").fill("20")
     page.locator("#alpha").fill("90")

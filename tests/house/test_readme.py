@@ -12,10 +12,11 @@ from phongbench import approximations
 from phongbench.cli import EXIT_CODES, main
 from phongbench.spec import Approximation
 from phongbench.testing import CHECKS
+from phongbench_reports import docs
 
 ROOT = Path(__file__).resolve().parents[2]
 README, CONTRIBUTING = ROOT / "README.md", ROOT / "CONTRIBUTING.md"
-GENERATED = {"verdict", "front", "speed", "peers", "alarms", "throughput", "machine"}
+GENERATED = set(docs.NAMES)
 MARKED = re.compile(r"<!-- generated: (\w+) -->(.*?)<!-- /generated: (\w+) -->", re.DOTALL)
 TINY = ("--alpha", "10", "--gamma", "8", "--precision", "float32", "--samples", "2000")
 

@@ -1,5 +1,7 @@
 """One wheel, three import names, and all that they need at run time."""
 
+import json
+import re
 import subprocess
 import sys
 import zipfile
@@ -44,6 +46,18 @@ def test_the_wheel_holds_every_file_of_the_packages(
     held = {path for path in wheel if not path.parts[0].endswith(".dist-info")}
     assert held == wanted
     assert PurePosixPath("phongbench/py.typed") in held
+
+
+def test_the_wheel_brings_the_page_with_all_it_loads_and_what_is_vendored(wheel: dict[PurePosixPath, str]) -> None:
+    web = PurePosixPath("phongbench_api/web")
+    page = wheel[web / "index.html"]
+    loaded = {web / path for path in re.findall(r'(?:href|src)="\./web/([^"]+)"', page)}
+    scripts = [text for path, text in wheel.items() if path.parent == web and path.suffix == ".js"]
+    loaded |= {web / path for text in scripts for path in re.findall(r"from '\./([^']+)'", text)}
+    assert loaded >= {web / "app.js", web / "style.css", web / "spheres.js", web / "vendor/uPlot.iife.min.js"}
+    vendored = json.loads(wheel[web / "vendor/vendored.json"])["files"]
+    assert loaded | {web / "vendor" / name for name in vendored} <= wheel.keys()
+    assert PurePosixPath("phongbench_api/templates/docs.html.j2") in wheel
 
 
 def test_the_wheel_holds_no_tests(wheel: dict[PurePosixPath, str]) -> None:

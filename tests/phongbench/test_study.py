@@ -155,3 +155,16 @@ def test_a_forecast_counts_rightly(whole, plan):
     assert told.seconds["accuracy"] > 0
     stored = sum(facts["bytes"] for facts in whole.run.manifest["files"].values())
     assert 0.2 < told.bytes / stored < 5
+
+
+def test_a_timing_budget_that_is_too_short_gives_way_and_is_told(plan, tmp_path):
+    notes = []
+
+    class Listener(Progress):
+        def note(self, text):
+            notes.append(text)
+
+    timed = replace(plan, alphas=(10.0,), timing=True, timing_budget=0.001, samples=100).validated()
+    run = study.run_study(timed, tmp_path / "run", progress=Listener()).run
+    assert len(run.timing)
+    assert any("0.001 s are too short" in note and "it may take" in note for note in notes)

@@ -271,8 +271,11 @@ def test_epochs_are_long_enough(real: Any) -> None:
 @compiled_only
 @pytest.mark.skipif(timing.cores() < 2, reason="one core")
 def test_two_threads_time_phong_dot_and_lyon_8_on_buffers_of_their_own() -> None:
-    notes: list[str] = []
-    rows = timing.measure([LYON], budget_seconds=4.0, working_sets=["l1", "l2"], threads=(1, 2), notes=notes)
+    for budget in (4.0, 16.0, 64.0):  # a busy machine needs more, and says so in a note
+        notes: list[str] = []
+        rows = timing.measure([LYON], budget_seconds=budget, working_sets=["l1", "l2"], threads=(1, 2), notes=notes)
+        if not notes:
+            break
     two = rows[rows["threads"] == 2]
     assert notes == []
     assert set(two["approximation"]) == {"phong", "dot", "lyon"}

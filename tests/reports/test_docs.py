@@ -33,6 +33,14 @@ COMPARED = {
     ],
 }  # fmt: skip
 ALARMS = [Alarms("l1", 200, 24, 1, 3, 0.0138, 12.0)]
+PICTURES = {
+    "skips": {"many-lights": [
+        {"variant": v, "seconds": 0.1, "ratio": r, "same_bits": v != "all", "largest_change": c}
+        for v, r, c in (("all", 1.0, 0.02), ("exact", 2.0, 0.0), ("none", 5.0, 0.0))
+    ]},
+    "tracers": [{"size": "64x36", "mrays_per_second": 20.0}, {"ratio": 25.0, "pixels_off": 0.001}],
+}  # fmt: skip
+BESIDE = {"scenes": "of scenes", "service": "of the service"}
 DOCUMENT = {"cells": 5000, "evaluations": 23_456_000_000, "seconds": {"accuracy": 30.04, "timing": 8, "report": 2.5}}
 EMPTY = "before\n" + "\n".join(f"<!-- generated: {n} -->\n<!-- /generated: {n} -->\nbetween" for n in docs.NAMES) + "\n"
 
@@ -62,7 +70,12 @@ def lines_of(part: str) -> list[list[str]]:
 
 def test_every_part_is_filled_and_the_rest_stays(made: Any, checkout: Path) -> None:
     docs.fill(
-        checkout, made, COMPARED, ALARMS, [readme.Wall("cold", DOCUMENT, 45.0), readme.Wall("warm", DOCUMENT, 25.0)]
+        checkout,
+        made,
+        COMPARED,
+        ALARMS,
+        BESIDE,
+        [readme.Wall("cold", DOCUMENT, 45.0), readme.Wall("warm", DOCUMENT, 25.0)],
     )
     text = (checkout / "README.md").read_text()
     assert all(docs.parts_of(text).values())
@@ -72,7 +85,7 @@ def test_every_part_is_filled_and_the_rest_stays(made: Any, checkout: Path) -> N
 
 def test_the_same_rows_give_the_same_bytes(made: Any, checkout: Path) -> None:
     def written() -> list[bytes]:
-        docs.fill(checkout, made, COMPARED, ALARMS)
+        docs.fill(checkout, made, COMPARED, ALARMS, BESIDE)
         return [file.read_bytes() for file in sorted(checkout.rglob("*")) if file.is_file()]
 
     assert written() == written()
@@ -126,7 +139,7 @@ def test_the_machine_is_named_and_no_path_or_host(made: Any) -> None:
 def test_a_run_without_timing_is_refused_and_changes_nothing(made: Any, checkout: Path) -> None:
     silent = replace(made, timing=pd.DataFrame(columns=made.timing.columns))
     with pytest.raises(InputError, match="no timing"):
-        docs.fill(checkout, silent, COMPARED, ALARMS)
+        docs.fill(checkout, silent, COMPARED, ALARMS, BESIDE)
     assert [file.name for file in checkout.rglob("*")] == ["README.md"]
     assert (checkout / "README.md").read_text() == EMPTY
 
@@ -166,6 +179,8 @@ def test_a_stored_run_fills_the_readme(
     run_study(plan, folder)
     monkeypatch.setattr("phongbench.bench.bench", lambda **_: COMPARED)
     monkeypatch.setattr("phongbench.alarms.count", lambda *_, **__: ALARMS)
+    monkeypatch.setattr(readme_measured, "measured_scenes", lambda *_: PICTURES)
+    monkeypatch.setattr(docs, "service", lambda: BESIDE["service"])
     found = CliRunner().invoke(docs.main, ["--run", str(folder), "--root", str(checkout)])
     assert found.exit_code == 0, found.output
     assert "lyon" in docs.parts_of((checkout / "README.md").read_text())["verdict"]
@@ -187,3 +202,17 @@ def test_false_alarms_are_told_with_what_is_allowed() -> None:
     assert lines_of(part)[2] == ["l1", "200", "24", "1", "0.5 %", "0.0138"]
     assert part.endswith("Allowed is 1 %: kept.")
     assert readme_measured.alarms([replace(ALARMS[0], resolved=3)]).endswith("not kept.")
+
+
+def test_scenes_are_told_by_what_leaving_out_saves() -> None:
+    part = readme_measured.scenes(PICTURES)
+    assert lines_of(part)[2:] == [["many-lights", "2", "100 ms", "5.00 ×", "2.50 ×", "yes", "0.0200"]]
+    assert "25.0 times as fast" in part
+    assert "0.1 % of the pixels" in part
+
+
+def test_claims_are_told_with_verdict_and_reason(made: Any) -> None:
+    headings, _, *rows = lines_of(readme.claims(made))
+    assert headings == ["claim", "verdict", "what was found"]
+    assert rows[0][0].startswith("a) ")
+    assert "not measured" not in [row[1] for row in rows]

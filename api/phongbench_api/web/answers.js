@@ -67,8 +67,11 @@ export function reproduce(state, asked, question) {
   ];
   const place = $('commands');
   if (!place.children.length) place.append(...lines.flatMap(([title]) => [make('dt', {}, title), make('dd', {}, make('code', {}), copier(title))]));
-  place.querySelectorAll('code').forEach((code, i) => { code.textContent = lines[i][1]; });
+  place.querySelectorAll('code').forEach((code, i) => code.replaceChildren(...unbroken(lines[i][1])));
 }
+
+/** A command whose options stay whole where a line ends; its text is the command's. @param {string} command */
+const unbroken = (command) => command.split(/(?= --)/).flatMap((part) => (part.startsWith(' --') ? [' ', make('span', { class: 'whole' }, part.slice(1))] : [part]));
 
 function copier(title) {
   return make('button', { type: 'button', 'aria-label': `Copy: ${title}`, onclick: async ({ currentTarget: button }) => {

@@ -80,7 +80,7 @@ const askCurve = newest(async (signal, parameters, name) => {
     tell($('problem'), problem, () => { past = {}; show(); });
     $('stage').classList.add('stale');
     $('curves').classList.add('stale');
-    $('verdict').textContent = 'Nothing to show for these settings; below is what was shown before.';
+    $('verdict').textContent = `Nothing to show for these settings${spheres.curve ? '; what is dimmed was shown before' : ''}.`;
   }
 }, busy('curve'));
 const askFront = newest((signal) => front.ask(state, asked(), signal), busy('front'), 60);
@@ -104,7 +104,7 @@ function show() {
   spheres.draw();
   reproduce(state, now, question());
   onChange('look', [state.theme, state.scale, state.range], () => { curves.draw(); if (past.theme !== state.theme) front.draw(); past.theme = state.theme; });
-  onChange('mark', now, () => front.mark(now));
+  onChange('mark', [now, state.budget], () => front.mark(now, state.budget));
   onChange('curve', question(), () => askCurve(question(), name));
   onChange('front', [state.alpha, state.precision, now.space, front.run?.run], () => askFront());
   onChange('recommend', [state.alpha, state.precision, state.length_error, state.budget, front.run?.run], () => askRecommend());

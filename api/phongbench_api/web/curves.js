@@ -2,7 +2,7 @@
 
 import { $, lazily, table } from './dom.js';
 import { codes, decade, degrees, number } from './format.js';
-import { axis, level, onlyDecades, palette, plot, walkable, write } from './plot.js';
+import { axis, level, onlyDecades, palette, plot, roomy, walkable, write } from './plot.js';
 
 const { uPlot } = globalThis;
 const CODE = 1 / 255;
@@ -98,7 +98,7 @@ export class Curves {
 
   #lobe() {
     const { p } = this;
-    const options = this.#common(axis(p, { size: 50, values: (u, ticks) => ticks.map((tick) => String(Number(tick.toPrecision(3)))) }));
+    const options = this.#common(axis(p, { size: roomy(50), values: (u, ticks) => ticks.map((tick) => number(tick)) }));
     options.scales.y = { range: (u, low, high) => [Math.min(0, 1.05 * low), Math.max(1, high) * 1.06] };
     options.series = [{}, { stroke: p.exact, width: 2.5 }, { stroke: p.value, width: 2, dash: [7, 4] }];
     options.hooks.draw = [(u) => this.#names(u)];
@@ -119,10 +119,10 @@ export class Curves {
   #error() {
     const { p } = this;
     const log = this.state().scale === 'log';
-    const own = axis(p, { size: 60, ...(log ? onlyDecades(p) : {}), values: (u, ticks) => ticks.map(log ? decade : (tick) => number(tick)) });
+    const own = axis(p, { size: roomy(60), ...(log ? onlyDecades(p) : {}), values: (u, ticks) => ticks.map(log ? decade : (tick) => number(tick)) });
     const options = this.#common(own);
     const codeAxis = axis(p, {
-      scale: 'y', side: 1, size: 52, label: '8-bit codes', grid: { show: false }, filter: (u, ticks) => ticks,
+      scale: 'y', side: 1, size: roomy(40), label: '8-bit codes', grid: { show: false }, filter: (u, ticks) => ticks,
       splits: (u, i, low, high) => (log ? decades(255 * low, 255 * high) : rounds(255 * low, 255 * high)).map((tick) => tick / 255),
       values: (u, ticks) => ticks.map((tick) => (log ? decade : number)(Number((255 * tick).toPrecision(6)))),
     });
@@ -151,8 +151,10 @@ export class Curves {
     const right = log || curve.angle[curve.worst] < this.#end() / 2;
     const side = right ? left + width - 6 * ratio : left + 6 * ratio;
     const name = (text, ink, at) => write(u, text, side, at, { colour: ink, plate: p.card, align: right ? 'right' : 'left', bold: true });
-    if (curve.error.some((e) => e > 0)) name('too bright', p.bright, log ? top + height - 27 * ratio : top + 10 * ratio);
-    if (curve.error.some((e) => e < 0)) name('too dark (dashed)', p.dark, top + height - 10 * ratio);
+    // only what is to be seen: a plot without such a line needs no name for it
+    const seen = log ? u.scales.y.min : u.scales.y.max / 100;
+    if (curve.error.some((e) => e > seen)) name('too bright', p.bright, log ? top + height - 27 * ratio : top + 10 * ratio);
+    if (curve.error.some((e) => e < -seen)) name('too dark (dashed)', p.dark, top + height - 10 * ratio);
     const error = curve.error[curve.worst];
     if (!error || !Number.isFinite(error) || curve.angle[curve.worst] > this.#end()) return;
     const [px, py] = [u.valToPos(curve.angle[curve.worst], 'x', true), u.valToPos(log ? Math.abs(error) : error, 'y', true)];

@@ -1,6 +1,6 @@
 // The error/time front of the newest run: every measured formula with its interval, the chosen one marked.
 
-import { get } from './api.js';
+import { Problem, get } from './api.js';
 import { $, lazily, make, table, tell } from './dom.js';
 import { cellName, codes, decade, number } from './format.js';
 import { axis, level, onlyDecades, palette, plot, walkable, write } from './plot.js';
@@ -10,6 +10,9 @@ const { uPlot } = globalThis;
 const FLOOR = 1e-7;
 const NAMED = 7;
 const NEAR = 24;
+/** About how wide a letter of a name is. */
+const LETTER = 7.2;
+const narrow = () => matchMedia('(max-width: 40rem)').matches;
 const STATES = {
   on: ['on the front', 'front', 'disc'], unresolved: ['not settled: intervals overlap', 'unclear', 'diamond'], off: ['off: another is surely faster and no worse', 'muted', 'ring'],
 };
@@ -65,6 +68,9 @@ export class Front {
     const { run, plan } = this.run;
     const alpha = nearest(plan.alphas, state.alpha);
     try {
+      for (const [axis, wanted, measured] of [['precision', state.precision, plan.precisions], ['space', asked.space, plan.spaces]]) {
+        if (!measured.includes(wanted)) throw new Problem(404, `This run has no ${axis} ${wanted}`, `It measured ${measured.join(', ')}.${axis === 'precision' ? ` Measure it: phongbench run --precision ${wanted}` : ''}`);
+      }
       const answer = await get(`/v1/runs/${encodeURIComponent(run)}/front`, { alpha, precision: state.precision, space: asked.space }, signal);
       this.points = [...answer.points].sort((a, b) => a.error - b.error);
       tell($('front-problem'), null);
@@ -81,9 +87,10 @@ export class Front {
     this.draw();
   }
 
-  /** Marks the formula shown. @param {any} asked */
-  mark(asked) {
+  /** Marks the formula shown and the budget. @param {any} asked @param {string} budget a number or a fraction */
+  mark(asked, budget) {
     this.asked = asked;
+    this.budget = budget;
     this.u?.redraw(false);
     this.#rows();
   }
@@ -104,7 +111,7 @@ export class Front {
         x: { time: false, distr: 3, range: () => [FLOOR / 2, 1] },
         y: { distr: 3, range: () => [low / 1.5, high * 1.3] },
       },
-      axes: [axis(p, { label: 'largest absolute error', ...onlyDecades(p), values: (u, splits) => splits.map(decade), size: 28 }), axis(p, { label: 'time / exact Phong', size: 56, values: ticks, splits: octaves })],
+      axes: [axis(p, { label: 'largest absolute error', ...onlyDecades(p), values: (u, splits) => splits.map((v) => (narrow() && Math.round(Math.log10(v)) % 2 ? '' : decade(v))), size: 28 }), axis(p, { label: 'time / exact Phong', size: 56, values: ticks, splits: octaves })],
       series: [{}, { paths: () => null, points: { show: false } }],
       hooks: { draw: [(u) => this.#paint(u)] },
     }, [this.points.map((q) => Math.max(q.error, FLOOR)), this.points.map((q) => q.ratio)], 340);
@@ -120,7 +127,7 @@ export class Front {
     const ratio = uPlot.pxRatio;
     const { ctx, bbox } = u;
     level(u, 1, p.ink, []);
-    this.#budget(u, 1 / 255, '1/255');
+    this.#budgetLine(u);
     ctx.save();
     ctx.beginPath();
     ctx.rect(bbox.left - 8 * ratio, bbox.top, bbox.width + 16 * ratio, bbox.height);
@@ -138,8 +145,10 @@ export class Front {
     return this.asked ? this.points.find((point) => same(point, this.asked)) : null;
   }
 
-  #budget(u, error, name) {
+  #budgetLine(u) {
+    const [part, whole = 1] = this.budget.split('/').map(Number);
     const { ctx, bbox } = u;
+    const error = part / whole;
     const x = Math.round(u.valToPos(error, 'x', true)) + 0.5;
     ctx.save();
     ctx.strokeStyle = this.p.ink;
@@ -147,7 +156,7 @@ export class Front {
     ctx.setLineDash([3 * uPlot.pxRatio, 3 * uPlot.pxRatio]);
     ctx.strokeRect(x, bbox.top, 0, bbox.height);
     ctx.restore();
-    write(u, name, x + 4 * uPlot.pxRatio, bbox.top + 9 * uPlot.pxRatio, { colour: this.p.ink, plate: this.p.card });
+    write(u, this.budget, x + 4 * uPlot.pxRatio, bbox.top + 9 * uPlot.pxRatio, { colour: this.p.ink, plate: this.p.card });
   }
 
   #symbol(u, point) {
@@ -185,23 +194,34 @@ export class Front {
     u.ctx.restore();
   }
 
-  /** Names to the lower left of points of the front: nothing can be there, it would be on the front itself. */
+  /** Names to the lower left of points of the front: nothing can be there, it would be on the front itself - but the chosen one's name. */
   #names(u) {
-    const line = this.points.filter((point) => point.state === 'on');
+    const line = narrow() ? [] : this.points.filter((point) => point.state === 'on');
     const every = Math.max(1, Math.ceil(line.length / NAMED));
     const chosen = this.#chosen();
     const ratio = uPlot.pxRatio;
+    const taken = chosen && this.#nameOf(u, chosen);
     let lowest = -Infinity;
     for (const point of line.filter((q, i) => i % every === 0 && q !== chosen)) {
       const [x, y] = this.#at(u, point);
       const at = Math.max(y + 12 * ratio, lowest + 15 * ratio);
       if (at > u.bbox.top + u.bbox.height - 8 * ratio) continue;
+      const from = x - (7 + LETTER * cellName(point).length) * ratio;
+      if (taken && Math.abs(at - taken.y) < 15 * ratio && from < taken.to && x > taken.from) continue;
       write(u, cellName(point), x - 7 * ratio, at, { colour: this.p.front, plate: this.p.card, align: 'right' });
       lowest = at;
     }
-    if (!chosen) return;
+    if (taken) write(u, cellName(chosen), taken.x, taken.y, { colour: this.p.value, plate: this.p.card, align: taken.align, bold: true });
+  }
+
+  /** Where the chosen point's name goes: to the right of it, or where there is no room to the left. */
+  #nameOf(u, chosen) {
+    const ratio = uPlot.pxRatio;
     const [x, y] = this.#at(u, chosen);
-    write(u, cellName(chosen), x + 14 * ratio, y - 2 * ratio, { colour: this.p.value, plate: this.p.card, bold: true });
+    const width = LETTER * cellName(chosen).length * ratio;
+    const right = x + 14 * ratio + width < u.bbox.left + u.bbox.width;
+    const at = x + (right ? 14 : -14) * ratio;
+    return { x: at, y: y - 2 * ratio, from: right ? at : at - width, to: right ? at + width : at, align: right ? 'left' : 'right' };
   }
 
   #under(event) {

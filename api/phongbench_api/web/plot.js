@@ -18,6 +18,9 @@ export const axis = (p, more) => ({
   grid: { stroke: p.line, width: 1 }, ticks: { stroke: p.line, width: 1, size: 4 }, ...more,
 });
 
+/** As wide as an axis's longest label, so that none is cut off. @param {number} least */
+export const roomy = (least) => (u, labels) => Math.max(least, 16 + 7 * Math.max(0, ...(labels ?? []).map((label) => (label ?? '').length)));
+
 /** For a log axis: lines and ticks at the decades only. @param {ReturnType<typeof palette>} p */
 export const onlyDecades = (p) => {
   const filter = (u, ticks) => ticks.map((tick) => (decade(tick) ? tick : null));
