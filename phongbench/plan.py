@@ -23,8 +23,10 @@ from phongbench.vectors import LAMBDA_FORMS
 
 #: questions beyond the sweep; phongbench.probes answers them
 PROBE_NAMES: tuple[str, ...] = (
-    "cosines", "search", "certify", "meshes", "hostile", "smoothness", "recheck",
+    "cosines", "search", "certify", "meshes", "hostile", "smoothness", "scenes", "recheck",
 )  # fmt: skip
+#: those of a study that does not ask for others: scenes take minutes, and a question of their own
+USUAL_PROBES = tuple(name for name in PROBE_NAMES if name != "scenes")
 ALL_SLOPES = ("taylor", "minimax", "energy")
 #: real exponents (materials, file formats) and the non-powers of two that expose what powers of two hide
 QUICK_ALPHAS = (5.0, 10.0, 20.0, 32.0, 50.0, 64.0, 100.0, 128.0, 200.0, 256.0, 512.0, 1000.0)
@@ -88,7 +90,7 @@ class Plan:
     timing_budget: float = 8.0
     processes: int = 1
     skipping: bool = False
-    probes: tuple[str, ...] = PROBE_NAMES
+    probes: tuple[str, ...] = USUAL_PROBES
     meshes: tuple[str, ...] = ()
 
     def as_dict(self) -> dict[str, Any]:
@@ -234,6 +236,7 @@ PRESETS: Mapping[str, Plan] = {
         timing_budget=600.0,
         processes=8,
         skipping=True,
+        probes=PROBE_NAMES,
     ),
 }
 
@@ -273,12 +276,14 @@ def read_toml(path: Path) -> Plan:
 
 
 def compose(
-    path: Path | None = None, preset_name: str | None = None, materials: Path | None = None, **wishes: Any
-) -> Plan:
+    path: Path | None = None, preset_name: str | None = None, materials: Path | None = None, *, scenes: bool = False,
+    **wishes: Any,
+) -> Plan:  # fmt: skip
     """The plan of a command line: a file or a preset, changed by every wish that is not None.
 
     path       TOML plan; excludes preset_name
     materials  MTL file whose distinct shininess values become the exponents
+    scenes     whether to ask the probe of this name, whatever other probes are asked
     wishes     fields of Plan
     """
     if path and preset_name:
@@ -290,7 +295,8 @@ def compose(
     if materials:
         wishes["alphas"] = exponents(read_mtl(materials))
     base = read_toml(path) if path else preset(preset_name or "quick")
-    return replace(base, **{name: value for name, value in wishes.items() if value is not None})
+    plan = replace(base, **{name: value for name, value in wishes.items() if value is not None})
+    return replace(plan, probes=tuple(dict.fromkeys((*plan.probes, "scenes")))) if scenes else plan
 
 
 def _typed(key: str, value: Any, wanted: type, where: str) -> Any:

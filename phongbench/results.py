@@ -29,7 +29,9 @@ SCHEMA = 1
 RUN_ID = re.compile(r"^[a-z0-9][a-z0-9-]{7,63}$")
 DEFAULT_ROOT = Path("phongbench-runs")
 MANIFEST, PARTS = "manifest.json", "parts"
-TABLES = ("accuracy", "timing", "worst", "meshes", "behaviour", "smoothness")
+TABLES = (
+    "accuracy", "timing", "worst", "meshes", "behaviour", "smoothness", "scenes", "skips", "scene_times", "far",
+)  # fmt: skip
 
 CELL_COLUMNS = (
     "approximation", "lambda_form", "space", "beta_policy", "alpha", "gamma", "beta", "precision", "gated",
@@ -78,6 +80,34 @@ BEHAVIOUR_COLUMNS = (*CELL_COLUMNS, "case", "outcome", "lowest", "highest", "exa
 SMOOTHNESS_COLUMNS = (
     *CELL_COLUMNS, "samples", "rises", "largest_rise", "kink", "kink_degrees", "overflows", "subnormals",
 )  # fmt: skip
+#: a picture of a scene by a formula against that of exact Phong: the fields of scene.pictures.PictureError; lobe_max: a
+#: bound on a colour's error by the lobe's own largest error, the lights and the materials; left_out: why a formula does
+#: not fit the scene, in which case there are no numbers
+SCENE_COLUMNS = (
+    "scene", "width", "height", "depth", "approximation", "lambda_form", "beta_policy", "gamma", "max_abs", "mean_abs",
+    "rms", "psnr", "max_codes", "visible", "flip", "energy", "highlight_area", "lobe_max", "left_out",
+)  # fmt: skip
+#: what a picture did not need, a line of the ledger each, and how leaving it out changes the picture. setting: the
+#: contribution below which reflections stop, of name "cutoff", where `of` and `skipped` are all rays and those saved;
+#: same_bits, largest_change: against the picture without this skip alone; bound: what largest_change may be
+SKIP_COLUMNS = (
+    "scene", "width", "height", "depth", "name", "setting", "kind", "unit", "of", "skipped", "bound", "same_bits",
+    "largest_change",
+)  # fmt: skip
+#: times in scenes, interleaved. kind: formula (name over exact Phong), skip (the picture without it over the one with
+#: all), cutoff (reflections stopped over all followed), shading (a surface by the model `name` over Phong's, scene
+#: being infinity or near, and setting the exponent); formula: of the specular term; elements: pixels or points;
+#: ratio_low and ratio_high: 99 % sign-test interval over the rounds
+SCENE_TIME_COLUMNS = (
+    "scene", "kind", "name", "formula", "setting", "against", "elements", "depth", "rounds", "seconds", "ratio",
+    "ratio_low", "ratio_high",
+)  # fmt: skip
+#: what holding L, V or both constant over a square polygon changes, as at its middle. distance: of light and viewer, in
+#: polygon sides; max_abs: over points and placements, of a full-strength term; incidence_degrees and offset_degrees: of
+#: the worst placement, the light's from the normal and the viewer's from the mirrored light
+FAR_COLUMNS = (
+    "held", "term", "alpha", "distance", "placements", "samples", "max_abs", "incidence_degrees", "offset_degrees",
+)  # fmt: skip
 #: everything a run writes into its folder
 RUN_CONTENT = (PARTS, "report", MANIFEST, *(f"{name}.parquet" for name in TABLES))
 #: the columns of every table
@@ -88,6 +118,10 @@ COLUMNS = {
     "meshes": MESH_COLUMNS,
     "behaviour": BEHAVIOUR_COLUMNS,
     "smoothness": SMOOTHNESS_COLUMNS,
+    "scenes": SCENE_COLUMNS,
+    "skips": SKIP_COLUMNS,
+    "scene_times": SCENE_TIME_COLUMNS,
+    "far": FAR_COLUMNS,
 }
 
 
@@ -142,6 +176,26 @@ class Run:
     def smoothness(self) -> pd.DataFrame:
         """Shape of each lobe; empty if the plan did not ask for the probe."""
         return self._table("smoothness")
+
+    @cached_property
+    def scenes(self) -> pd.DataFrame:
+        """Errors of pictures; this and the three below are empty if the plan did not ask for the probe `scenes`."""
+        return self._table("scenes")
+
+    @cached_property
+    def skips(self) -> pd.DataFrame:
+        """What pictures did not need."""
+        return self._table("skips")
+
+    @cached_property
+    def scene_times(self) -> pd.DataFrame:
+        """Times in scenes; empty if timing was left out, too."""
+        return self._table("scene_times")
+
+    @cached_property
+    def far(self) -> pd.DataFrame:
+        """Errors of holding directions constant over a polygon."""
+        return self._table("far")
 
     def _table(self, name: str) -> pd.DataFrame:
         path = self.path / f"{name}.parquet"
@@ -245,11 +299,16 @@ def verify(run: Run) -> list[str]:
             problems.append(f"{name}: has {path.stat().st_size} bytes instead of {facts['bytes']}")
         elif _sha256(path) != facts["sha256"]:
             problems.append(f"{name}: its bytes have changed (SHA-256 differs)")
-        elif name.endswith(".parquet") and len(pd.read_parquet(path, columns=["approximation"])) != facts["rows"]:
+        elif name.endswith(".parquet") and _rows_in(path) != facts["rows"]:
             problems.append(f"{name}: does not have {facts['rows']} rows")
     if not run.complete:
         problems.append("the run is partial: it was interrupted and can be resumed")
     return problems
+
+
+def _rows_in(path: Path) -> int:
+    """How many rows a table of a run has, by reading one of its columns."""
+    return len(pd.read_parquet(path, columns=list(COLUMNS[path.stem][:1])))
 
 
 def intact(run: Run) -> Run:

@@ -21,8 +21,6 @@ VERDICTS = (HOLDS, CONDITIONS, FAILS, UNMEASURED)
 SIGNS = dict(zip(VERDICTS, "✓◐✗–", strict=True))
 #: an error that an 8-bit display can show, and one that a 10-bit display can
 VISIBLE, FINE = 1 / 255, 1 / 1023
-#: what no run of this version measures
-SCENES = "scenes"
 
 Numbers = Mapping[str, Any]
 
@@ -61,7 +59,7 @@ class Claim:
     source  who claims it
     rule    Rows -> Finding; its docstring is the rule in words, printed with every verdict. It raises LackingRowsError
             for a run without the rows it reads
-    needs   what the rule reads: names of tables, SCENES, or nothing where the verdict follows from a formula
+    needs   what the rule reads: names of tables, or nothing where the verdict follows from a formula
     figure  name of the report's figure that shows it, or None
     """
 

@@ -11,13 +11,19 @@ import numpy as np
 import pandas as pd
 
 from phongbench.contenders import TWIN
-from phongbench.results import ACCURACY_KEY, CELL_COLUMNS, MESH_COLUMNS
+from phongbench.results import ACCURACY_KEY, CELL_COLUMNS, COLUMNS
 
 #: what tells one accuracy row from another, but for how far its inputs were covered
 KEY = [column for column in ACCURACY_KEY if column != "coverage"]
 TIMED = ["approximation", "lambda_form", "space", "gamma", "precision", "working_set", "threads"]
 MESHED = ["mesh", "edge_degrees", "normals", "pair", *(c for c in CELL_COLUMNS if c != "beta"), "truth"]
-KEYS = {"accuracy": [*KEY, "coverage"], "timing": TIMED, "meshes": MESHED}
+SKIPPED = ["scene", "width", "height", "depth", "name", "setting"]
+SCENE_TIMED = ["scene", "kind", "name", "formula", "setting", "against", "elements", "depth"]
+HELD = ["held", "term", "alpha", "distance"]
+KEYS = {
+    "accuracy": [*KEY, "coverage"], "timing": TIMED, "meshes": MESHED, "skips": SKIPPED, "scene_times": SCENE_TIMED,
+    "far": HELD,
+}  # fmt: skip
 #: lambda forms in the order in which they are told
 FORMS = ("dot", "difference", "cross", "tan2", "none")
 #: coverages that reach beyond samples, from below
@@ -32,11 +38,18 @@ class Rows:
     accuracy: pd.DataFrame
     timing: pd.DataFrame
     meshes: pd.DataFrame
+    skips: pd.DataFrame
+    scene_times: pd.DataFrame
+    far: pd.DataFrame
 
     @staticmethod
     def of(run: Any) -> Rows:
         """The rows of a phongbench.results.Run, or of anything with tables of these names; no table, no rows."""
-        return Rows(run.accuracy, run.timing, getattr(run, "meshes", pd.DataFrame(columns=list(MESH_COLUMNS))))
+        further = (
+            getattr(run, name, pd.DataFrame(columns=list(COLUMNS[name])))
+            for name in ("meshes", "skips", "scene_times", "far")
+        )
+        return Rows(run.accuracy, run.timing, *further)
 
     @cached_property
     def precision(self) -> str:

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import pandas as pd
 
 from phongbench.plan import Plan
-from phongbench.probes import certify, cosines, hostile, meshes, recheck, search, smoothness
+from phongbench.probes import certify, cosines, hostile, meshes, recheck, scenes, search, smoothness
 from phongbench.probes.probing import Probing
 
 
@@ -38,6 +38,7 @@ PROBES: tuple[Probe, ...] = (
     Probe("meshes", "measuring interpolated normals", meshes.measure, meshes.seconds),
     Probe("hostile", "hostile inputs", hostile.measure, hostile.seconds),
     Probe("smoothness", "smoothness of the lobes", smoothness.measure, smoothness.seconds),
+    Probe("scenes", "drawing scenes", scenes.measure, scenes.seconds),
     # the last: it looks at the worst inputs that all others left
     Probe("recheck", "checking the truth at 50 digits", recheck.measure, recheck.seconds),
 )

@@ -38,7 +38,8 @@ def compare(
 ) -> list[dict[str, Any]]:
     """A row for each formula: its picture's error, what the lobe's error promised, and its time over exact Phong's.
 
-    rounds   pictures of each that are timed, in turn with exact Phong's; the time is all of a picture, rays included
+    rounds   pictures of each that are timed, in turn with exact Phong's; the time is all of a picture, rays included;
+             0: none is, and seconds and ratio are None
     wishes   of `render`: size, depth, ...
     returns  rows of name, lambda_form, gamma, beta; the fields of PictureError; `lobe_error`, a bound on a pixel's
              error from the lobe's error, the lights and the materials; seconds and ratio; `left_out`, why a formula
@@ -61,6 +62,16 @@ def compare(
     return rows
 
 
+def why_not(scene: Scene, formula: Specular) -> str | None:
+    """Why a formula does not fit a material of the scene, naming it; None if it fits all."""
+    try:
+        for material in scene.materials:
+            (material.specular or formula).resolved("phong", material.reflection.highlight_exponent)
+    except InputError as problem:
+        return f"materials.{material.name}: {problem.what}"
+    return None
+
+
 def name_of(row: Mapping[str, Any]) -> str:
     """A formula as the command line writes it, and its beta policy if it is not the usual one."""
     parts = [row["approximation"], row["lambda_form"], row["gamma"]]
@@ -78,8 +89,8 @@ def _measured(scene: Scene, formula: Specular, exact: Array, rounds: int, wishes
     return {
         **pictures.compare(exact, picture).as_dict(),
         "lobe_error": lobe_error(scene, formula),
-        "seconds": min(own),
-        "ratio": float(np.median(np.divide(own, plain))),
+        "seconds": min(own, default=None),
+        "ratio": float(np.median(np.divide(own, plain))) if own else None,
         "left_out": None,
     }
 

@@ -19,6 +19,7 @@ from phongbench_reports.drawing import Plate, ink, svg_pair
 from phongbench_reports.figures import FIGURES
 from phongbench_reports.mesh_edges import mesh_edges
 from phongbench_reports.page import Links, Section, render, style_sheet
+from phongbench_reports.pictured import SECTIONS
 from phongbench_reports.skipped import skipped
 from phongbench_reports.study import Absent, Study
 from phongbench_reports.sureness import sureness
@@ -55,6 +56,12 @@ def sections_of(study: Study) -> tuple[list[Section], dict[str, tuple[bytes, byt
                 drawn[name] = Section(name, heading, table_of(study), True)
             if isinstance(content, Plate):
                 pictures[entry.name] = svg_pair(content.figure, entry.name)
+        seen = [Section(part.name, part.title, part.make(study), part.folded) for part in SECTIONS]
+        for section in seen:
+            if isinstance(section.content, Plate):
+                pictures[section.name] = svg_pair(section.content.figure, section.name)
+    if all(isinstance(section.content, Absent) for section in seen):
+        seen = [Section("pictures", "Pictures of scenes", seen[0].content)]
     speed = drawn.pop("speed")
     strange = Section("census", "Values above 1, negative, not finite", census(study))
     bad = Section("hostile", "Hostile inputs", hostile(study))
@@ -64,7 +71,7 @@ def sections_of(study: Study) -> tuple[list[Section], dict[str, tuple[bytes, byt
     inputs = Section("worst", "Worst inputs", worst(study))
     names = Section("formulas", "The formulas", formulas(study), True)
     dark = Section("skipped", "Skipping what is dark", skipped(study))
-    return [*answer, *drawn.values(), strange, bad, smooth, judged, speed, dark, sure, inputs, names], pictures
+    return [*answer, *drawn.values(), strange, bad, smooth, *seen, judged, speed, dark, sure, inputs, names], pictures
 
 
 def csv_of(frame: pd.DataFrame) -> bytes:

@@ -13,6 +13,7 @@ from phongbench.claims import SIGNS, VERDICTS, Judgement, judge
 from phongbench.errors import InputError
 from phongbench_reports.commands import reproduce
 from phongbench_reports.figures import FIGURES
+from phongbench_reports.pictured import SECTIONS
 from phongbench_reports.study import Absent, Study
 from phongbench_reports.text import label, listed, missing, number
 
@@ -24,9 +25,11 @@ _TOLD = {
 #: parts of a row's key that its label does not tell
 _WHERE = (
     "alpha", "precision", "mesh", "edge_degrees", "normals", "pair", "stratum", "perturbation", "length_error",
-    "working_set", "coverage",
+    "working_set", "coverage", "scene", "depth", "kind", "name", "formula", "setting", "held", "term", "distance",
 )  # fmt: skip
 _UNSAID = (None, "none", 0.0)
+#: anchors that a claim may point to
+_SHOWN = {part.name for part in (*FIGURES, *SECTIONS)}
 
 
 @dataclass(frozen=True)
@@ -93,7 +96,7 @@ def _entry(study: Study, one: Judgement) -> Entry:
     return Entry(
         told["key"], told["claim"], told["source"], SIGNS[one.verdict], one.verdict, told["because"],
         f"{lacking[:1].upper()}{lacking[1:]}", told["rule"],
-        told["figure"] if told["figure"] in {figure.name for figure in FIGURES} and told["evidence"] else "",
+        told["figure"] if told["figure"] in _SHOWN and told["evidence"] else "",
         _numbers(told["conditions"]),
         tuple(_row(row) for row in told["evidence"]), command,
     )  # fmt: skip
@@ -134,8 +137,8 @@ def _row(row: dict[str, Any]) -> str:
         for name in _WHERE
         if name in row and row[name] not in _UNSAID
     ]
-    cell = label({"beta_policy": "none", "gamma": None, **row})
-    return f"{' · '.join([cell, *where])}: {_words(row['column'])} {number(row['value'])} ({row['table']})"
+    cell = [label({"beta_policy": "none", "gamma": None, **row})] if "approximation" in row else []
+    return f"{' · '.join([*cell, *where])}: {_words(row['column'])} {number(row['value'])} ({row['table']})"
 
 
 def _data(found: list[Judgement]) -> pd.DataFrame:

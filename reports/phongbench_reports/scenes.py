@@ -8,12 +8,13 @@ from __future__ import annotations
 import io
 import sys
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from phongbench.lighting import Specular
@@ -32,20 +33,42 @@ SHOWN = (Specular("lyon", "dot", 8), Specular("lyon", "dot", 8, "minimax"), Spec
 Codes = NDArray[np.uint8]
 
 
-def depths(scene_name: str = "chequerboard", deepest: int = 3) -> bytes:
+@dataclass(frozen=True)
+class Sheet:
+    """Pictures in rows.
+
+    found    pictures as codes
+    titles   one above each
+    columns  pictures in a row
+    note     what they show, for the foot
+    facts    a record for each picture, for a table
+    height   inches of a row
+    """
+
+    found: Sequence[Codes]
+    titles: Sequence[str]
+    columns: int
+    note: str
+    facts: Sequence[dict[str, Any]] = ()
+    height: float = 2.7
+
+
+def depths(scene_name: str = "chequerboard", deepest: int = 3, size: tuple[int, int] = SIZE) -> Sheet:
     """A scene with 0, 1, ... reflections in a row, and by how many codes each differs from the one before."""
     scene = read_scene(scene_name)
-    drawn = [render(scene, size=SIZE, depth=depth, supersampling=2) for depth in range(deepest + 1)]
+    drawn = [render(scene, size=size, depth=depth, supersampling=2) for depth in range(deepest + 1)]
     titles = ["direct light only"]
+    facts = [{"scene": scene.name, "reflections": 0, "rays": drawn[0].rays, "pixels_changed": 0.0}]
     for number, (before, after) in enumerate(pairwise(drawn), 1):
         off = np.abs(pictures.codes(after.picture).astype(int) - pictures.codes(before.picture)).max(axis=2)
         share = float((off > 0).mean())
         titles.append(f"{number} reflection{'s' * (number > 1)}: {share:.1%} of the pixels change")
-    note = f"scene {scene.name}, {SIZE[0]} × {SIZE[1]} pixels, 4 samples each; changes of one 8-bit sRGB code or more"
-    return _plate([pictures.codes(d.picture) for d in drawn], titles, 2, note)
+        facts.append({"scene": scene.name, "reflections": number, "rays": after.rays, "pixels_changed": share})
+    note = f"scene {scene.name}, {size[0]} × {size[1]} pixels, 4 samples each; changes of one 8-bit sRGB code or more"
+    return Sheet([pictures.codes(d.picture) for d in drawn], titles, 2, note, facts)
 
 
-def interpolation(degrees: Sequence[float] = (44.0, 21.0, 5.0)) -> bytes:
+def interpolation(degrees: Sequence[float] = (44.0, 21.0, 5.0)) -> Sheet:
     """Flat, Gouraud and Phong shading of one sphere in triangles from coarse to fine."""
     scene = read_scene("tessellation")
     kinds = (("none", "flat"), ("colours", "Gouraud"), ("normals", "Phong"))
@@ -57,28 +80,30 @@ def interpolation(degrees: Sequence[float] = (44.0, 21.0, 5.0)) -> bytes:
             titles.append(f"{name}, edges of {degrees[index]:g}°")
     highlight = scene.materials[0].reflection.shininess
     note = f"Gouraud shading mixes colours, Phong shading normals, made unit again; α = {highlight:g}, one far light"
-    return _plate(found, titles, len(degrees), note, 3.1)
+    return Sheet(found, titles, len(degrees), note, (), 3.1)
 
 
-def formulas(scene_name: str = "test-card") -> bytes:
+def formulas(scene_name: str = "test-card", size: tuple[int, int] = SIZE) -> Sheet:
     """Exact Phong, some formulas, and the difference of each, enlarged."""
     scene = read_scene(scene_name)
-    exact = render(scene, size=SIZE, specular=Specular()).picture
+    exact = render(scene, size=size, specular=Specular()).picture
     found, titles = [], []
+    facts: list[dict[str, Any]] = []
     for formula in SHOWN:
-        other = render(scene, size=SIZE, specular=formula).picture
+        other = render(scene, size=size, specular=formula).picture
         factor, error = pictures.amplification(exact, other), pictures.compare(exact, other, flip=False)
         shown = np.clip(factor * np.abs(pictures.encoded(other) - pictures.encoded(exact)), 0, 1)
         name = name_of({"approximation": formula.approximation, "lambda_form": formula.lambda_form,
                         "gamma": formula.gamma, "beta": formula.beta})  # fmt: skip
+        facts.append({"scene": scene.name, "formula": name, "amplification": factor, **error.as_dict()})
         found += [pictures.codes(other), (255 * shown + 0.5).astype(np.uint8)]
         titles += [name, f"difference to exact Phong × {factor:g}; at most {error.max_codes} codes"]
     note = f"scene {scene.name}: α doubles from 2 to 4096 in reading order; differences of sRGB values as shown"
-    return _plate(found, titles, 2, note)
+    return Sheet(found, titles, 2, note, facts)
 
 
 #: file name -> what draws it
-FIGURES: dict[str, Callable[[], bytes]] = {
+FIGURES: dict[str, Callable[[], Sheet]] = {
     "depths.png": depths, "interpolation.png": interpolation, "formulas.png": formulas,
 }  # fmt: skip
 
@@ -92,22 +117,30 @@ def _alone(scene: Scene, index: int, smooth: str) -> Scene:
     return replace(scene, objects=(moved,), camera=camera)
 
 
-def _plate(found: Sequence[Codes], titles: Sequence[str], columns: int, note: str, height: float = 2.7) -> bytes:
-    """Pictures in rows with a title above each and a note below, as a PNG that is the same for the same pictures."""
-    rows = -(-len(found) // columns)
-    tall = height * rows + 0.3
+def figure_of(sheet_of: Sheet, *, native: bool = False) -> Figure:
+    """The pictures with a title above each and the note below; call it inside `ink`.
+
+    native  keep the pixels as they are, for SVG, where a reader's screen scales them
+    """
+    columns, rows = sheet_of.columns, -(-len(sheet_of.found) // sheet_of.columns)
+    tall = sheet_of.height * rows + 0.3
+    figure, axes = sheet(
+        tall, rows, columns, left=0.01, right=0.99, top=1 - 0.3 / tall, bottom=0.35 / tall, wspace=0.03, hspace=0.14
+    )
+    for one, picture, title in zip(axes, sheet_of.found, sheet_of.titles, strict=True):
+        one.imshow(picture, interpolation="none" if columns == 3 or native else "antialiased")
+        one.set_title(title, fontsize=9)
+        one.set_axis_off()
+    footnote(figure, sheet_of.note)
+    return figure
+
+
+def png(sheet_of: Sheet) -> bytes:
+    """The pictures as a PNG that is the same for the same pictures."""
+    buffer = io.BytesIO()
+    settings: dict[str, Any] = {"facecolor": "white", "metadata": {"Software": "phongbench"}}
     with ink():
-        figure, axes = sheet(
-            tall, rows, columns, left=0.01, right=0.99, top=1 - 0.3 / tall, bottom=0.35 / tall, wspace=0.03, hspace=0.14
-        )
-        for one, picture, title in zip(axes, found, titles, strict=True):
-            one.imshow(picture, interpolation="none" if columns == 3 else "antialiased")
-            one.set_title(title, fontsize=9)
-            one.set_axis_off()
-        footnote(figure, note)
-        buffer = io.BytesIO()
-        settings: dict[str, Any] = {"facecolor": "white", "metadata": {"Software": "phongbench"}}
-        figure.savefig(buffer, format="png", dpi=DPI, **settings)
+        figure_of(sheet_of).savefig(buffer, format="png", dpi=DPI, **settings)
     return buffer.getvalue()
 
 
@@ -116,7 +149,7 @@ def write(folder: Path) -> list[Path]:
     folder.mkdir(parents=True, exist_ok=True)
     paths = [folder / name for name in FIGURES]
     for path, draw in zip(paths, FIGURES.values(), strict=True):
-        path.write_bytes(draw())
+        path.write_bytes(png(draw()))
     return paths
 
 

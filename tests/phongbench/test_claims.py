@@ -8,6 +8,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from phongbench import claims, laws
 from phongbench.claims import CLAIMS, VERDICTS, answer, judge
@@ -20,7 +22,7 @@ from phongbench.claims.words import codes, exponents, listed, rounded, times
 from phongbench.errors import CorruptRunError, InputError
 from phongbench.fitting import half_angle_ratio
 from phongbench.plan import preset
-from phongbench.results import ACCURACY_COLUMNS, MESH_COLUMNS, TIMING_COLUMNS, Run
+from phongbench.results import ACCURACY_COLUMNS, COLUMNS, MESH_COLUMNS, TIMING_COLUMNS, Run
 from phongbench.vectors import LAMBDA_FORMS
 
 CODE = 1 / 255
@@ -33,6 +35,9 @@ class Tables:
     accuracy: pd.DataFrame = field(default_factory=lambda: pd.DataFrame(columns=list(ACCURACY_COLUMNS)))
     timing: pd.DataFrame = field(default_factory=lambda: pd.DataFrame(columns=list(TIMING_COLUMNS)))
     meshes: pd.DataFrame = field(default_factory=lambda: pd.DataFrame(columns=list(MESH_COLUMNS)))
+    skips: pd.DataFrame = field(default_factory=lambda: pd.DataFrame(columns=list(COLUMNS["skips"])))
+    scene_times: pd.DataFrame = field(default_factory=lambda: pd.DataFrame(columns=list(COLUMNS["scene_times"])))
+    far: pd.DataFrame = field(default_factory=lambda: pd.DataFrame(columns=list(COLUMNS["far"])))
     manifest: dict[str, Any] = field(default_factory=lambda: {"run": "by-hand", "state": "complete"})
 
 
@@ -65,6 +70,11 @@ def meshes(rows: Iterable[dict[str, Any]]) -> pd.DataFrame:
     }  # fmt: skip
     columns = list(dict.fromkeys([*MESH_COLUMNS, "length_max"]))
     return pd.DataFrame([usual | row for row in rows]).reindex(columns=columns).astype({"gamma": "Int64"})
+
+
+def table(name: str, rows: Iterable[dict[str, Any]]) -> pd.DataFrame:
+    """Any other table, made of the columns that a rule reads."""
+    return pd.DataFrame(list(rows)).reindex(columns=list(COLUMNS[name]))
 
 
 def judged(key: str, **tables: pd.DataFrame) -> dict[str, Any]:
@@ -404,6 +414,100 @@ def test_a_constant_ks_leaves_one_code_where_the_claim_says() -> None:
         assert rise(one["reflectance"], one["incidence_to_degrees"]) == pytest.approx(CODE)
 
 
+# f: Blinn at infinity
+
+
+def shaded(infinity: float, near: float, again: float = 1.0, **more: Any) -> list[dict[str, Any]]:
+    """Times of shading at one exponent: Blinn-Phong over Phong in both places, and Phong over itself."""
+    usual = {"kind": "shading", "formula": "phong", "setting": 50.0, "against": "phong", "elements": 1000, "depth": 0}
+    ratios = [("infinity", "blinn-phong", infinity), ("near", "blinn-phong", near), ("near", "phong again", again)]
+    return [
+        {**usual, "scene": place, "name": name, "ratio": r, "ratio_low": 0.99 * r, "ratio_high": 1.01 * r, **more}
+        for place, name, r in ratios
+    ]
+
+
+@pytest.mark.parametrize(
+    ("rows", "verdict"),
+    [
+        (shaded(0.9, 1.1) + shaded(0.8, 1.0, formula="lyon:dot:8"), "holds"),
+        (shaded(0.9, 1.1) + shaded(1.0, 1.0, setting=200.0), "holds under conditions"),
+        (shaded(0.975, 1.1, ratio_low=0.9, ratio_high=1.05), "fails"),
+        (shaded(0.99, 0.5), "fails"),
+        (shaded(0.9, 1.1, again=1.1), "not measured"),
+    ],
+)
+def test_blinn_is_faster_at_infinity_where_the_whole_interval_says_so(rows: Any, verdict: str) -> None:
+    found = judged("f", scene_times=table("scene_times", rows), accuracy=accuracy([{}]))
+    assert found["verdict"] == verdict
+    if verdict == "not measured":
+        assert "told identical shading apart" in found["because"]
+    else:
+        assert len(found["evidence"]) == len(found["conditions"]) == 2 * len(rows) // 3
+
+
+# i: far lights
+
+
+def held(alpha: float | None, times_distance: float, held: str = "both") -> list[dict[str, Any]]:
+    """A term whose error is so much over the distance."""
+    term = "diffuse" if alpha is None else "specular"
+    return [
+        {"held": held, "term": term, "alpha": np.nan if alpha is None else alpha, "distance": d,
+         "max_abs": times_distance / d}
+        for d in (1.0, 16.0, 256.0)
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("rows", "verdict"),
+    [
+        (held(None, 50 * CODE, "light") + held(10.0, 99 * CODE), "holds"),
+        (held(None, 50 * CODE, "light") + held(10.0, 150 * CODE), "holds under conditions"),
+        (held(None, 50 * CODE, "light") + held(10.0, 999 * CODE), "holds under conditions"),
+        (held(10.0, 999 * CODE), "fails"),
+        (held(10.0, 999 * CODE) + held(10.0, 9 * CODE, "light"), "fails"),
+    ],
+)
+def test_far_is_where_both_may_be_held_within_one_code(rows: Any, verdict: str) -> None:
+    assert judged("i", far=table("far", rows), accuracy=accuracy([{}]))["verdict"] == verdict
+
+
+@settings(deadline=None)
+@given(st.floats(1.5, 200.0))
+def test_the_distance_that_is_far_enough_is_found_between_measured_ones(sides: float) -> None:
+    found = judged("i", far=table("far", held(50.0, sides * CODE)), accuracy=accuracy([{}]))
+    (record,) = found["conditions"]
+    assert record["sides_from"] == pytest.approx(sides)
+    assert record["error_times_sides"] == pytest.approx(sides * CODE)
+
+
+# l: stopping reflections
+
+
+def cut(scene: str, saved: dict[float, tuple[float, float]]) -> list[dict[str, Any]]:
+    """contribution -> (share of rays saved, largest change)."""
+    return [
+        {"scene": scene, "depth": 5, "width": 9, "height": 9, "name": "cutoff", "setting": c, "of": 1000,
+         "skipped": round(1000 * share), "bound": c, "largest_change": change}
+        for c, (share, change) in saved.items()
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("rows", "verdict"),
+    [
+        (cut("a", {0.01: (0.05, CODE)}) + cut("b", {0.01: (0.2, 0.0)}), "holds"),
+        (cut("a", {0.01: (0.05, CODE)}) + cut("b", {0.01: (0.01, 0.0)}), "holds under conditions"),
+        (cut("a", {0.01: (0.04, CODE), 0.1: (0.2, 9 * CODE)}), "holds under conditions"),
+        (cut("a", {0.01: (0.0, 0.0), 0.1: (0.04, 9 * CODE)}), "fails"),
+        ([row | {"name": "objects"} for row in cut("a", {0.01: (0.5, 0.0)})], "not measured"),
+    ],
+)
+def test_stopping_saves_work_where_enough_rays_are_spared(rows: Any, verdict: str) -> None:
+    assert judged("l", skips=table("skips", rows), accuracy=accuracy([{}]))["verdict"] == verdict
+
+
 # all of them
 
 
@@ -413,14 +517,15 @@ def test_claims_are_lettered_in_order_and_describe_themselves() -> None:
         assert len(claim.rule_text) > 80
         assert claim.title
         assert not claim.title.endswith(".")
-        assert set(claim.needs) <= {"accuracy", "timing", "meshes", "scenes"}
+        assert set(claim.needs) <= set(KEYS)
 
 
-def test_what_waits_for_scenes_says_what_would_measure_it() -> None:
-    for key in "il":
+def test_without_scenes_a_claim_says_what_would_measure_it() -> None:
+    for key in "fil":
         found = judged(key, accuracy=accuracy([{}]))
         assert found["verdict"] == "not measured"
-        assert "scene" in found["lacking"]
+    for key in "il":
+        assert "--scenes" in judged(key, accuracy=accuracy([{}]))["lacking"]
 
 
 def test_a_run_without_any_of_the_rows_is_refused_with_the_command() -> None:

@@ -16,7 +16,7 @@ import numpy.typing as npt
 import pandas as pd
 import pytest
 
-from phongbench.results import MESH_COLUMNS
+from phongbench.results import COLUMNS, MESH_COLUMNS
 
 Vector = npt.NDArray[np.float64]
 LENGTHS = (1e-4, 3.7e-4, 1.75e-3, 1e-2, 5e-2, 0.1)
@@ -36,6 +36,10 @@ class MadeUpRun:
     meshes: pd.DataFrame = field(default_factory=lambda: pd.DataFrame(columns=list(MESH_COLUMNS)))
     behaviour: pd.DataFrame = field(default_factory=pd.DataFrame)
     smoothness: pd.DataFrame = field(default_factory=pd.DataFrame)
+    scenes: pd.DataFrame = field(default_factory=lambda: pd.DataFrame(columns=list(COLUMNS["scenes"])))
+    skips: pd.DataFrame = field(default_factory=lambda: pd.DataFrame(columns=list(COLUMNS["skips"])))
+    scene_times: pd.DataFrame = field(default_factory=lambda: pd.DataFrame(columns=list(COLUMNS["scene_times"])))
+    far: pd.DataFrame = field(default_factory=lambda: pd.DataFrame(columns=list(COLUMNS["far"])))
 
     @property
     def frames(self) -> tuple[pd.DataFrame, ...]:

@@ -12,6 +12,7 @@ import phongbench_reports
 from phongbench.claims import CLAIMS, SIGNS, VERDICTS
 from phongbench_reports.claims import ClaimTable, claims
 from phongbench_reports.figures import FIGURES
+from phongbench_reports.pictured import SECTIONS
 from phongbench_reports.study import Absent, Study
 
 
@@ -51,7 +52,7 @@ def test_numbers_and_rows_are_shown_and_the_csv_holds_them_all(table: ClaimTable
 
 
 def test_every_figure_that_a_claim_names_is_on_the_page(table: ClaimTable) -> None:
-    names = {figure.name for figure in FIGURES}
+    names = {part.name for part in (*FIGURES, *SECTIONS)}
     assert {claim.figure for claim in CLAIMS} - {None} <= names
     for entry, claim in zip(table.entries, CLAIMS, strict=True):
         assert entry.figure == (claim.figure if claim.figure and entry.evidence else "")
