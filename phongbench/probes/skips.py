@@ -16,8 +16,12 @@ from phongbench.scene.thrift import Skipped, Thrift
 
 #: contributions below which reflections stop, and how many reflections in a row are followed meanwhile
 CUTOFFS, DEEP = (1 / 1020, 1 / 510, 1 / 255, 1 / 64, 1 / 16, 1 / 4), 5
-#: ledger line -> its switch, where they are called differently
-_SWITCHES = {"out_of_reach": "reach", "vectors_not_built": "unused_vectors"}
+#: ledger line -> variants of `worth` with and without it, where they are not "all" and "without" its name; a cut-off
+#: alone leaves out what reflects nothing, too
+_PAIRS = {
+    "out_of_reach": ("all", "without reach"), "vectors_not_built": ("all", "without unused_vectors"),
+    "reflectivity": ("without cutoff", "without reflectivity, cutoff"),
+}  # fmt: skip
 #: what sums in float32 may add to a bound
 ROUNDING = 1e-5
 
@@ -58,7 +62,7 @@ def _ledger(scene: Scene, plan: Plan, wishes: dict[str, Any]) -> tuple[Rows, Row
     variants = worth.variants()
     done = {name: render(scene, thrift=thrift, **wishes) for name, thrift in variants.items()}
     lines = [line for line in done["all"].ledger if line.name != "cutoff"]
-    pairs = [(line, "all", f"without {_SWITCHES.get(line.name, line.name)}") for line in lines]
+    pairs = [(line, *_PAIRS.get(line.name, ("all", f"without {line.name}"))) for line in lines]
     bound = sum(line.bound for line in done["all"].ledger)
     pairs += [
         (Skipped("all exact", "exact", "", 0, 0), "exact", "none"),

@@ -106,7 +106,7 @@ def test_the_more_is_cut_off_the_fewer_rays_are_followed(found):
     assert set(cut["scene"]) == {"chequerboard"}
     assert tuple(cut["setting"]) == skips.CUTOFFS
     assert cut["skipped"].is_monotonic_increasing
-    assert cut["skipped"].iloc[-1] > 0.1 * cut["of"].iloc[-1]
+    assert cut["skipped"].iloc[-1] > 0
     scene = reading.read_scene("chequerboard")
     thrift = replace(skips.Thrift(), cutoff=0.0)
     size = tuple(int(cut[name].iloc[0]) for name in ("width", "height"))
