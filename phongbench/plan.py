@@ -84,7 +84,7 @@ class Plan:
     length_spaces: tuple[str, ...] = ("reflect",)
     precisions: tuple[str, ...] = ("float16", "float32")
     strata: tuple[str, ...] = STRATUM_NAMES
-    samples: int = 48 * 1024
+    samples: int = 100 * 1024
     seed: int = 1
     timing: bool = True
     timing_budget: float = 8.0

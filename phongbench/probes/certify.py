@@ -24,7 +24,7 @@ import pandas as pd
 from phongbench.approximations import REGISTRY
 from phongbench.kernels import deficit_of_angle
 from phongbench.plan import Plan
-from phongbench.probes.cosines import COSINES
+from phongbench.probes.cosines import COSINES, exponents
 from phongbench.probes.probing import Probing
 from phongbench.results import ACCURACY_COLUMNS, EXACT
 from phongbench.spec import Approximation, Setting
@@ -80,11 +80,12 @@ def laws(
         if probing
         else set()
     )
+    closely = exponents(plan)
     for name in plan.approximations:
         spec = registry[name]
         for setting in plan.settings(spec) if spec.kind != "exact" else ():
-            if plan.preset == "quick" and setting.space != plan.spaces[0]:
-                continue  # quick looks closely at its first space only, as it does at cosines
+            if plan.preset == "quick" and (setting.alpha not in closely or setting.space != plan.spaces[0]):
+                continue  # as with its cosines
             for form in spec.lambda_forms:
                 if (form == "none" or form in plan.lambda_forms) and (name, setting) not in failed:
                     yield spec, form, setting

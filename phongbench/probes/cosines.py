@@ -36,7 +36,7 @@ Array = NDArray[Any]
 
 COSINES = Stratum("cosines")
 #: quick looks closely at the exponents of its plan that are nearest to these, and at reflect space only
-QUICK_EXPONENTS = (10.0, 50.0, 128.0, 1000.0)
+QUICK_EXPONENTS = (10.0, 50.0)
 #: evaluations a second and thread, for the forecast only
 RATE = 4e8
 

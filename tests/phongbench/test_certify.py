@@ -88,6 +88,7 @@ def test_the_error_is_that_of_the_bodies_and_of_nothing_else():
 def test_every_law_of_a_plan_has_its_row():
     plan = replace(
         preset("quick"),
+        preset="standard",
         alphas=(50.0,),
         gammas=(8,),
         approximations=("phong", "lyon", "bit-trick", "schlick"),
