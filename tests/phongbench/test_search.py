@@ -20,8 +20,8 @@ PAIR = ["ax", "ay", "az", "bx", "by", "bz"]
 def probing_of(**wishes):
     plan = replace(
         preset("quick"),
-        **{"gammas": (8,), "approximations": ("phong", "lyon"), "slopes": ("taylor",), "samples": 4096}
-        | {"spaces": ("reflect",), "strata": invariants.UNIT_STRATA, "timing": False}
+        **{"preset": "standard", "gammas": (8,), "approximations": ("phong", "lyon"), "slopes": ("taylor",)}
+        | {"samples": 4096, "spaces": ("reflect",), "strata": invariants.UNIT_STRATA, "timing": False}
         | wishes,
     ).validated()
     sweep = engine.prepare(plan)
