@@ -157,7 +157,9 @@ def _shade(
     ambient = [k * i for k, i in zip(material.ambient, colour(ambient_light, "ambient_light"), strict=True)]
     colours = _output(out, points)
     inputs = [kernels.read_only(v) for v in (points.reshape(-1), normals.reshape(-1), seen)]
-    counts = _run(job, inputs, np.array(ambient, precision.carrier), colours.reshape(-1), threads, cancelled)
+    with np.errstate(over="ignore"):  # light beyond the range of float32 is infinite, as the loops make it
+        glow = np.array(ambient, precision.carrier)
+    counts = _run(job, inputs, glow, colours.reshape(-1), threads, cancelled)
     return Shaded(colours, _ledger(job, counts, count, len(lights)))
 
 

@@ -11,6 +11,7 @@ bounds it everywhere. The same goes for the whole number that `int` makes of a s
 """
 
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any, ClassVar, Union
 
@@ -70,16 +71,16 @@ def along(path: Sequence[int], body: Callable[[], Any]) -> Any:
     return body()
 
 
-class Number:
+class Number(ABC):
     """What both kinds share: comparisons ask the path of the run that is under way."""
 
     path: ClassVar[Path] = Path()
 
+    @abstractmethod
     def ends(self) -> tuple[float, float]:
         """Floats at or beyond the ends of the set."""
-        raise NotImplementedError
 
-    def narrow(self, low: float, high: float) -> None:
+    def narrow(self, low: float, high: float) -> None:  # noqa: B027  may stay empty, as its docstring says
         """Forget what lies outside: the answer just taken excludes it. Whoever cannot, keeps more than is needed."""
 
     @property
@@ -117,8 +118,8 @@ class Number:
     def __abs__(self) -> Any:
         return self if self._above(0.0) else -self
 
-    def __neg__(self) -> Any:
-        raise NotImplementedError
+    @abstractmethod
+    def __neg__(self) -> Any: ...
 
     @classmethod
     def frexp(cls, x: Any) -> tuple[Any, int]:
