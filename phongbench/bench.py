@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from phongbench import __version__, clock, contenders, jit, kernels, peers, sampling, subnormals, yardstick
+from phongbench import __version__, clock, contenders, jit, peers, sampling, subnormals, vector_kernels, yardstick
 from phongbench.approximations import REGISTRY
 from phongbench.blocks import elements_of, memory_sizes
 from phongbench.contenders import Contender, Subject
@@ -32,6 +32,7 @@ from phongbench.peers import ALPHA, GAMMA, LYON, PHONG, WORKS, Peer
 from phongbench.progress import Progress
 from phongbench.provenance import cache_sizes, machine
 from phongbench.spec import Setting
+from phongbench.strata import STRATA
 
 Array = NDArray[Any]
 
@@ -46,7 +47,7 @@ TOLERANCE = 8 * ALPHA * float(np.finfo(np.float32).eps)
 
 @jit.driver
 def _pass(address: int, a: Array, b: Array, coefficients: Array, table: Array, out: Array) -> None:
-    kernels.pairs_at(address, out)(a, b, coefficients, table, out)
+    vector_kernels.pairs_at(address, out)(a, b, coefficients, table, out)
 
 
 class Arena:
@@ -63,7 +64,7 @@ class Arena:
         rows = raw[start : start + contenders.ROWS * row].view(np.float32).reshape(contenders.ROWS, self.elements)
         self.a, self.b = rows[:3], rows[3:6]
         self.out: Array = rows[6]
-        highlight = next(s for s in sampling.STRATA if s.name == "highlight")
+        highlight = next(s for s in STRATA if s.name == "highlight")
         self.a[:], self.b[:] = sampling.pairs(
             highlight, FLOAT32, seed=seed, start=0, count=self.elements, scale=1 / ALPHA
         )

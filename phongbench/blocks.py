@@ -18,6 +18,7 @@ from phongbench.contenders import Contender
 from phongbench.errors import MeasurementError
 from phongbench.lowering import Precision
 from phongbench.provenance import MEMORY_CAP, Caches
+from phongbench.strata import STRATA
 
 Array = NDArray[Any]
 #: (precision, seed, count) -> a, b of shape (3, count)
@@ -58,7 +59,7 @@ def memory_sizes(caches: Caches) -> tuple[int, ...]:
 
 def highlight_pairs(precision: Precision, seed: int, count: int) -> tuple[Array, Array]:
     """Pairs of the highlight stratum at shininess ALPHA: what kernels are timed on."""
-    stratum = next(s for s in sampling.STRATA if s.name == "highlight")
+    stratum = next(s for s in STRATA if s.name == "highlight")
     return sampling.pairs(stratum, precision, seed=seed, start=0, count=count, scale=1 / contenders.ALPHA)
 
 

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from phongbench import jit, powers
+from phongbench import intrinsics, jit, powers
 from phongbench.lowering import FLOAT64, lower
 
 Array = NDArray[Any]
@@ -98,7 +98,7 @@ def twelve_bit_root(q: float) -> float:
 def bit_trick_root(q: Any, steps: int) -> Any:
     """1/sqrt(q) in float32: half the exponent by a shift of the bits, then Newton steps."""
     half = np.float32(0.5) * q
-    y = jit.float32_from_bits(np.int32(_MAGIC_BITS - (jit.float32_bits(q) >> _ONE)))
+    y = intrinsics.float32_from_bits(np.int32(_MAGIC_BITS - (intrinsics.float32_bits(q) >> _ONE)))
     for _ in range(steps):
         y = y * (_THREE_HALVES - half * y * y)
     return y
@@ -153,7 +153,7 @@ def _spoil(kind: int, steps: int, degrees: float, t: Array, v: Array) -> None:
     else:
         for row in range(3):
             for i in range(len(t)):
-                v[row, i] = jit.round_to_half(v[row, i])
+                v[row, i] = intrinsics.round_to_half(v[row, i])
     for row in range(3):
         for i in range(len(t)):
             v[row, i] *= factor[i]

@@ -11,11 +11,10 @@ import click
 
 from phongbench import __version__
 from phongbench.commands.answers import bench, claims, front, recommend
-from phongbench.commands.common import DIFFERENT, ROOT, CommaList
-from phongbench.commands.common import facts as _facts
-from phongbench.commands.common import grid as _grid
-from phongbench.commands.common import show as _show
+from phongbench.commands.common import JSON, ROOT, CommaList, facts, show
+from phongbench.commands.installation import approximations, doctor
 from phongbench.commands.pictures import render
+from phongbench.commands.runs import compare, list_runs, show_run, verify
 from phongbench.commands.serving import serving
 from phongbench.commands.shading import shade
 from phongbench.errors import (
@@ -82,7 +81,10 @@ def _serve(**wishes: Any) -> None:
     serve(Settings(**wishes))
 
 
-for command in (front, recommend, claims, bench, shade, render, serving(_serve)):
+for command in (
+    list_runs, show_run, verify, compare, front, recommend, claims, approximations, doctor, bench, shade, render,
+    serving(_serve),
+):  # fmt: skip
     main.add_command(command)
 
 
@@ -125,7 +127,7 @@ for command in (front, recommend, claims, bench, shade, render, serving(_serve))
 @click.option("--resume", is_flag=True, help="Go on with the interrupted run in --out.")
 @click.option("--fresh", is_flag=True, help="Discard the run that --out holds.")
 @click.option("--dry-run", is_flag=True, help="Tell cells, bytes and seconds, and stop.")
-@click.option("--json", "as_json", is_flag=True, help="Print one JSON document.")
+@JSON
 def run(
     plan: Path | None, preset_name: str | None, out: Path | None, materials: Path | None, files: tuple[Path, ...],
     no_timing: bool,
@@ -144,7 +146,7 @@ def run(
     A plan file holds any of these, e.g.  alphas = [10, 50]  gammas = [8]  precisions = ["float32"]  samples = 100000
     """
     from phongbench.approximations import registry_with
-    from phongbench.plan import compose
+    from phongbench.plan_reading import compose
     from phongbench.study import forecast, run_study
     from phongbench.terminal import TerminalProgress
 
@@ -156,7 +158,7 @@ def run(
     if dry_run:
         with TerminalProgress(quiet=as_json) as progress:
             told = forecast(wanted, registry, jobs, progress).as_dict()
-        _show(told, as_json, lambda: _facts(told))
+        show(told, as_json, lambda: facts(told))
         return
     with TerminalProgress(quiet=as_json) as progress:
         outcome = run_study(
@@ -164,7 +166,7 @@ def run(
             build_report=None if no_report else _build_report, command=("phongbench", *sys.argv[1:]),
             files=[f.name for f in files],
         )  # fmt: skip
-    _show(outcome.as_dict(), as_json, lambda: _told(outcome))
+    show(outcome.as_dict(), as_json, lambda: _told(outcome))
     for message, count in outcome.failures.items():
         click.echo(f"{count} cells failed: {message}", err=True)
     for violation in outcome.violations:
@@ -184,130 +186,6 @@ def report(run_name: str, out: Path | None, single_file: bool) -> None:
 
     found = results.find(run_name, ROOT)
     click.echo(build(found, out or found.path / "report", single_file=single_file))
-
-
-@main.command("list", short_help="List the runs here.")
-@click.option("--json", "as_json", is_flag=True, help="Print one JSON document.")
-def list_runs(as_json: bool) -> None:
-    """List the runs in phongbench-runs, oldest first."""
-    from phongbench import results
-    from phongbench.terminal import table
-
-    runs = [
-        {"run": r.id, "state": r.manifest["state"], "preset": r.plan.preset, "path": str(r.path)}
-        for r in results.stored(ROOT)
-    ]
-    if runs or as_json:
-        _show(runs, as_json, lambda: table("", ("run", "state", "preset", "path"), [tuple(r.values()) for r in runs]))
-    else:
-        click.echo("no run here yet: phongbench run makes one", err=True)
-
-
-@main.command(short_help="Tell what a run holds and found.")
-@click.argument("run_name", metavar="RUN")
-@click.option("--json", "as_json", is_flag=True, help="Print one JSON document.")
-def show(run_name: str, as_json: bool) -> None:
-    """Tell what a run measured, and the most accurate formulas at each exponent."""
-    from phongbench import results, summary
-    from phongbench.terminal import table
-
-    found = summary.summarise(results.find(run_name, ROOT))
-    _show(
-        found,
-        as_json,
-        lambda: _facts(found["facts"]),
-        lambda: table("Least error per exponent, float32 highlight", *_grid(found["best"])),
-    )
-
-
-@main.command(short_help="Check a run's bytes against its manifest.")
-@click.argument("run_name", metavar="RUN")
-@click.option("--json", "as_json", is_flag=True, help="Print one JSON document.")
-def verify(run_name: str, as_json: bool) -> None:
-    """Check every file of a run against its manifest; exit 1 if a byte has changed or the run is partial."""
-    from phongbench import results
-
-    found = results.find(run_name, ROOT)
-    problems = results.verify(found)
-    lines = "\n".join(problems) or f"{found.id}: all {len(found.manifest['files'])} files are as they were written"
-    _show({"run": found.id, "problems": problems}, as_json, lambda: click.echo(lines))
-    if problems:
-        sys.exit(DIFFERENT)
-
-
-@main.command(short_help="Tell what changed between two runs.")
-@click.argument("run_a", metavar="A")
-@click.argument("run_b", metavar="B")
-@click.option("--metric", default="max_abs", show_default=True, help="Column of the accuracy rows.")
-@click.option("--tolerance", default=0.0, type=float, help="Largest change that counts as equal.")
-@click.option("--json", "as_json", is_flag=True, help="Print one JSON document.")
-def compare(run_a: str, run_b: str, metric: str, tolerance: float, as_json: bool) -> None:
-    """Tell which accuracy rows of two runs differ; exit 1 if any does."""
-    from phongbench import results
-    from phongbench.compare import compare as compare_runs
-    from phongbench.terminal import table
-
-    found = compare_runs(results.find(run_a, ROOT), results.find(run_b, ROOT), metric=metric, tolerance=tolerance)
-    told = found.as_dict()
-    facts = {name: told[name] for name in ("metric", "equal", "changed", "only_a", "only_b")}
-    largest = told["rows"][:20]
-    _show(
-        told, as_json, lambda: _facts(facts), *([lambda: table("Largest changes", *_grid(largest))] if largest else [])
-    )
-    if not found.same:
-        sys.exit(DIFFERENT)
-
-
-@main.command(short_help="List the approximations.")
-@click.option(
-    "--with", "files", multiple=True, type=click.Path(path_type=Path), metavar="FILE.py", help="Add your own."
-)
-@click.option("--json", "as_json", is_flag=True, help="Print one JSON document.")
-def approximations(files: tuple[Path, ...], as_json: bool) -> None:
-    """List the approximations: formula, lambda forms, spaces, beta policies, source."""
-    from phongbench import summary
-    from phongbench.approximations import registry_with
-    from phongbench.terminal import table
-
-    told = [summary.describe(spec) for spec in registry_with(files).values()]
-    columns = ("name", "kind", "formula", "lambda_forms", "spaces", "beta_policies")
-    lines = [[", ".join(a[c]) if isinstance(a[c], list) else a[c] for c in columns] for a in told]
-    _show(told, as_json, lambda: table("", columns, lines))
-
-
-@main.command(short_help="Check this installation and machine.")
-@click.option("--timing", is_flag=True, help="Time identical code against itself, again and again, and count alarms.")
-@click.option("--repeats", type=click.IntRange(min=10), default=200, show_default=True, help="How often, for --timing.")
-@click.option(
-    "--working-set", "working_sets", type=CommaList("names"), default="l1", show_default=True, help="Where, e.g. l1,l2."
-)
-@click.option("--json", "as_json", is_flag=True, help="Print one JSON document.")
-def doctor(timing: bool, repeats: int, working_sets: tuple[str, ...], as_json: bool) -> None:
-    """Check what a study needs: compiler, kernel cache, vector width, disk, report packages.
-
-    With --timing, check the timing instead: the share of false alarms on identical code must be at most 1 %.
-
-    Exit 1 if something is missing, or the alarms are too many.
-    """
-    from phongbench.terminal import table
-
-    if timing:
-        from phongbench.alarms import count
-
-        told = [alarms.as_dict() for alarms in count(repeats, working_sets=working_sets)]
-        _show(told, as_json, lambda: table("Identical code, timed against itself", *_grid(told)))
-    else:
-        from phongbench.doctor import examine
-
-        found = examine()
-        told = [{**c, "good": c["state"] != "bad"} for c in found]
-        _show(
-            found,
-            as_json,
-            lambda: table("", ("check", "state", "detail"), [(c["check"], c["state"], c["detail"]) for c in found]),
-        )
-    if not all(row["good"] for row in told):
-        sys.exit(DIFFERENT)
 
 
 def _build_report(found: Any, folder: Path) -> Path:

@@ -8,8 +8,9 @@ import numpy as np
 import pandas as pd
 
 from phongbench.accuracy import METRICS
+from phongbench.columns import ACCURACY_KEY
 from phongbench.errors import UnknownNameError
-from phongbench.results import ACCURACY_KEY, Run
+from phongbench.results import Run
 
 
 @dataclass(frozen=True)

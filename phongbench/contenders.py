@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from phongbench import jit, kernels, vectors
+from phongbench import jit, kernels, vector_kernels, vectors
 from phongbench.approximations import REGISTRY
 from phongbench.errors import InputError, KernelError, MeasurementError
 from phongbench.lowering import Precision, lower
@@ -122,7 +122,7 @@ def compiled(subject: Subject) -> Contender:
         spec.check(setting)
         started = time.perf_counter()
         known, gated = kernels.known_values(spec, setting), kernels.needs_gate(spec, subject.lambda_form, setting)
-        kernel = kernels.pairs_kernel(spec, subject.lambda_form, precision, known, gated=gated)
+        kernel = vector_kernels.pairs_kernel(spec, subject.lambda_form, precision, known, gated=gated)
         took = 1e3 * (time.perf_counter() - started)
         row, table = kernels.coefficient_row(spec, setting, precision), kernels.table_row(spec, setting, precision)
     except (KernelError, jit.CompileError, ArithmeticError, LookupError, ValueError) as problem:
@@ -237,4 +237,4 @@ def _bare_kernel(name: str, precision: Precision) -> Any:
             out[i] = y * x + step
 
     body = {LIBM: libm, COPY: copy, TRIAD: triad, DOT: product, FMA: chain}[name]
-    return jit.elementwise(kernels.pairs_signature(precision.carrier), body)
+    return jit.elementwise(vector_kernels.pairs_signature(precision.carrier), body)

@@ -13,20 +13,19 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-import numpy as np
 from numpy.typing import NDArray
 
-from phongbench import jit, kernels
+from phongbench import kernels
 from phongbench.accuracy import Tally
 from phongbench.approximations import REGISTRY
 from phongbench.cells import CellArrays
-from phongbench.kernels import coordinates_at
-from phongbench.lowering import FLOAT64, Precision, precision_named
+from phongbench.contexts import Context, contexts
+from phongbench.layout import Layout
+from phongbench.lowering import FLOAT64, precision_named
 from phongbench.measure import measure_cells
 from phongbench.plan import Cell, Plan
-from phongbench.sampling import HOSTILE_PAIRS, STRATA, Stratum, cutoff_deficit, pairs
+from phongbench.sampling import pairs
 from phongbench.spec import Approximation
-from phongbench.truth import truth_at, truth_kernel
 
 Array = NDArray[Any]
 
@@ -34,33 +33,6 @@ Array = NDArray[Any]
 PIECE = 8192
 #: pairs in a block; sums are merged in slab order, so the bits do not depend on who computed which slab
 SLAB = 1 << 18
-
-
-@dataclass(frozen=True)
-class Context:
-    """Cells that see the same pairs.
-
-    cells  positions in the plan's list of cells
-    scale  what the stratum's deficits are scaled by
-    """
-
-    index: int
-    precision: Precision
-    space: str
-    stratum: Stratum
-    scale: float
-    cells: tuple[int, ...]
-    samples: int
-
-    @property
-    def truths(self) -> int:
-        """Rows per cell: one truth on unit vectors, both where lengths are wrong."""
-        return 2 if self.stratum.unnormalised else 1
-
-    @property
-    def evaluations(self) -> int:
-        """(sample, cell) pairs."""
-        return self.samples * len(self.cells)
 
 
 @dataclass
@@ -100,61 +72,7 @@ class Measured:
 def prepare(plan: Plan, registry: Mapping[str, Approximation] = REGISTRY) -> Sweep:
     """The cells and contexts of a plan; nothing is compiled or measured yet."""
     cells = list(plan.cells(registry))
-    groups: dict[tuple[Any, ...], list[int]] = {}
-    for position, cell in enumerate(cells):
-        for order, stratum in enumerate(STRATA):
-            if _sees(plan, cell, stratum):
-                scale = _scale(cell, stratum, registry[cell.approximation])
-                if scale is not None:
-                    key = (plan.precisions.index(cell.precision), plan.spaces.index(cell.setting.space), order, scale)
-                    groups.setdefault(key, []).append(position)
-    contexts = [
-        Context(
-            index=index,
-            precision=precision_named(plan.precisions[key[0]]),
-            space=plan.spaces[key[1]],
-            stratum=STRATA[key[2]],
-            scale=key[3],
-            cells=tuple(groups[key]),
-            samples=_samples(plan, STRATA[key[2]]),
-        )
-        for index, key in enumerate(sorted(groups))
-    ]
-    return Sweep(plan, registry, cells, contexts)
-
-
-def _samples(plan: Plan, stratum: Stratum) -> int:
-    """Pairs of a stratum: hostile ones are as many as there are, causes get a share."""
-    return HOSTILE_PAIRS if stratum.name == "hostile" else max(1, int(plan.samples * stratum.share))
-
-
-def _sees(plan: Plan, cell: Cell, stratum: Stratum) -> bool:
-    """True if the cell is measured in the stratum.
-
-    Ungated ones only where the gate matters, lengths only in the spaces asked for.
-    """
-    if stratum.name not in plan.strata or not (cell.gated or stratum.reaches_back):
-        return False
-    return stratum.name != "lengths" or cell.setting.space in plan.length_spaces
-
-
-def _scale(cell: Cell, stratum: Stratum, spec: Approximation) -> float | None:
-    """What the stratum's deficits are scaled by for this cell; None if the cell has no place in it.
-
-    Scales are deficits between (R, V): a half-space pair at half the angle is made from them by the sampler.
-    """
-    if stratum.scale == "none":
-        return 1.0
-    if stratum.scale == "alpha":
-        return 1 / cell.setting.alpha
-    if spec.cutoff is None:
-        return None
-    deficit = cutoff_deficit(cell.lambda_form, spec.cutoff(cell.setting))
-    if deficit is None:
-        return None
-    if cell.setting.space == "half":
-        deficit = 2 * deficit * (2 - deficit) if deficit < 1 else 2.5
-    return deficit if deficit < 2 else None
+    return Sweep(plan, registry, cells, contexts(plan, cells, registry))
 
 
 def compile_kernels(sweep: Sweep, progress: Callable[[int, int], None] | None = None) -> int:
@@ -256,7 +174,7 @@ def _block(sweep: Sweep, context: Context, start: int) -> Measured:
     cells = sweep.made[key]
     tally = Tally(len(live) * context.truths)
     count = min(SLAB, context.samples - start)
-    bench = _Bench(context, alphas, min(PIECE, count))
+    layout = _layout(context, alphas, min(PIECE, count))
     for piece in range(start, start + count, PIECE):
         a, b = pairs(
             context.stratum,
@@ -267,7 +185,7 @@ def _block(sweep: Sweep, context: Context, start: int) -> Measured:
             scale=context.scale,
             half_space=context.space == "half",
         )
-        held, given, unit, exact = bench.lay_out(a, b)
+        held, given, unit, exact = layout.lay_out(a, b)
         measure_cells(
             cells.rows, cells.coefficients, cells.coefficients_64, cells.tables, cells.tables_64, a, b, held, given,
             unit, exact,
@@ -283,34 +201,8 @@ def cell_arrays(sweep: Sweep, context: Context, live: Sequence[int], alphas: Seq
     return CellArrays.of(chosen, alphas, context.precision, context.truths)
 
 
-class _Bench:
-    """The arrays a block works on, allocated once: coordinates in three renderings, and the exact values."""
-
-    def __init__(self, context: Context, alphas: Sequence[float], size: int) -> None:
-        rows = kernels.COORDINATE_ROWS
-        self.alphas = np.array(alphas)
-        loops = (kernels.coordinates_kernel(context.precision), kernels.coordinates_kernel(FLOAT64))
-        self.addresses = np.array(
-            [jit.address(k) for k in (*loops, truth_kernel(context.space == "half", context.truths == 2))]
-        )
-        self.held = np.empty((rows, size), context.precision.carrier)
-        self.given, self.unit = np.empty((rows, size)), np.empty((rows, size))
-        self.a, self.b = np.empty((3, size)), np.empty((3, size))
-        self.exact = np.empty((len(alphas), 2, size))
-
-    def lay_out(self, a: Array, b: Array) -> tuple[Array, Array, Array, Array]:
-        """(held, given, unit, exact) of these pairs."""
-        if a.shape[1] != self.held.shape[1]:  # the last, shorter piece
-            size = a.shape[1]
-            self.held, self.given, self.unit = (
-                np.ascontiguousarray(x[:, :size]) for x in (self.held, self.given, self.unit)
-            )
-            self.a, self.b = np.ascontiguousarray(self.a[:, :size]), np.ascontiguousarray(self.b[:, :size])
-            self.exact = np.ascontiguousarray(self.exact[:, :, :size])
-        _lay_out(
-            self.addresses, self.alphas, a, b, self.a, self.b, self.held, self.given, self.unit, self.exact,
-        )  # fmt: skip
-        return self.held, self.given, self.unit, self.exact
+def _layout(context: Context, alphas: Sequence[float], size: int) -> Layout:
+    return Layout(context.precision, context.space, context.truths, alphas, size)
 
 
 def exact_values(context: Context, alpha: float, a: Array, b: Array) -> Array:
@@ -318,33 +210,4 @@ def exact_values(context: Context, alpha: float, a: Array, b: Array) -> Array:
 
     a, b  (3, n) in the carrier of the context's precision
     """
-    return _Bench(context, (alpha,), a.shape[1]).lay_out(a, b)[3][0, : context.truths].copy()
-
-
-@jit.driver
-def _lay_out(
-    addresses: Any, alphas: Any, a: Any, b: Any, a64: Any, b64: Any, held: Any, given: Any, unit: Any, exact: Any
-) -> None:
-    """Coordinates of the pairs in the working precision, in float64 as given and as unit directions.
-
-    Then the exact values.
-    """
-    coordinates_64, truth = coordinates_at(addresses[1], a64), truth_at(addresses[2], a64)
-    coordinates_at(addresses[0], a)(a, b, held)
-    for row in range(3):
-        for i in range(a.shape[1]):
-            a64[row, i] = a[row, i]
-            b64[row, i] = b[row, i]
-    coordinates_64(a64, b64, given)
-    for i in range(a.shape[1]):  # loops along rows, which vectorise; the block to be filled lends two of them
-        unit[0, i] = 1.0 / np.sqrt(a64[0, i] * a64[0, i] + a64[1, i] * a64[1, i] + a64[2, i] * a64[2, i])
-    for i in range(a.shape[1]):
-        unit[1, i] = 1.0 / np.sqrt(b64[0, i] * b64[0, i] + b64[1, i] * b64[1, i] + b64[2, i] * b64[2, i])
-    for row in range(3):
-        for i in range(a.shape[1]):
-            a64[row, i] *= unit[0, i]
-        for i in range(a.shape[1]):
-            b64[row, i] *= unit[1, i]
-    coordinates_64(a64, b64, unit)
-    for k in range(len(alphas)):
-        truth(unit[1], given[4], alphas[k : k + 1], exact[k, 0], exact[k, 1])
+    return _layout(context, (alpha,), a.shape[1]).lay_out(a, b)[3][0, : context.truths].copy()

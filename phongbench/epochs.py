@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from phongbench import clock, jit
+from phongbench import clock, intrinsics, jit
 
 _SPINS = 2000
 #: what `run` leaves in its scratch: [0:3] its own; the spin before; start and end of the timed passes; the spin after
@@ -18,7 +18,7 @@ _PATIENCE_NS = 100_000_000
 @jit.driver
 def _read_clock(readings: Any, scratch: Any) -> None:
     for i in range(len(readings)):
-        readings[i] = jit.nanoseconds(scratch)
+        readings[i] = intrinsics.nanoseconds(scratch)
 
 
 def tick() -> float:
@@ -31,14 +31,14 @@ def tick() -> float:
 @jit.driver
 def spin(scratch: Any) -> Any:
     """Nanoseconds that a fixed chain of dependent instructions takes: longer when something else uses the core."""
-    started = jit.nanoseconds(scratch)
+    started = intrinsics.nanoseconds(scratch)
     x = scratch[2] | 1
     for _ in range(_SPINS):
         x ^= x << 13
         x ^= x >> 7
         x ^= x << 17
     scratch[2] = x
-    return jit.nanoseconds(scratch) - started
+    return intrinsics.nanoseconds(scratch) - started
 
 
 @jit.driver
@@ -69,14 +69,14 @@ def run(
     for _ in range(warm):
         kernel(a, b, coefficients, table, out)
     meeting[me * STRIDE] = 1
-    limit = jit.nanoseconds(scratch) + _PATIENCE_NS
+    limit = intrinsics.nanoseconds(scratch) + _PATIENCE_NS
     for other in range(len(meeting) // STRIDE):
-        while meeting[other * STRIDE] == 0 and jit.nanoseconds(scratch) < limit:
+        while meeting[other * STRIDE] == 0 and intrinsics.nanoseconds(scratch) < limit:
             pass
-    started = jit.nanoseconds(scratch)
+    started = intrinsics.nanoseconds(scratch)
     for _ in range(repeats):
         kernel(a, b, coefficients, table, out)
-    scratch[5] = jit.nanoseconds(scratch)
+    scratch[5] = intrinsics.nanoseconds(scratch)
     scratch[4] = started
     spin(scratch)
     scratch[6] = spin(scratch)

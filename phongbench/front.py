@@ -17,22 +17,17 @@ import pandas as pd
 
 from phongbench.errors import InputError, UnknownNameError
 from phongbench.exponents import Exponents
-from phongbench.lowering import FLOAT32, precision_named
+from phongbench.kernel_times import KERNEL, WHOLE_POWER, timed, timed_precision, times_at, times_of
 from phongbench.provenance import fingerprint_machine
 from phongbench.results import Run, intact, strongest
 
 #: What names a cell of the front.
 CELL = ["approximation", "lambda_form", "space", "beta_policy", "gamma", "precision"]
-#: What names the timed kernel a cell runs on.
-KERNEL = ["approximation", "lambda_form", "space", "gamma", "precision"]
 #: Error metrics a front can be asked for: columns of accuracy.parquet, smaller is better.
 METRICS = [
     "max_abs", "mean_abs", "rms", "p50_abs", "p99_abs", "p999_abs", "max_above", "max_below", "codes_8bit",
     "model_max", "length_max", "rounding_max",
 ]  # fmt: skip
-#: The one formula whose time depends on alpha: the exponent it is timed with under its own name; other timed exponents
-#: have rows named "integer-power-64" and so on.
-WHOLE_POWER, WHOLE_EXPONENT = "integer-power", 50
 COLUMNS = [*CELL, "error", "ns", "ratio", "ratio_low", "ratio_high", "state"]
 #: What names an input to a cell.
 INPUT = ["alpha", "stratum", "perturbation", "length_error"]
@@ -65,9 +60,14 @@ def errors_at(
 ) -> pd.DataFrame:
     """Cells with unit vectors and the a.b > 0 gate, and their error: columns CELL + `error`, sorted by name.
 
-    alpha   one that the run swept, or several: a cell's error is its worst over those of the run's that are asked
-            about, and a cell that takes only some of them is left out
-    Unknown names raise InputError, listing the known ones.
+    accuracy   rows as in accuracy.parquet
+    alpha      one that the run swept, or several: a cell's error is its worst over those of the run's that are asked
+               about, and a cell that takes only some of them is left out
+    metric     of METRICS; the errors are in its unit
+    stratum    of unit vectors
+    precision  a name that the rows know; of fixed point and others that are emulated, too
+    truth      angle or given; of unit vectors they differ by the rounding of their lengths only
+    Raises UnknownNameError, listing the known ones, and InputError for an alpha that was not measured.
     """
     if metric not in METRICS:
         raise UnknownNameError("metric", metric, METRICS)
@@ -98,64 +98,6 @@ def worst_of(rows: pd.DataFrame) -> pd.DataFrame:
     groups = first.groupby(CELL, dropna=False, observed=True, sort=True)
     complete = first[groups["error"].transform("size") == inputs]
     return complete.drop_duplicates(CELL, keep="last").reset_index(drop=True)
-
-
-def multiplications(exponent: int) -> int:
-    """Multiplications that square-and-multiply takes for x ** exponent, exponent >= 1."""
-    return exponent.bit_length() - 1 + exponent.bit_count() - 1
-
-
-def _timed_exponent(name: str) -> int | None:
-    """The exponent of a timed integer power, None for all other names."""
-    head, _, tail = name.rpartition("-")
-    if name == WHOLE_POWER:
-        return WHOLE_EXPONENT
-    return int(tail) if head == WHOLE_POWER and tail.isdigit() else None
-
-
-def _integer_power_at(times: pd.DataFrame, alpha: float) -> pd.DataFrame:
-    """The times with one row for integer powers: the cheapest timed one with no fewer multiplications than x ** alpha.
-
-    So its time is an upper bound. No row stands for it where alpha takes more multiplications than any timed exponent,
-    or is not whole.
-    """
-    exponents = {str(name): _timed_exponent(str(name)) for name in times["approximation"].unique()}
-    work = {name: multiplications(e) for name, e in exponents.items() if e is not None}
-    needed = multiplications(int(alpha)) if alpha >= 1 and alpha == int(alpha) else None
-    enough = [name for name in work if needed is not None and work[name] >= needed]
-    chosen = min(enough, key=lambda name: (work[name], name), default=None)
-    kept = times[~times["approximation"].isin([name for name in work if name != chosen])]
-    renamed = {chosen: WHOLE_POWER} if chosen else {}
-    return kept.assign(approximation=kept["approximation"].replace(renamed))
-
-
-def times_of(timing: pd.DataFrame, *, working_set: str = "l1", precision: str | None = None) -> pd.DataFrame:
-    """One timing row per kernel of a working set: columns KERNEL + ns, ratio, ratio_low, ratio_high.
-
-    `ns` is ns_min, the minimum over clean epochs. Where several thread counts were timed, the smallest counts.
-    precision  only its kernels; emulated ones are never timed: float32 stands for them, same work and order
-    """
-    known = sorted(timing["working_set"].astype(str).unique())
-    if len(timing) and working_set not in known:
-        raise UnknownNameError("working set", working_set, known)
-    rows = timing[timing["working_set"] == working_set].sort_values([*KERNEL, "threads", "ratio"], kind="stable")
-    rows = rows.drop_duplicates(KERNEL).rename(columns={"ns_min": "ns"})
-    if precision is not None:
-        rows = rows[rows["precision"] == timed_precision(precision)].assign(precision=precision)
-    return rows[[*KERNEL, "ns", "ratio", "ratio_low", "ratio_high"]]
-
-
-def timed_precision(precision: str) -> str:
-    """The precision whose times stand for this one's."""
-    return FLOAT32.name if precision_named(precision).rounds else precision
-
-
-def times_at(times: pd.DataFrame, alphas: tuple[float, ...]) -> pd.DataFrame:
-    """The times of kernels over several exponents: only integer powers' depend on them, and their slowest counts."""
-    each = pd.concat([_integer_power_at(times, alpha) for alpha in alphas], ignore_index=True)
-    slowest = each.sort_values([*KERNEL, "ratio"], kind="stable")
-    everywhere = slowest.groupby(KERNEL, dropna=False, observed=True)["ns"].transform("size") == len(alphas)
-    return slowest[everywhere].drop_duplicates(KERNEL, keep="last").reset_index(drop=True)
 
 
 def states(error: npt.ArrayLike, low: npt.ArrayLike, high: npt.ArrayLike, kernel: npt.ArrayLike) -> list[str]:
@@ -195,7 +137,10 @@ def front(
     """Cells at one alpha, or over several, with error, time and whether they lie on the error/time front.
 
     accuracy, timing   rows as in accuracy.parquet and timing.parquet
+    alpha .. truth     as for `errors_at`
+    working_set        whose times: l1, l2 or memory
     returns            columns COLUMNS, fastest first; a cell without a timing row, an error or an interval is left out
+    Raises UnknownNameError and InputError as `errors_at`.
     """
     wrong = errors_at(accuracy, alpha=alpha, metric=metric, stratum=stratum, precision=precision, truth=truth)
     alphas = Exponents.of(alpha).measured(accuracy["alpha"].unique())
@@ -227,9 +172,12 @@ def points(
 ) -> dict[str, Any]:
     """The front of a stored run as plain data: what was asked, and `points`, fastest first.
 
+    alpha  one exponent, several, or a range, as `Exponents.of` reads them
+    metric, stratum, precision, working_set   as for `front`
     ns     None in every point where the run was timed on another kind of machine
     space  reflect, or half: formulas of (N, H) agree with Phong on coplanar vectors only, where they were measured
-    Raises CorruptRunError for a run whose bytes have changed, and InputError for one that is partial or was not timed.
+    Raises CorruptRunError for a run whose bytes have changed, and InputError for one that is partial or was not timed;
+    UnknownNameError for a name that the run does not hold.
     """
     asked, accuracy, timing = Exponents.of(alpha), intact(run).accuracy, timed(run)
     known = sorted(accuracy["space"].astype(str).unique())
@@ -269,14 +217,6 @@ def of_this_machine(run: Run) -> bool:
     return run.manifest["provenance"].get("machine_fingerprint") in (None, fingerprint_machine())
 
 
-def timed(run: Run) -> pd.DataFrame:
-    """The run's timing rows; InputError says which command makes them where there are none."""
-    if run.timing.empty:
-        mend = "time it: phongbench run without --no-timing, or with a larger --timing-budget SECONDS"
-        raise InputError("the run has no timing rows", run.id, mend)
-    return run.timing
-
-
 def cheapest(
     accuracy: pd.DataFrame,
     timing: pd.DataFrame,
@@ -292,6 +232,7 @@ def cheapest(
     """The cheapest cell whose error is within `max_error`, the next one, and the nearest miss.
 
     max_error   float > 0   absolute budget in the metric's unit, 1/255 for one 8-bit code
+    The others are those of `front`. Raises InputError for a budget that is not above 0, and what `front` raises.
     """
     if not max_error > 0.0:
         raise InputError(

@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from phongbench import jit, vectors
+from phongbench import intrinsics, jit, vectors
 from phongbench.errors import InputError
-from phongbench.lowering import FLOAT32, FLOAT64, Body, Precision, lower
+from phongbench.lowering import FLOAT64, Body, Precision, lower
 from phongbench.spec import MAX_COEFFICIENTS, Approximation, Setting
 
 Array = NDArray[Any]
@@ -32,12 +32,6 @@ def values_signature(dtype: Any) -> Any:
     return jit.signature(row, row, row, row, row)
 
 
-def pairs_signature(dtype: Any) -> Any:
-    """(a, b, coefficients, table, out): a and b of shape (3, n) or (n, 3), which may be read-only."""
-    row, block = jit.array_type(dtype), jit.array_type(dtype, 2, readonly=True)
-    return jit.signature(block, block, row, row, row)
-
-
 def coordinates_signature(dtype: Any) -> Any:
     """(a, b, out): pairs of shape (3, n) in, a block of COORDINATE_ROWS rows out."""
     block = jit.array_type(dtype, 2)
@@ -45,35 +39,21 @@ def coordinates_signature(dtype: Any) -> Any:
 
 
 #: inside drivers: (address, array) -> the compiled loop at that address, for arrays of that dtype
-values_at, coordinates_at = jit.function_at(values_signature), jit.function_at(coordinates_signature)
-pairs_at = jit.function_at(pairs_signature)
+values_at, coordinates_at = intrinsics.function_at(values_signature), intrinsics.function_at(coordinates_signature)
 
 
 def values_kernel(spec: Approximation, precision: Precision, known: tuple[tuple[str, int], ...] = ()) -> Any:
-    """A compiled loop out[i] = kernel(coordinate[i], coefficients) where gate[i] > 0, else 0.
+    """A compiled loop out[i] = kernel(coordinate[i], coefficients) where gate[i] > 0, else 0; see `values_signature`.
 
-    known  pairs (name, value) of the kernel's arguments that are known when compiling, e.g. (("n", 3),)
+    spec       whose kernel
+    precision  the working precision: arrays are of its carrier
+    known      pairs (name, value) of the kernel's arguments that are known when compiling, e.g. (("n", 3),)
     """
     return _values_kernel(spec.kernel, _wiring(spec), precision, known)
 
 
-def pairs_kernel(
-    spec: Approximation,
-    form: str,
-    precision: Precision,
-    known: tuple[tuple[str, int], ...] = (),
-    *,
-    layout: str = "soa",
-    gated: bool = True,
-) -> Any:
-    """A compiled loop from vectors to highlight.
-
-    Out[i] = kernel(lambda form of the i-th pair) where a.b > 0, else 0.
-
-    layout  "soa": a and b of shape (3, n), a row per component; "aos": of shape (n, 3), a row per vector
-    gated   False where `needs_gate` says that the test of a.b changes nothing
-    """
-    return _pairs_kernel(spec.kernel, _wiring(spec), form, precision, known, layout, gated)
+#: a support that ends here ends before 90 degrees, with room for rounding
+_SURE = 0.99
 
 
 def needs_gate(spec: Approximation, form: str, setting: Setting) -> bool:
@@ -90,46 +70,6 @@ def needs_gate(spec: Approximation, form: str, setting: Setting) -> bool:
         return True
 
 
-def highlights(
-    spec: Approximation,
-    form: str,
-    setting: Setting,
-    a: Array,
-    b: Array,
-    *,
-    precision: Precision = FLOAT32,
-    layout: str = "soa",
-) -> Array:
-    """Highlights of pairs, computed by the timed kernel itself.
-
-    a, b     (3, n) or, for layout "aos", (n, 3)  directions; read-only arrays are welcome, other dtypes are converted
-    returns  (n,)                                 in the precision's carrier
-    """
-    spec.check(setting)
-    a, b = (np.ascontiguousarray(v, dtype=precision.carrier) for v in (a, b))
-    if a.shape != b.shape or a.ndim != 2 or a.shape[_AXIS[layout]] != 3:
-        wanted = {"soa": "(3, n)", "aos": "(n, 3)"}[layout]
-        raise InputError(f"pairs of shape {a.shape} and {b.shape}", None, f"both must be {wanted}")
-    out = np.empty(a.shape[1 - _AXIS[layout]], precision.carrier)
-    prepared(spec, form, setting, precision=precision, layout=layout)(a, b, out)
-    return out
-
-
-def prepared(
-    spec: Approximation, form: str, setting: Setting, *, precision: Precision = FLOAT32, layout: str = "soa"
-) -> Callable[[Array, Array, Array], None]:
-    """What `highlights` calls, for those who call it again and again: kernel, coefficients and table are made once.
-
-    returns  (a, b, out) -> None; a and b as for `highlights`, C-contiguous and in the precision's carrier, out (n,)
-             of the same type. Nothing is checked: a wrong shape reads what it must not.
-    """
-    gated = needs_gate(spec, form, setting)
-    kernel = pairs_kernel(spec, form, precision, known_values(spec, setting), layout=layout, gated=gated)
-    address = jit.address(kernel)
-    row, table = coefficient_row(spec, setting, precision), table_row(spec, setting, precision)
-    return lambda a, b, out: _call_pairs(address, read_only(a), read_only(b), row, table, out)
-
-
 def read_only(array: Array) -> Array:
     """A view that cannot be written through: one type for compiled callers, whatever arrays they are given."""
     view = array.view()
@@ -144,7 +84,10 @@ def known_values(spec: Approximation, setting: Setting) -> tuple[tuple[str, int]
 
 
 def coefficient_row(spec: Approximation, setting: Setting, precision: Precision) -> Array:
-    """The kernel's run-time coefficients in the working precision, padded with zeros to MAX_COEFFICIENTS."""
+    """The kernel's run-time coefficients at this setting, each as the precision holds it, padded with zeros.
+
+    returns  (MAX_COEFFICIENTS,) in the precision's carrier, in the order of the kernel's arguments
+    """
     values = spec.coefficients(setting)
     row = np.zeros(MAX_COEFFICIENTS, precision.carrier)
     row[: len(spec.scalars)] = [precision.constant(values[name]) for name in spec.scalars]
@@ -152,24 +95,32 @@ def coefficient_row(spec: Approximation, setting: Setting, precision: Precision)
 
 
 def table_row(spec: Approximation, setting: Setting, precision: Precision) -> Array:
-    """The kernel's table in the working precision; a single 0 where it has none."""
+    """The kernel's table at this setting in the working precision; a single 0 where it has none.
+
+    returns  (entries,) in the precision's carrier; InputError for more than intrinsics.MAX_TABLE entries, or none
+    """
     table = np.zeros(1) if spec.table is None else spec.table(setting)
-    if not 1 <= len(table) <= jit.MAX_TABLE:
-        raise InputError(f"the table of {spec.name!r} has {len(table)} entries", None, f"use 1 to {jit.MAX_TABLE}")
+    if not 1 <= len(table) <= intrinsics.MAX_TABLE:
+        raise InputError(
+            f"the table of {spec.name!r} has {len(table)} entries", None, f"use 1 to {intrinsics.MAX_TABLE}"
+        )
     return np.ascontiguousarray(precision.rounded(table))
 
 
 def evaluate(spec: Approximation, setting: Setting, coordinate: Array, cosine: Array | None = None) -> Array:
     """Values of the approximation in float64 over an array of its coordinate.
 
-    0 where the cosine is given and not positive.
+    coordinate  (n,)         what the kernel takes: cosines, or lambdas
+    cosine      (n,) | None  of the angle; where it is given and not positive, the value is 0
+    returns     (n,) float64
+    Raises InputError for a setting that the approximation does not take.
     """
     spec.check(setting)
     coordinate = np.ascontiguousarray(coordinate, dtype=np.float64)
     gate = np.ones_like(coordinate) if cosine is None else np.ascontiguousarray(cosine, dtype=np.float64)
     out = np.empty_like(coordinate)
     kernel = values_kernel(spec, FLOAT64, known_values(spec, setting))
-    _call(
+    fill_values(
         jit.address(kernel),
         coordinate,
         gate,
@@ -197,6 +148,10 @@ def deficit_of_angle(form: str, cosine: Any) -> Any:
 def curve(spec: Approximation, form: str, setting: Setting, cosine: Array) -> Array:
     """The highlight in float64 at these cosines between (R, V): what a plot against the angle shows.
 
+    form     one of the approximation's lambda forms
+    cosine   (n,) in [-1, 1]
+    returns  (n,) float64
+
     In half space the coplanar (N, H) of the same configuration is used: its angle is half of that between R and V.
     """
     cosine = np.asarray(cosine, dtype=np.float64)
@@ -210,23 +165,20 @@ def coordinates(precision: Precision, a: Array, b: Array) -> Array:
     a, b  (3, n) in the precision's carrier
     """
     out = np.empty((COORDINATE_ROWS, a.shape[1]), precision.carrier)
-    _call_coordinates(jit.address(coordinates_kernel(precision)), a, b, out)
+    fill_coordinates(jit.address(coordinates_kernel(precision)), a, b, out)
     return out
 
 
 @jit.driver
-def _call_coordinates(address: int, a: Array, b: Array, out: Array) -> None:
+def fill_coordinates(address: int, a: Array, b: Array, out: Array) -> None:
+    """Call the loop of `coordinates_kernel` at this address, on arrays as in `coordinates_signature`."""
     coordinates_at(address, out)(a, b, out)
 
 
 @jit.driver
-def _call(address: int, coordinate: Array, gate: Array, coefficients: Array, table: Array, out: Array) -> None:
+def fill_values(address: int, coordinate: Array, gate: Array, coefficients: Array, table: Array, out: Array) -> None:
+    """Call the loop of `values_kernel` at this address, on arrays as in `values_signature`."""
     values_at(address, coordinate)(coordinate, gate, coefficients, table, out)
-
-
-@jit.driver
-def _call_pairs(address: int, a: Array, b: Array, coefficients: Array, table: Array, out: Array) -> None:
-    pairs_at(address, out)(a, b, coefficients, table, out)
 
 
 def _wiring(spec: Approximation) -> tuple[str, ...]:
@@ -252,29 +204,12 @@ def _values_kernel(
 
     def values(coordinate: Array, gate: Array, coefficients: Array, table: Array, out: Array) -> None:
         c0, c1, c2, c3 = coefficients[0], coefficients[1], coefficients[2], coefficients[3]
-        local = jit.on_stack(table)
+        local = intrinsics.on_stack(table)
         for i in range(len(coordinate)):
             value = bound(coordinate[i], c0, c1, c2, c3, local)
             out[i] = value if gate[i] > zero else zero
 
     return jit.elementwise(values_signature(precision.carrier), values)
-
-
-@jit.inline
-def _of_rows(v: Any, component: int, i: int) -> Any:
-    return v[component, i]
-
-
-@jit.inline
-def _of_vectors(v: Any, component: int, i: int) -> Any:
-    return jit.of_three(v, i, component)
-
-
-#: layout -> the axis of components, and how one is read
-_AXIS, _PART = {"soa": 0, "aos": 1}, {"soa": _of_rows, "aos": _of_vectors}
-LAYOUTS = tuple(_AXIS)
-#: a support that ends here ends before 90 degrees, with room for rounding
-_SURE = 0.99
 
 
 @cache
@@ -286,32 +221,6 @@ def bound_parts(
     """
     body = vectors.dot if form == "none" else vectors.LAMBDA_FORMS[form]
     return _bound(spec.kernel, _wiring(spec), precision, known), lower(body, precision)
-
-
-@cache
-def _pairs_kernel(
-    kernel: Body,
-    wiring: tuple[str, ...],
-    form: str,
-    precision: Precision,
-    known: tuple[tuple[str, int], ...],
-    layout: str,
-    gated: bool,
-) -> Any:
-    bound, zero = _bound(kernel, wiring, precision, known), precision.constant(0.0)
-    cosine, part = lower(vectors.dot, precision), _PART[layout]
-    coordinate = cosine if form == "none" else lower(vectors.LAMBDA_FORMS[form], precision)
-
-    def pairs(a: Array, b: Array, coefficients: Array, table: Array, out: Array) -> None:
-        c0, c1, c2, c3 = coefficients[0], coefficients[1], coefficients[2], coefficients[3]
-        local = jit.on_stack(table)
-        for i in range(len(out)):
-            ax, ay, az = part(a, 0, i), part(a, 1, i), part(a, 2, i)
-            bx, by, bz = part(b, 0, i), part(b, 1, i), part(b, 2, i)
-            value = bound(coordinate(ax, ay, az, bx, by, bz), c0, c1, c2, c3, local)
-            out[i] = value if not gated or cosine(ax, ay, az, bx, by, bz) > zero else zero
-
-    return jit.elementwise(pairs_signature(precision.carrier), pairs)
 
 
 @cache

@@ -17,6 +17,7 @@ import pandas as pd
 from phongbench import front, laws
 from phongbench.errors import InputError
 from phongbench.exponents import Exponents
+from phongbench.kernel_times import multiplications
 from phongbench.lowering import precision_named
 
 #: without times, work is counted: operations from vectors to each coordinate (the gate on a.b > 0 included), what a
@@ -91,7 +92,7 @@ def _lawful(wish: Wish, alphas: list[float]) -> Iterator[tuple[Any, ...]]:
         if form != "cross":
             yield row("gaussian", form, "taylor", None, 1 + _TRANSCENDENTAL)
     if not wish.alpha.continuous and all(alpha == int(alpha) for alpha in alphas):
-        yield row("integer-power", "none", "none", None, max(front.multiplications(int(alpha)) for alpha in alphas))
+        yield row("integer-power", "none", "none", None, max(multiplications(int(alpha)) for alpha in alphas))
     yield row("phong", "none", "none", None, 1 + 2 * _TRANSCENDENTAL)
 
 

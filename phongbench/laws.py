@@ -85,15 +85,22 @@ def lyon_taylor(lambda_form: str, alpha: Numbers, gamma: Numbers) -> Numbers:
 
 
 def gaussian_classic(alpha: Numbers) -> Numbers:
-    """Law 7: largest error of exp(-alpha lambda), the c = 0 spherical Gaussian: -E(1/alpha), always too bright.
+    """Law 7: largest error of exp(-alpha lambda), the c = 0 spherical Gaussian; `dot` form, unit vectors.
 
-    Law 1 with gamma -> infinity (law 4: more squarings lead here, not to Phong). Tolerance 1 % for alpha >= 5.
+    alpha    float >= 5     exact exponent
+    returns  signed float   -E(1/alpha): always too bright
+
+    Law 1 with gamma -> infinity (law 4: more squarings lead here, not to Phong). Tolerance 1 %.
     """
     return -E(1.0 / alpha)
 
 
 def minimax_offset(exponent: Numbers) -> Numbers:
-    """c(n) of the minimax slope, 0.6626 + 0.268/n, for an exponent n >= 2."""
+    """c(n) of the minimax slope: how far it shifts an exponent before the quotient is taken; see `minimax_beta`.
+
+    exponent  float >= 2   n: alpha or gamma
+    returns   float        0.6626 + 0.268/n
+    """
     return 0.6626 + 0.268 / exponent
 
 
@@ -110,7 +117,12 @@ def minimax_beta(alpha: Numbers, gamma: Numbers) -> Numbers:
 
 
 def energy_beta(alpha: Numbers, gamma: Numbers) -> Numbers:
-    """Slope that keeps the integral of the lobe over directions: (alpha + 1) / (gamma + 1); exact while it is >= 1."""
+    """Slope that keeps the integral of the lobe over directions; `dot` form, unit vectors.
+
+    alpha    float > 0    exact exponent
+    gamma    float >= 1   exponent of the approximation
+    returns  float > 0    (alpha + 1) / (gamma + 1); exact while it is >= 1, where the lobe ends before 90 degrees
+    """
     return (alpha + 1.0) / (gamma + 1.0)
 
 
@@ -130,9 +142,11 @@ def smallest_gamma(alpha: float, max_error: float, *, limit: int = 256) -> int |
 
 
 def dot_peak(alpha: Numbers, gamma: Numbers, e: Numbers, d: Numbers) -> Numbers:
-    """Law 8: value at a = b of Lyon's formula, `dot` form, for lengths 1 + e and 1 + d (relative, signed).
+    """Law 8: value at a = b of Lyon's formula at beta = alpha / gamma, `dot` form, for vectors of wrong length.
 
-    returns  max(0, 1 + beta (s - 1))^gamma, beta = alpha/gamma, s = (1 + e)(1 + d); exact.
+    alpha, gamma  float > 0     exponents, exact and of the approximation
+    e, d          float > -1    relative length errors, signed: the vectors are 1 + e and 1 + d long
+    returns       float >= 0    max(0, 1 + beta (s - 1))^gamma, s = (1 + e)(1 + d); exact
 
     Above 1 as soon as s > 1, like exp(alpha (s - 1)): (128, 64) with one vector 1 % long peaks at 3.55.
     """
@@ -141,17 +155,24 @@ def dot_peak(alpha: Numbers, gamma: Numbers, e: Numbers, d: Numbers) -> Numbers:
 
 
 def difference_peak(alpha: Numbers, gamma: Numbers, e: Numbers, d: Numbers) -> Numbers:
-    """Law 8: value at a = b, `difference` form: max(0, 1 - beta (e - d)^2/2)^gamma; exact, never above 1."""
+    """Law 8: value at a = b, `difference` form: max(0, 1 - beta (e - d)^2/2)^gamma; exact, never above 1.
+
+    Arguments as for `dot_peak`.
+    """
     return np.maximum(0.0, 1.0 - alpha / gamma * 0.5 * (e - d) ** 2) ** gamma
 
 
 def cross_peak(alpha: Numbers, gamma: Numbers, e: Numbers, d: Numbers) -> Numbers:
-    """Law 8: value at a = b, `cross` form: 1 whatever the lengths; exact."""
+    """Law 8: value at a = b, `cross` form: 1 whatever the lengths; exact. Arguments as for `dot_peak`."""
     return 1.0 + 0.0 * (alpha + gamma + e + d)
 
 
 def dot_length_change(alpha: Numbers, e: Numbers, d: Numbers) -> Numbers:
-    """Law 8: largest change of the highlight by lengths, `dot` form: expm1(alpha (s - 1)) at the peak, absolute.
+    """Law 8: largest change of the highlight by lengths, `dot` form: |expm1(alpha (s - 1))| at the peak.
+
+    alpha    float > 0     exact exponent
+    e, d     float > -1    relative length errors, signed; s = (1 + e)(1 + d)
+    returns  float >= 0    absolute change of the highlight
 
     Its first order is alpha |e + d|. Tolerance 5 % for alpha |s - 1| <= 0.1 and gamma >= 8; `dot_peak` is exact.
     """
@@ -160,7 +181,7 @@ def dot_length_change(alpha: Numbers, e: Numbers, d: Numbers) -> Numbers:
 
 
 def difference_length_change(alpha: Numbers, e: Numbers, d: Numbers) -> Numbers:
-    """Law 8: largest change of the highlight by lengths, `difference` form, absolute.
+    """Law 8: largest change of the highlight by lengths, `difference` form, absolute. Arguments as `dot_length_change`.
 
     lambda' = s lambda + (e - d)^2/2 changes u by r u + q with r = s - 1, q = alpha (e - d)^2/2, and the value by
     exp(-u) (r u + q): q at the peak, |r| exp(-1 +- q/|r|) on the flank near u = 1.
@@ -177,6 +198,7 @@ def difference_length_change(alpha: Numbers, e: Numbers, d: Numbers) -> Numbers:
 def cross_length_change(alpha: Numbers, e: Numbers, d: Numbers) -> Numbers:
     """Law 8: largest change of the highlight by lengths, `cross` form: |s^2 - 1| / e near u = 1, absolute.
 
+    Arguments as for `dot_length_change`; e in the formula is Euler's number.
     Nothing at the peak, twice the slope error of `difference` on the flank. alpha only broadcasts: the change does not
     depend on it. Tolerance 6 % for gamma >= 16 and |e| <= 0.01: (128, 64) with one vector 1 % long changes by .0074.
     """

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from phongbench import jit, vectors
+from phongbench import intrinsics, jit, vectors
 from phongbench import tiles as at
 from phongbench.lowering import Precision, lower
 
@@ -25,7 +25,7 @@ def loop_signature(dtype: Any) -> Any:
     return jit.signature(jit.array_type(dtype), jit.array_type(dtype), jit.array_type(np.int64))
 
 
-loop_at = jit.function_at(loop_signature)
+loop_at = intrinsics.function_at(loop_signature)
 
 
 def _numbers(precision: Precision) -> tuple[Any, ...]:
@@ -46,7 +46,7 @@ def facing_loop(kind: str, shadowed: bool, precision: Precision) -> Any:
     placed, fading, planes = kind in ("point", "fading"), kind == "fading", kind != "directional"
     always = np.int32((0 if placed else at.REACHES) | (0 if shadowed else at.SEES))
     none, faces_it, reaches, sees = (np.int32(bit) for bit in (0, at.FACES, at.REACHES, at.SEES))
-    entry, put, select = jit.entry, jit.put, jit.select
+    entry, put, select, three, put_three = intrinsics.entry, intrinsics.put, intrinsics.select, at.three, at.put_three
 
     def facing(s: Array, light: Array, flags: Array) -> None:
         x, y, z = light[at.WHERE], light[at.WHERE + 1], light[at.WHERE + 2]
@@ -55,15 +55,11 @@ def facing_loop(kind: str, shadowed: bool, precision: Precision) -> Any:
             found = always
             for j in range(at.BLOCK):
                 i = b * at.BLOCK + j
-                nx, ny, nz = (
-                    entry(s, at.NORMAL + i),
-                    entry(s, at.NORMAL + at.TILE + i),
-                    entry(s, at.NORMAL + 2 * at.TILE + i),
-                )
+                nx, ny, nz = three(s, at.NORMAL + i)
                 lx, ly, lz, fade, near = x, y, z, one, True
                 if placed:
-                    lx, ly = x - entry(s, at.POINT + i), y - entry(s, at.POINT + at.TILE + i)
-                    lz = z - entry(s, at.POINT + 2 * at.TILE + i)
+                    px, py, pz = three(s, at.POINT + i)
+                    lx, ly, lz = x - px, y - py, z - pz
                     squared = dot(lx, ly, lz, lx, ly, lz)
                     inverse = select(squared > tiny, one / np.sqrt(squared), nan)
                     lx, ly, lz = lx * inverse, ly * inverse, lz * inverse
@@ -74,9 +70,7 @@ def facing_loop(kind: str, shadowed: bool, precision: Precision) -> Any:
                     else:
                         fade = c
                 if planes:
-                    put(s, at.TOWARDS + i, lx)
-                    put(s, at.TOWARDS + at.TILE + i, ly)
-                    put(s, at.TOWARDS + 2 * at.TILE + i, lz)
+                    put_three(s, at.TOWARDS + i, lx, ly, lz)
                 cosine = dot(nx, ny, nz, lx, ly, lz)
                 if placed:
                     cosine = select(near, cosine, zero)
@@ -111,17 +105,11 @@ def coordinate_loop(
     plain, half = form == "none", space == "half"
     coordinate = dot if plain else lower(vectors.LAMBDA_FORMS[form], precision)
     sign = one if plain else -one
-    entry, put, select = jit.entry, jit.put, jit.select
+    entry, put, select, three = intrinsics.entry, intrinsics.put, intrinsics.select, at.three
 
     def coordinates(s: Array, light: Array, flags: Array) -> None:
-        x, y, z, ex, ey, ez = (
-            light[at.WHERE],
-            light[at.WHERE + 1],
-            light[at.WHERE + 2],
-            light[at.EYE],
-            light[at.EYE + 1],
-            light[at.EYE + 2],
-        )
+        x, y, z = light[at.WHERE], light[at.WHERE + 1], light[at.WHERE + 2]
+        ex, ey, ez = light[at.EYE], light[at.EYE + 1], light[at.EYE + 2]
         dark, tail = sign * light[at.DARK], light[at.TAIL]
         for b in range(flags[at.USED]):
             flags[at.LIT + b] = 0
@@ -129,21 +117,12 @@ def coordinate_loop(
                 found = none
                 for j in range(at.BLOCK):
                     i = b * at.BLOCK + j
-                    nx, ny, nz = (
-                        entry(s, at.NORMAL + i),
-                        entry(s, at.NORMAL + at.TILE + i),
-                        entry(s, at.NORMAL + 2 * at.TILE + i),
-                    )
+                    nx, ny, nz = three(s, at.NORMAL + i)
                     lx, ly, lz, vx, vy, vz = x, y, z, ex, ey, ez
                     if light_planes:
-                        lx, ly = entry(s, at.TOWARDS + i), entry(s, at.TOWARDS + at.TILE + i)
-                        lz = entry(s, at.TOWARDS + 2 * at.TILE + i)
+                        lx, ly, lz = three(s, at.TOWARDS + i)
                     if view_planes:
-                        vx, vy, vz = (
-                            entry(s, at.VIEW + i),
-                            entry(s, at.VIEW + at.TILE + i),
-                            entry(s, at.VIEW + 2 * at.TILE + i),
-                        )
+                        vx, vy, vz = three(s, at.VIEW + i)
                     facing = entry(s, at.FACING + i)
                     if half:
                         hx, hy, hz = lx + vx, ly + vy, lz + vz

@@ -32,7 +32,7 @@ def three(value: Any, where: str) -> Vector3:
 
 
 def colour(value: Any, where: str) -> RGB:
-    """Three finite numbers >= 0, red, green and blue; they may exceed 1."""
+    """Three finite numbers >= 0, red, green and blue; they may exceed 1. InputError naming the field otherwise."""
     found = three(value, where)
     if min(found) < 0:
         raise InputError("a colour cannot be negative", where, "give three numbers from 0 up")
@@ -40,7 +40,7 @@ def colour(value: Any, where: str) -> RGB:
 
 
 def number(value: Any, where: str, low: float = 0.0) -> float:
-    """One finite number of at least `low`."""
+    """One finite number of at least `low`; InputError naming the field otherwise."""
     try:
         found = float(value)
     except (TypeError, ValueError, OverflowError):
@@ -51,7 +51,7 @@ def number(value: Any, where: str, low: float = 0.0) -> float:
 
 
 def direction(value: Any, where: str) -> Vector3:
-    """Three finite numbers, not all 0; the length does not matter, here it becomes 1."""
+    """Three finite numbers, not all 0; the length does not matter, here it becomes 1. InputError naming the field."""
     found = three(value, where)
     largest = max(map(abs, found))
     if largest == 0:

@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 from phongbench import jit, kernels
 from phongbench.approximations import REGISTRY
 from phongbench.precisions import FLOAT64, Precision
-from phongbench.sampling import Stratum, cutoff_deficit
+from phongbench.sampling import cutoff_deficit
 from phongbench.spec import Approximation, Setting
+from phongbench.strata import Stratum
 
 Array = NDArray[Any]
 
@@ -32,12 +33,14 @@ def lobe(
 ) -> tuple[Array, Array]:
     """The highlight of real vectors at these angles between R and V, and exact Phong of the true angle between them.
 
+    form          str                one of the approximation's lambda forms; none for kernels of the cosine
     degrees       (n,) in 0 .. 90    angles of (R, V); of (N, H), where the setting's space is half, half of each
     perturbation  as in sampling     none, a, both or opposite: whose length is wrong
     length_error  relative, signed   0.01 is 1 % too long
     returns       value, exact       (n,) each, float64; the truth `angle`: of the vectors as the precision holds them
 
     The same loops as in a sweep, coordinate first and then the formula, open only where a.b > 0.
+    Raises InputError for a setting that the approximation does not take.
     """
     spec.check(setting)
     half = setting.space == "half"
@@ -46,6 +49,12 @@ def lobe(
     a = _held(precision, one * (np.outer(_ACROSS, np.cos(turn)) + np.outer(_ALONG, np.sin(turn))))
     b = _held(precision, other * np.repeat(_ACROSS[:, None], turn.size, axis=1))
     return _values(spec, form, setting, a, b, precision), _exact(setting, a, b)
+
+
+def exact(alpha: float, cosine: Array) -> Array:
+    """Exact Phong, max(0, cosine)^alpha, in float64 at these cosines between R and V; both of shape (n,)."""
+    phong = REGISTRY["phong"]
+    return kernels.curve(phong, phong.lambda_forms[0], Setting(alpha), cosine)
 
 
 def cutoff_degrees(spec: Approximation, form: str, setting: Setting) -> float | None:
@@ -65,31 +74,16 @@ def _held(precision: Precision, vectors: Array) -> Array:
 
 def _values(spec: Approximation, form: str, setting: Setting, a: Array, b: Array, precision: Precision) -> Array:
     """The formula's values by the loops of the sweep, in the working precision."""
-    count = a.shape[1]
-    block = np.empty((kernels.COORDINATE_ROWS, count), precision.carrier)
-    out = np.empty(count, precision.carrier)
-    row = kernels.COSINE_ROW if form == "none" else kernels.FORM_ROW[form]
+    block, out = kernels.coordinates(precision, a, b), np.empty(a.shape[1], precision.carrier)
+    coordinate, gate = block[kernels.FORM_ROW.get(form, kernels.COSINE_ROW)], block[kernels.COSINE_ROW]
     loop = kernels.values_kernel(spec, precision, kernels.known_values(spec, setting))
-    _call(
-        jit.address(kernels.coordinates_kernel(precision)), jit.address(loop), a, b, block, row, kernels.COSINE_ROW,
-        kernels.coefficient_row(spec, setting, precision), kernels.table_row(spec, setting, precision), out,
-    )  # fmt: skip
+    row, table = kernels.coefficient_row(spec, setting, precision), kernels.table_row(spec, setting, precision)
+    kernels.fill_values(jit.address(loop), coordinate, gate, row, table, out)
     return out.astype(np.float64)
-
-
-@jit.driver
-def _call(
-    coordinates: int, values: int, a: Array, b: Array, block: Array, row: int, gate: int, coefficients: Array,
-    table: Array, out: Array,
-) -> None:  # fmt: skip
-    kernels.coordinates_at(coordinates, block)(a, b, block)
-    kernels.values_at(values, out)(block[row], block[gate], coefficients, table, out)
 
 
 def _exact(setting: Setting, a: Array, b: Array) -> Array:
     """Phong of the angle between the vectors as they are held, whatever their lengths; of (N, H), of twice it."""
     a, b = a.astype(np.float64), b.astype(np.float64)
     angle = np.arctan2(np.linalg.norm(np.cross(a, b, axis=0), axis=0), np.einsum("ij,ij->j", a, b))
-    phong = REGISTRY["phong"]
-    whole = 2 * angle if setting.space == "half" else angle
-    return kernels.curve(phong, phong.lambda_forms[0], Setting(setting.alpha), np.cos(whole))
+    return exact(setting.alpha, np.cos(2 * angle if setting.space == "half" else angle))

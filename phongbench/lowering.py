@@ -24,7 +24,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from phongbench import jit
+from phongbench import intrinsics, jit
 from phongbench.errors import KernelError
 from phongbench.precisions import (
     BFLOAT16,
@@ -50,6 +50,7 @@ __all__ = [
     "Table",
     "known_arguments",
     "lower",
+    "native",
     "precision_named",
     "primitive",
 ]
@@ -72,6 +73,12 @@ def primitive(**implementations: Body) -> Callable[[F], F]:
         return body
 
     return mark
+
+
+def native(function: F) -> F:
+    """An implementation of a primitive whose types are spelled out: it is compiled as it is, not lowered."""
+    function.__compiled__ = True  # type: ignore[attr-defined]
+    return jit.inline(function)
 
 
 @cache
@@ -99,16 +106,18 @@ class _Lowering:
         self.body, self.precision = body, precision
         self.known: dict[str, Any] = dict(known)
         self.kinds: dict[str, str] = {}
+        rounding, more = precision.rounding or (None, ())
+        self.rounding = {f"_r{i}": value for i, value in enumerate(more)}
         self.namespace: dict[str, Any] = {
             # without a name, numba's cache searches every module for the function: 10 ms a kernel
             "__name__": body.__module__,
-            "_round": precision.rounding[0],
-            **{f"_r{i}": value for i, value in enumerate(precision.rounding[1])},
+            "_round": rounding,
+            **self.rounding,
             "_product": precision.product,
             "_cast": precision.carrier.type,
             "_index": np.int32,
-            "_select": jit.select,
-            "_entry": jit.entry,
+            "_select": intrinsics.select,
+            "_entry": intrinsics.entry,
         }
         try:
             lines, self.first_line = inspect.getsourcelines(body)
@@ -201,8 +210,7 @@ class _Lowering:
         """The expression with its result rounded to the working precision, where that is not the carrier's own."""
         if not self.precision.rounds:
             return expression
-        more = (ast.Name(f"_r{i}", ast.Load()) for i in range(len(self.precision.rounding[1])))
-        return _call("_round", expression, *more)
+        return _call("_round", expression, *(ast.Name(name, ast.Load()) for name in self.rounding))
 
     def _expression(self, node: ast.expr) -> tuple[ast.expr, str]:
         folded, number = self._fold(node)
@@ -236,7 +244,7 @@ class _Lowering:
         left, right = self._expression(node.left), self._expression(node.right)
         if left[1] == right[1] == "int" and not isinstance(node.op, ast.Div):
             return _call("_index", ast.BinOp(left[0], node.op, right[0])), "int"
-        if self.precision.rounds and self.precision.product and isinstance(node.op, ast.Mult):
+        if self.precision.product and isinstance(node.op, ast.Mult):
             return _call("_product", self._as_float(left), self._as_float(right)), "float"
         return self._rounded(ast.BinOp(self._as_float(left), node.op, self._as_float(right))), "float"
 

@@ -5,11 +5,10 @@ on the unit directions, then error sums, maxima and a histogram. What keeps it i
 the obvious way:
 
 - maxima are taken over the bits of the floats, which order like integers (float maxima are not vectorised: 1.7 ns
-against 0.45);
+  against 0.45);
 - the histogram bin is the top bits of the error, and counting goes into four copies in turn (0.27 ns against 0.58);
 - a chunk in which anything is not finite shows as a maximum beyond infinity's bits and is done again carefully, so the
-fast path
-  never asks;
+  fast path never asks;
 - loops have few arrays each: past a handful, LLVM gives up proving that they do not overlap.
 """
 
@@ -17,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from phongbench import jit
+from phongbench import intrinsics, jit
 from phongbench.accuracy import (
     ABOVE,
     ABOVE_ONE,
@@ -63,7 +62,7 @@ def _census(values: Any, counts: Any) -> None:
 
 @jit.inline
 def _raise(sums: Any, position: Any, bits: Any) -> None:
-    sums[position] = max(sums[position], jit.float64_from_bits(bits))
+    sums[position] = max(sums[position], intrinsics.float64_from_bits(bits))
 
 
 @jit.reduction
@@ -77,16 +76,16 @@ def _reduce(values: Any, given: Any, unit: Any, exact: Any, errors: Any, sums: A
     for i in range(len(values)):
         value = np.float64(values[i])
         error = value - exact[i]
-        bits = jit.float64_bits(error)
+        bits = intrinsics.float64_bits(error)
         errors[i] = np.float32(error)
         total += error
         absolute += abs(error)
         squares += error * error
         above = max(above, bits)
         below = max(below, bits ^ _SIGN)
-        model = max(model, jit.float64_bits(unit[i] - exact[i]) & _MAGNITUDE)
-        length = max(length, jit.float64_bits(given[i] - unit[i]) & _MAGNITUDE)
-        rounding = max(rounding, jit.float64_bits(value - given[i]) & _MAGNITUDE)
+        model = max(model, intrinsics.float64_bits(unit[i] - exact[i]) & _MAGNITUDE)
+        length = max(length, intrinsics.float64_bits(given[i] - unit[i]) & _MAGNITUDE)
+        rounding = max(rounding, intrinsics.float64_bits(value - given[i]) & _MAGNITUDE)
     if max(above, below, model, length, rounding) >= _INFINITE:
         return False
     sums[SUM] += total
@@ -111,14 +110,14 @@ def _reduce_given(values: Any, given: Any, unit: Any, exact: Any, angle: Any, er
     above, below, length = np.int64(0), np.int64(0), np.int64(0)
     for i in range(len(values)):
         error = np.float64(values[i]) - exact[i]
-        bits = jit.float64_bits(error)
+        bits = intrinsics.float64_bits(error)
         errors[i] = np.float32(error)
         total += error
         absolute += abs(error)
         squares += error * error
         above = max(above, bits)
         below = max(below, bits ^ _SIGN)
-        length = max(length, jit.float64_bits((given[i] - unit[i]) - (exact[i] - angle[i])) & _MAGNITUDE)
+        length = max(length, intrinsics.float64_bits((given[i] - unit[i]) - (exact[i] - angle[i])) & _MAGNITUDE)
     if max(above, below, length) >= _INFINITE:
         return False
     sums[SUM] += total
@@ -151,7 +150,7 @@ def _clean(values: Any, given: Any, unit: Any, exact: Any, angle: Any, counts: A
 @jit.driver
 def _bin_indices(errors: Any, indices: Any) -> None:
     for i in range(len(errors)):
-        position = np.int32((jit.float32_bits(abs(errors[i])) >> _BIN_SHIFT) - _FIRST_BIN)
+        position = np.int32((intrinsics.float32_bits(abs(errors[i])) >> _BIN_SHIFT) - _FIRST_BIN)
         indices[i] = np.uint32(min(max(position, _NO_BIN), _LAST_BIN))
 
 

@@ -1,23 +1,19 @@
-"""What a study measures: a frozen plan, its presets, its TOML form, and the cells it consists of."""
+"""What a study measures: a frozen plan, its presets, and the cells it consists of."""
 
 import hashlib
 import json
 import math
-import re
-import tomllib
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import asdict, dataclass, fields, replace
+from dataclasses import asdict, dataclass, replace
 from functools import cached_property
-from pathlib import Path
 from typing import Any
 
 from phongbench.approximations import REGISTRY
 from phongbench.errors import InputError, UnknownNameError
-from phongbench.materials import exponents, read_mtl
 from phongbench.objfile import load
 from phongbench.precisions import in_order, precision_named
-from phongbench.sampling import STRATUM_NAMES
 from phongbench.spec import ALPHA, GAMMA, SPACES, Approximation, Setting
+from phongbench.strata import STRATUM_NAMES
 from phongbench.surfaces import TESSELLATIONS
 from phongbench.vectors import LAMBDA_FORMS
 
@@ -27,6 +23,10 @@ PROBE_NAMES: tuple[str, ...] = (
 )  # fmt: skip
 #: those of a study that does not ask for others: scenes take minutes, and a question of their own
 USUAL_PROBES = tuple(name for name in PROBE_NAMES if name != "scenes")
+#: what must not be empty
+_AXES = (
+    "alphas", "gammas", "lambda_forms", "approximations", "slopes", "spaces", "length_spaces", "precisions", "strata",
+)  # fmt: skip
 ALL_SLOPES = ("taylor", "minimax", "energy")
 #: real exponents (materials, file formats) and the non-powers of two that expose what powers of two hide
 QUICK_ALPHAS = (5.0, 10.0, 20.0, 32.0, 50.0, 64.0, 100.0, 128.0, 200.0, 256.0, 512.0, 1000.0)
@@ -63,7 +63,7 @@ class Plan:
     spaces          reflect (R, V), half (N, H)
     length_spaces   spaces in which wrong lengths are studied too
     precisions      float16, bfloat16, float32, float64, and fixed point as qI.F
-    strata          of sampling.STRATUM_NAMES
+    strata          of strata.STRATUM_NAMES
     samples         pairs per cell and stratum
     seed            any whole number >= 0
     timing          measure time too
@@ -110,54 +110,10 @@ class Plan:
 
     def validated(self, registry: Mapping[str, Approximation] = REGISTRY) -> "Plan":
         """This plan with sorted, distinct axes; InputError or UnknownNameError names what is wrong."""
-        for axis in (
-            "alphas",
-            "gammas",
-            "lambda_forms",
-            "approximations",
-            "slopes",
-            "spaces",
-            "length_spaces",
-            "precisions",
-            "strata",
-        ):
-            if not getattr(self, axis):
-                raise InputError(
-                    f"{axis} is empty", None, "give at least one value, or leave the option out for the preset's"
-                )
-        for alpha in self.alphas:
-            if not (math.isfinite(alpha) and ALPHA.low <= alpha <= ALPHA.high):
-                raise InputError(
-                    f"alpha = {alpha:g} is not in {ALPHA.low:g} .. {ALPHA.high:g}", None, "alpha is Phong's exponent"
-                )
-        for gamma in self.gammas:
-            if not GAMMA.low <= gamma <= GAMMA.high or gamma & (gamma - 1):
-                raise InputError(
-                    f"gamma = {gamma} is not a power of two in 1 .. {GAMMA.high:g}", None, "use e.g. 4,8,16"
-                )
-        _known("lambda form", self.lambda_forms, LAMBDA_FORMS)
-        _known("approximation", self.approximations, registry)
-        _known(
-            "beta policy",
-            self.slopes,
-            tuple(dict.fromkeys(s for a in registry.values() for s in a.slopes if s != "none")),
-        )
-        _known("space", (*self.spaces, *self.length_spaces), SPACES)
-        for name in self.precisions:
-            precision_named(name)
-        _known("stratum", self.strata, STRATUM_NAMES)
-        _known("probe", self.probes, PROBE_NAMES)
+        self._check_axes()
+        self._check_names(registry)
         self._check_meshes()
-        if self.samples < 1 or self.samples > 1 << 40:
-            raise InputError(f"samples = {self.samples} is not in 1 .. 2^40", None, "100000 is a good start")
-        if self.seed < 0:
-            raise InputError(f"seed = {self.seed} is negative", None, "use a whole number >= 0")
-        if not self.timing_budget > 0:
-            raise InputError(
-                f"timing budget = {self.timing_budget} s is not positive", None, "use --no-timing to skip timing"
-            )
-        if not 1 <= self.processes <= 64:
-            raise InputError(f"processes = {self.processes} is not in 1 .. 64", None, "8 give an interval across them")
+        self._check_sizes()
         return replace(
             self,
             alphas=tuple(sorted({float(a) for a in self.alphas})),
@@ -173,6 +129,34 @@ class Plan:
             meshes=tuple(dict.fromkeys(self.meshes)),
         )
 
+    def _check_axes(self) -> None:
+        for axis in _AXES:
+            if not getattr(self, axis):
+                raise InputError(
+                    f"{axis} is empty", None, "give at least one value, or leave the option out for the preset's"
+                )
+        for alpha in self.alphas:
+            if not (math.isfinite(alpha) and ALPHA.low <= alpha <= ALPHA.high):
+                raise InputError(
+                    f"alpha = {alpha:g} is not in {ALPHA.low:g} .. {ALPHA.high:g}", None, "alpha is Phong's exponent"
+                )
+        for gamma in self.gammas:
+            if not GAMMA.low <= gamma <= GAMMA.high or gamma & (gamma - 1):
+                raise InputError(
+                    f"gamma = {gamma} is not a power of two in 1 .. {GAMMA.high:g}", None, "use e.g. 4,8,16"
+                )
+
+    def _check_names(self, registry: Mapping[str, Approximation]) -> None:
+        _known("lambda form", self.lambda_forms, LAMBDA_FORMS)
+        _known("approximation", self.approximations, registry)
+        slopes = dict.fromkeys(s for a in registry.values() for s in a.slopes if s != "none")
+        _known("beta policy", self.slopes, slopes)
+        _known("space", (*self.spaces, *self.length_spaces), SPACES)
+        for name in self.precisions:
+            precision_named(name)
+        _known("stratum", self.strata, STRATUM_NAMES)
+        _known("probe", self.probes, PROBE_NAMES)
+
     def _check_meshes(self) -> None:
         """Read every mesh now, so that a bad one does not end a long run; the probe finds them read."""
         if self.meshes and "meshes" not in self.probes:
@@ -180,6 +164,18 @@ class Plan:
         names = [load(path).name for path in dict.fromkeys(self.meshes)]
         if twice := sorted({n for n in names if names.count(n) > 1} | {n for n in names if n in TESSELLATIONS}):
             raise InputError(f"two meshes are named {twice[0]}", None, "rename one: rows are told apart by the name")
+
+    def _check_sizes(self) -> None:
+        if self.samples < 1 or self.samples > 1 << 40:
+            raise InputError(f"samples = {self.samples} is not in 1 .. 2^40", None, "100000 is a good start")
+        if self.seed < 0:
+            raise InputError(f"seed = {self.seed} is negative", None, "use a whole number >= 0")
+        if not self.timing_budget > 0:
+            raise InputError(
+                f"timing budget = {self.timing_budget} s is not positive", None, "use --no-timing to skip timing"
+            )
+        if not 1 <= self.processes <= 64:
+            raise InputError(f"processes = {self.processes} is not in 1 .. 64", None, "8 give an interval across them")
 
     def cells(self, registry: Mapping[str, Approximation] = REGISTRY) -> Iterator[Cell]:
         """Every formula at every setting that it takes, in every precision.
@@ -246,79 +242,6 @@ def preset(name: str) -> Plan:
     if name not in PRESETS:
         raise UnknownNameError("preset", name, PRESETS)
     return PRESETS[name]
-
-
-def read_toml(path: Path) -> Plan:
-    """A plan from a TOML file: `preset` and any field of Plan.
-
-    Raises InputError naming file, line and key for what is missing, malformed, unknown or of the wrong type.
-    """
-    try:
-        text = path.read_text(encoding="utf-8")
-        data = tomllib.loads(text)
-    except OSError as problem:
-        raise InputError(
-            f"cannot read the plan: {problem.strerror}", str(path), "give the path of a TOML file"
-        ) from problem
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as problem:
-        raise InputError(
-            f"not valid TOML: {problem}", str(path), "see `phongbench run --help` for an example plan"
-        ) from problem
-    types = {f.name: type(getattr(PRESETS["quick"], f.name)) for f in fields(Plan)}
-    values: dict[str, Any] = {}
-    for key, value in data.items():
-        where = f"{path}:{_line_of(key, text)}"
-        if key not in types:
-            raise UnknownNameError("plan key", key, types, where)
-        values[key] = _typed(key, value, types[key], where)
-    base = preset(values.pop("preset", "quick"))
-    return replace(base, **values)
-
-
-def compose(
-    path: Path | None = None, preset_name: str | None = None, materials: Path | None = None, *, scenes: bool = False,
-    **wishes: Any,
-) -> Plan:  # fmt: skip
-    """The plan of a command line: a file or a preset, changed by every wish that is not None.
-
-    path       TOML plan; excludes preset_name
-    materials  MTL file whose distinct shininess values become the exponents
-    scenes     whether to ask the probe of this name, whatever other probes are asked
-    wishes     fields of Plan
-    """
-    if path and preset_name:
-        raise InputError("a plan file and --preset were both given", None, "write `preset = ...` into the plan")
-    if materials and wishes.get("alphas"):
-        raise InputError("--materials and --alpha were both given", None, "both choose the exponents: leave one out")
-    if wishes.get("probes") == ("none",):
-        wishes["probes"] = ()
-    if materials:
-        wishes["alphas"] = exponents(read_mtl(materials))
-    base = read_toml(path) if path else preset(preset_name or "quick")
-    plan = replace(base, **{name: value for name, value in wishes.items() if value is not None})
-    return replace(plan, probes=tuple(dict.fromkeys((*plan.probes, "scenes")))) if scenes else plan
-
-
-def _typed(key: str, value: Any, wanted: type, where: str) -> Any:
-    if wanted is tuple:
-        members = value if isinstance(value, list) else [value]
-        number = key in ("alphas", "gammas")
-        for member in members:
-            if isinstance(member, bool) or not isinstance(member, (int, float) if number else str):
-                raise InputError(f"{key} = {member!r} is not a {'number' if number else 'name'}", where)
-            if key == "gammas" and not isinstance(member, int):
-                raise InputError(f"{key} = {member!r} is not a whole number", where)
-        return tuple(members)
-    if wanted is float and isinstance(value, int) and not isinstance(value, bool):
-        return float(value)
-    if type(value) is not wanted:
-        raise InputError(f"{key} = {value!r} is not of type {wanted.__name__}", where)
-    return value
-
-
-def _line_of(key: str, text: str) -> int:
-    pattern = re.compile(rf"^\s*[\"']?{re.escape(key)}[\"']?\s*[=.]|^\s*\[+\s*{re.escape(key)}\s*\]+")
-    return next((number for number, line in enumerate(text.splitlines(), 1) if pattern.match(line)), 1)
 
 
 def _known(kind: str, names: Iterable[str], known: Iterable[str]) -> None:

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from phongbench import jit
+from phongbench import intrinsics
 from phongbench.errors import InputError, UnknownNameError
 
 Array = NDArray[Any]
@@ -29,58 +29,43 @@ MAX_WHOLE, MAX_FIXED = 7, 24
 MAX_LISTED = 16
 
 
+#: how compiled code rounds a carrier to a precision: a function, and what it takes after the carrier
+Rounding = tuple[Callable[..., Any], tuple[Any, ...]]
+
+
 @dataclass(frozen=True, slots=True)
 class Precision:
     """A working precision of the processor, or float16.
 
-    name     str          what plans and tables call it
-    dtype    numpy dtype  the type whose values are representable; the carrier where NumPy has none
-    carrier  numpy dtype  the type that holds them in compiled loops: float16 values travel as float32
+    name       str          what plans and tables call it
+    dtype      numpy dtype  the type whose values are representable; the carrier where NumPy has none
+    carrier    numpy dtype  the type that holds them in compiled loops: float16 values travel as float32
+    eps        float        the step from 1 to the next larger number
+    largest    float        the largest finite number
+    tiny       float        the smallest positive number with all its digits; smaller ones are subnormal
+    smallest   float        the smallest positive number
+    rounding   how compiled code rounds every operation by hand; None for the processor's own
+    product    a rounded product where rounding the carrier's product is not enough; None elsewhere
+    saturates  bool         True for fixed point: there is no infinity and no NaN
+    listed     bool         True if `representables` lists its numbers
     """
 
     name: str
     dtype: np.dtype[Any]
     carrier: np.dtype[Any]
+    eps: float
+    largest: float
+    tiny: float
+    smallest: float
+    rounding: Rounding | None = None
+    product: Callable[[Any, Any], Any] | None = None
+    saturates: bool = False
+    listed: bool = False
 
     @property
     def rounds(self) -> bool:
         """True if every operation must be rounded by hand: the precision is emulated, and its time says nothing."""
-        return self.dtype != self.carrier
-
-    @property
-    def saturates(self) -> bool:
-        """True for fixed point: there is no infinity and no NaN."""
-        return False
-
-    @property
-    def rounding(self) -> tuple[Callable[..., Any], tuple[Any, ...]]:
-        """How compiled code rounds a carrier to this precision: a function, and what it takes after the carrier."""
-        return jit.round_to_half, ()
-
-    @property
-    def product(self) -> Callable[[Any, Any], Any] | None:
-        """A rounded product for compiled code where rounding the carrier's product is not enough; None elsewhere."""
-        return jit.half_product
-
-    @property
-    def eps(self) -> float:
-        """The step from 1 to the next larger number."""
-        return float(np.finfo(self.dtype).eps)
-
-    @property
-    def largest(self) -> float:
-        """The largest finite number."""
-        return float(np.finfo(self.dtype).max)
-
-    @property
-    def tiny(self) -> float:
-        """The smallest positive number with all its digits; smaller ones are subnormal."""
-        return float(np.finfo(self.dtype).tiny)
-
-    @property
-    def smallest(self) -> float:
-        """The smallest positive number."""
-        return float(np.finfo(self.dtype).smallest_subnormal)
+        return self.rounding is not None
 
     def rounded(self, values: ArrayLike) -> Array:
         """The nearest number of this precision to each value, ties to even, held by the carrier."""
@@ -91,59 +76,25 @@ class Precision:
         """A literal or a coefficient as this precision holds it, in the carrier: the nearest number."""
         return self.carrier.type(self.rounded(value))
 
-    @property
-    def listed(self) -> bool:
-        """True if `representables` lists its numbers."""
-        return self.dtype == np.float16
-
     def representables(self, low: float, high: float) -> Array:
         """All numbers of this precision from low to high, ascending, in the carrier; one zero, without a sign.
 
         Raises InputError where there are too many to be listed: more than 16 bits beside the sign.
         """
         if not self.listed:
-            raise _too_many(self.name)
-        return _within(np.arange(1 << 16, dtype=np.uint16).view(np.float16).astype(self.carrier), low, high)
+            few = f"only formats of up to {MAX_LISTED} bits are listed"
+            raise InputError(f"{self.name} has too many numbers to list", None, few)
+        numbers = self._numbers()
+        return np.unique(numbers[(numbers >= low) & (numbers <= high)] + numbers.dtype.type(0))
+
+    def _numbers(self) -> Array:
+        """Every number of a listed precision, in any order."""
+        return np.arange(1 << 16, dtype=np.uint16).view(np.float16).astype(self.carrier)
 
 
 @dataclass(frozen=True, slots=True)
 class BrainFloat(Precision):
     """bfloat16: the exponent of float32 and 8 digits."""
-
-    @property
-    def rounds(self) -> bool:
-        """True: emulated."""
-        return True
-
-    @property
-    def rounding(self) -> tuple[Callable[..., Any], tuple[Any, ...]]:
-        """Sixteen bits less, to the nearest, ties to even."""
-        return jit.round_to_bfloat16, ()
-
-    @property
-    def product(self) -> None:
-        """The carrier's product is exact, and its rounding is made of integer operations, which nothing fuses."""
-        return None
-
-    @property
-    def eps(self) -> float:
-        """2^-7."""
-        return 2.0**-7
-
-    @property
-    def largest(self) -> float:
-        """About 3.39e38."""
-        return (2 - 2.0**-7) * 2.0**127
-
-    @property
-    def tiny(self) -> float:
-        """2^-126."""
-        return 2.0**-126
-
-    @property
-    def smallest(self) -> float:
-        """2^-133."""
-        return 2.0**-133
 
     def rounded(self, values: ArrayLike) -> Array:
         """The nearest bfloat16 to each value, ties to even, overflow to infinity; from float64 in one step."""
@@ -154,15 +105,8 @@ class BrainFloat(Precision):
             near = np.where(np.isfinite(given), near, given)
             return np.asarray(np.where(np.abs(near) > self.largest, np.copysign(np.inf, near), near), self.carrier)
 
-    @property
-    def listed(self) -> bool:
-        """True."""
-        return True
-
-    def representables(self, low: float, high: float) -> Array:
-        """All bfloat16 numbers from low to high, ascending, in float32; one zero."""
-        bits = np.arange(1 << 16, dtype=np.uint32) << 16
-        return _within(bits.view(np.float32), low, high)
+    def _numbers(self) -> Array:
+        return (np.arange(1 << 16, dtype=np.uint32) << 16).view(np.float32)
 
 
 @dataclass(frozen=True, slots=True)
@@ -175,56 +119,17 @@ class FixedPoint(Precision):
     Coefficients (alpha, beta, literals) are no results: fixed-point hardware keeps them as a mantissa with a shift of
     its own. So they have whole + fraction significant bits at any size: a slope of 6.25 lives in q1.15, and 1 in q0.8.
     So do their negatives; hence a negation is never limited, and the lowest number's is one step beyond the range.
+
+    The step is `eps` everywhere, `tiny` and `smallest`: there are no subnormal numbers.
     """
 
     whole: int = 1
     fraction: int = 15
 
     @property
-    def rounds(self) -> bool:
-        """True: emulated."""
-        return True
-
-    @property
-    def saturates(self) -> bool:
-        """True."""
-        return True
-
-    @property
-    def rounding(self) -> tuple[Callable[..., Any], tuple[Any, ...]]:
-        """To the nearest step within the range; see `jit.round_to_fixed`."""
-        ends = (np.float64(1.5 * 2.0 ** (52 - self.fraction)), np.float64(self.lowest), np.float64(self.largest))
-        return jit.round_to_fixed, ends
-
-    @property
-    def product(self) -> None:
-        """The carrier's product is exact."""
-        return None
-
-    @property
-    def eps(self) -> float:
-        """The step, everywhere."""
-        return 2.0**-self.fraction
-
-    @property
     def lowest(self) -> float:
         """The most negative number."""
         return -(2.0**self.whole)
-
-    @property
-    def largest(self) -> float:
-        """One step below 2^whole."""
-        return 2.0**self.whole - self.eps
-
-    @property
-    def tiny(self) -> float:
-        """The step: there are no subnormal numbers."""
-        return self.eps
-
-    @property
-    def smallest(self) -> float:
-        """The step."""
-        return self.eps
 
     def rounded(self, values: ArrayLike) -> Array:
         """The nearest number in range to each value, ties to even; 0 for NaN."""
@@ -238,34 +143,40 @@ class FixedPoint(Precision):
         digits = self.whole + self.fraction
         return self.carrier.type(np.ldexp(np.rint(np.ldexp(mantissa, digits)), exponent - digits))
 
-    @property
-    def listed(self) -> bool:
-        """True for up to 16 bits beside the sign."""
-        return self.whole + self.fraction <= MAX_LISTED
-
-    def representables(self, low: float, high: float) -> Array:
-        """All numbers of the format from low to high, ascending; InputError beyond 16 bits beside the sign."""
-        if not self.listed:
-            raise _too_many(self.name)
+    def _numbers(self) -> Array:
         count = 1 << (self.whole + self.fraction)
-        return _within(np.arange(-count, count) * self.eps, low, high)
+        return np.arange(-count, count) * self.eps
 
 
-def _within(numbers: Array, low: float, high: float) -> Array:
-    return np.unique(numbers[(numbers >= low) & (numbers <= high)] + numbers.dtype.type(0))
+def _of_numpy(name: str, carrier: np.dtype[Any] | None = None, **more: Any) -> Precision:
+    """The precision of one of NumPy's own types."""
+    dtype, info = np.dtype(name), np.finfo(name)
+    eps, largest, tiny, smallest = map(float, (info.eps, info.max, info.tiny, info.smallest_subnormal))
+    return Precision(name, dtype, carrier or dtype, eps, largest, tiny, smallest, **more)
 
 
-def _too_many(name: str) -> InputError:
-    return InputError(
-        f"{name} has too many numbers to list", None, f"only formats of up to {MAX_LISTED} bits are listed"
-    )
+def _fixed_point(whole: int, fraction: int) -> FixedPoint:
+    step = 2.0**-fraction
+    lowest, largest = -(2.0**whole), 2.0**whole - step
+    shift = np.float64(1.5 * 2.0 ** (52 - fraction))
+    return FixedPoint(
+        f"q{whole}.{fraction}", _DOUBLE, _DOUBLE, step, largest, step, step,
+        rounding=(intrinsics.round_to_fixed, (shift, np.float64(lowest), np.float64(largest))),
+        saturates=True, listed=whole + fraction <= MAX_LISTED, whole=whole, fraction=fraction,
+    )  # fmt: skip
 
 
-_HALF, _SINGLE, _DOUBLE = np.dtype(np.float16), np.dtype(np.float32), np.dtype(np.float64)
-FLOAT16 = Precision("float16", _HALF, _SINGLE)
-BFLOAT16 = BrainFloat("bfloat16", _SINGLE, _SINGLE)
-FLOAT32 = Precision("float32", _SINGLE, _SINGLE)
-FLOAT64 = Precision("float64", _DOUBLE, _DOUBLE)
+_SINGLE, _DOUBLE = np.dtype(np.float32), np.dtype(np.float64)
+# Only float16 has a product of its own (see half_product): bfloat16 is rounded by integer operations, which nothing
+# fuses, and in the carrier of fixed point a product is exact.
+FLOAT16 = _of_numpy(
+    "float16", _SINGLE, rounding=(intrinsics.round_to_half, ()), product=intrinsics.half_product, listed=True
+)
+BFLOAT16 = BrainFloat(
+    "bfloat16", _SINGLE, _SINGLE, 2.0**-7, (2 - 2.0**-7) * 2.0**127, 2.0**-126, 2.0**-133,
+    rounding=(intrinsics.round_to_bfloat16, ()), listed=True,
+)  # fmt: skip
+FLOAT32, FLOAT64 = _of_numpy("float32"), _of_numpy("float64")
 #: the precisions that have a fixed name; fixed point is made by `precision_named`
 PRECISIONS = {p.name: p for p in (FLOAT16, BFLOAT16, FLOAT32, FLOAT64)}
 #: how fixed point is written in messages
@@ -289,7 +200,7 @@ def precision_named(name: str) -> Precision:
             f"the fixed-point precision {name!r} is out of range", None,
             f"give {FIXED_NAMES}: I whole and F fraction bits beside the sign",
         )  # fmt: skip
-    return FixedPoint(f"q{whole}.{fraction}", _DOUBLE, _DOUBLE, whole, fraction)
+    return _fixed_point(whole, fraction)
 
 
 def in_order(names: Iterable[str]) -> tuple[str, ...]:

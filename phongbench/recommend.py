@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from phongbench import front, lawful, results
+from phongbench import front, kernel_times, lawful, results
 from phongbench.approximations import REGISTRY
 from phongbench.contenders import TWIN
 from phongbench.errors import InputError, UnknownNameError
@@ -44,10 +44,17 @@ def recommend(
     """The cheapest formula within an error budget, the next cheapest, and the nearest miss, as plain data.
 
     run                  a stored run with timing rows, or None: answer from the laws
-    max_error            above 0; text may be a fraction such as 1/255
+    alpha                exact Phong's exponent, > 0: one, several or a range, as `Exponents.of` reads them; an error is
+                         the worst over all of them
+    max_error            largest absolute error allowed, above 0; text may be a fraction such as 1/255
+    length_error         how wrong vector lengths may be, relative, >= 0: 0.01 is up to 1 %; None for unit vectors
+    precision            a name that `precision_named` knows
+    space                reflect (R, V), or half (N, H), whose errors hold for coplanar vectors only
+    working_set          whose times count: l1, l2 or memory
     returns              basis ("run" or "laws"), run, what was asked, `choices` (best, then next; empty where nothing
                          meets the budget), `nearest_miss`, `notes` in words
-    Raises InputError for what the run did not measure, naming the command that does.
+    Raises InputError for numbers out of range and for what the run did not measure, naming the command that does;
+    UnknownNameError for an unknown precision or space; CorruptRunError for a run whose bytes have changed.
     """
     wish = Wish(
         Exponents.of(alpha), _above(number(max_error, "max_error"), "max_error"),
@@ -76,7 +83,7 @@ def recommend(
 
 
 def number(value: float | str, name: str) -> float:
-    """A number, or text such as 0.004, 1e-3 or 1/255."""
+    """A number, or text such as 0.004, 1e-3 or 1/255; InputError names the option where it is neither."""
     try:
         return float(Fraction(value.replace(" ", ""))) if isinstance(value, str) else float(value)
     except (ValueError, ZeroDivisionError, OverflowError) as problem:
@@ -84,7 +91,10 @@ def number(value: float | str, name: str) -> float:
 
 
 def run_for(name: str | None, root: Path = DEFAULT_ROOT) -> Run | None:
-    """The run of this name; without one, the newest whole run with times; None where there is none."""
+    """The run of this name; without one, the newest whole run with times; None where there is none.
+
+    name  an id under `root`, `latest` or a folder; InputError where there is no such run
+    """
     if name is not None:
         return results.find(name, root)
     whole = (run for run in reversed(results.stored(root)) if run.complete)
@@ -108,7 +118,7 @@ def _at_least(value: float, name: str) -> float:
 
 def _by_run(run: Run, wish: Wish, notes: list[str]) -> pd.DataFrame:
     """The cells that apply, with their errors and times."""
-    accuracy, timing = results.intact(run).accuracy, front.timed(run)
+    accuracy, timing = results.intact(run).accuracy, kernel_times.timed(run)
     vouching = _alphas(run, accuracy, wish, notes)
     rows = accuracy[accuracy["alpha"].isin(vouching) & accuracy["gated"] & (accuracy["truth"] == "angle")]
     rows = rows[(rows["precision"] == wish.precision) & (rows["space"] == wish.space)]
@@ -121,8 +131,8 @@ def _by_run(run: Run, wish: Wish, notes: list[str]) -> pd.DataFrame:
     worst = front.worst_of(rows[columns].rename(columns={"max_abs": "error"}))
     worst = worst[[_applies(row, wish.alpha) for row in front.records(worst)]]
     worst = worst.merge(_bounds(accuracy, vouching), on=_LAW, how="left")
-    times = front.times_of(timing, working_set=wish.working_set, precision=wish.precision)
-    cells = front.joined(worst, front.times_at(times, wish.alpha.values))
+    times = kernel_times.times_of(timing, working_set=wish.working_set, precision=wish.precision)
+    cells = front.joined(worst, kernel_times.times_at(times, wish.alpha.values))
     if cells.empty:
         mend = f"time it: phongbench run --precision {wish.precision}"
         raise InputError(f"no formula in {wish.precision} was timed in {wish.working_set}", run.id, mend)
@@ -205,10 +215,10 @@ def _setting(cell: Mapping[str, Any], alpha: float) -> Setting:
 
 
 def _warn(run: Run, timing: pd.DataFrame, wish: Wish, notes: list[str]) -> None:
-    if front.timed_precision(wish.precision) != wish.precision:
+    if kernel_times.timed_precision(wish.precision) != wish.precision:
         notes.append(
             f"{wish.precision} is emulated here, so its time says nothing: formulas are ordered by the times of the "
-            f"same kernels in {front.timed_precision(wish.precision)}"
+            f"same kernels in {kernel_times.timed_precision(wish.precision)}"
         )
     twin = timing[(timing["approximation"] == TWIN) & (timing["working_set"] == wish.working_set)]
     if (twin["verdict"] != "unresolved").any():

@@ -11,8 +11,8 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from phongbench.accuracy import EXCLUDED, METRICS, WORST_FIELDS, Tally
+from phongbench.columns import ACCURACY_COLUMNS, WORST_COLUMNS
 from phongbench.engine import Measured, Sweep
-from phongbench.results import ACCURACY_COLUMNS, WORST_COLUMNS
 from phongbench.truth import TRUTHS
 
 #: worst inputs kept per cell: of unit vectors, of wrong lengths, of hostile ones; the last would crowd out the rest
@@ -89,7 +89,7 @@ def _keys(sweep: Sweep, numbers: pd.DataFrame) -> pd.DataFrame:
 
 
 def of_cells(sweep: Sweep, cell: NDArray[Any]) -> pd.DataFrame:
-    """The columns that tell cells apart, results.CELL_COLUMNS, for each of these positions in the sweep's cells."""
+    """The columns that tell cells apart, CELL_COLUMNS, for each of these positions in the sweep's cells."""
     settings = [c.setting for c in sweep.cells]
     cells: dict[str, Any] = {
         "approximation": [c.approximation for c in sweep.cells],

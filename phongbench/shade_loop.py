@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from phongbench import jit, kernels
+from phongbench import intrinsics, jit, kernels
 from phongbench import tiles as at
 from phongbench.light_loops import loop_at
 
 Array = NDArray[Any]
-_entry, _put, _select = jit.entry, jit.put, jit.select
+_entry, _put, _select = intrinsics.entry, intrinsics.put, intrinsics.select
 _values_at = kernels.values_at
 
 
@@ -52,7 +52,7 @@ def _add(s: Any, light: Any, b: Any, diffuse: Any, lit: Any) -> None:
     sr, sg, sb = light[at.SPECULAR], light[at.SPECULAR + 1], light[at.SPECULAR + 2]
     for j in range(at.BLOCK):
         i = b * at.BLOCK + j
-        r, g, u = _entry(s, at.SUM + i), _entry(s, at.SUM + at.TILE + i), _entry(s, at.SUM + 2 * at.TILE + i)
+        r, g, u = at.three(s, at.SUM + i)
         fade = _entry(s, at.FADING + i)
         if diffuse:
             w = _entry(s, at.FACING + i) * fade
@@ -60,9 +60,7 @@ def _add(s: Any, light: Any, b: Any, diffuse: Any, lit: Any) -> None:
         if lit:
             h = _entry(s, at.HIGHLIGHT + i) * fade
             r, g, u = r + sr * h, g + sg * h, u + sb * h
-        _put(s, at.SUM + i, r)
-        _put(s, at.SUM + at.TILE + i, g)
-        _put(s, at.SUM + 2 * at.TILE + i, u)
+        at.put_three(s, at.SUM + i, r, g, u)
 
 
 @jit.inline

@@ -97,7 +97,7 @@ def shade(
     out: Array | None = None,
     registry: Any = REGISTRY,
 ) -> Shaded:
-    """Shade points.
+    """Shade points: the model of this module's docstring.
 
     points, normals  (n, 3) float32 or float64, both the same. C-contiguous aligned arrays are used as they are,
                      read-only ones too, others are copied
@@ -106,6 +106,7 @@ def shade(
     normalise        whether normals are made unit length first; False takes them as they are: short normals point R in
                      the wrong direction, which is what studies of meshes are about
     visible          (lights, n) bool | None   which points see which light; None: all
+    skips            what may be left out; where nothing may, every pair is computed
     threads          int >= 1         the colours are the same for every number
     cancelled        asked about every millisecond; True ends the work
     out              (n, 3) | None    where to write

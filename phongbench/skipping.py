@@ -17,11 +17,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from phongbench import contenders, jit, kernels, sampling, vectors
+from phongbench import contenders, intrinsics, jit, kernels, sampling, vector_kernels, vectors
 from phongbench.approximations import REGISTRY
 from phongbench.contenders import ALPHA, Contender, Subject
 from phongbench.lowering import FLOAT64, Body, Precision, lower
 from phongbench.spec import MAX_COEFFICIENTS, Approximation, Setting
+from phongbench.strata import STRATA
 
 Array = NDArray[Any]
 
@@ -47,7 +48,7 @@ def limit(spec: Approximation, setting: Setting, precision: Precision) -> float:
 
 
 def skip_kernel(spec: Approximation, form: str, setting: Setting, precision: Precision) -> Any:
-    """`kernels.pairs_kernel` in blocks that may be skipped; its coefficients are followed by `limit`."""
+    """`vector_kernels.pairs_kernel` in blocks that may be skipped; its coefficients are followed by `limit`."""
     bound, coordinate = kernels.bound_parts(spec, form, precision, kernels.known_values(spec, setting))
     return _skip_kernel(bound, coordinate, form, precision)
 
@@ -57,11 +58,11 @@ def _skip_kernel(bound: Body, coordinate: Body, form: str, precision: Precision)
     zero, cosine = precision.constant(0.0), lower(vectors.dot, precision)
     sign, none, last, width = precision.constant(1.0 if form == "none" else -1.0), np.int32(0), MAX_COEFFICIENTS, BLOCK
 
-    entry, put = jit.entry, jit.put
+    entry, put = intrinsics.entry, intrinsics.put
 
     def skipping(a: Array, b: Array, coefficients: Array, table: Array, out: Array) -> None:
         c0, c1, c2, c3, dark = coefficients[0], coefficients[1], coefficients[2], coefficients[3], coefficients[last]
-        local = jit.on_stack(table)
+        local = intrinsics.on_stack(table)
         ax, ay, az, bx, by, bz = a[0], a[1], a[2], b[0], b[1], b[2]
         whole = len(out) // width * width
         for start in range(0, whole, width):
@@ -86,7 +87,7 @@ def _skip_kernel(bound: Body, coordinate: Body, form: str, precision: Precision)
             value = bound(coordinate(px, py, pz, qx, qy, qz), c0, c1, c2, c3, local)
             out[i] = value if cosine(px, py, pz, qx, qy, qz) > zero else zero
 
-    return jit.elementwise(kernels.pairs_signature(precision.carrier), skipping)
+    return jit.elementwise(vector_kernels.pairs_signature(precision.carrier), skipping)
 
 
 def group(precision: Precision) -> list[Contender]:
@@ -114,7 +115,7 @@ def inputs(lit: float) -> Callable[[Precision, int, int], tuple[Array, Array]]:
 
 
 def _pairs(lit: float, precision: Precision, seed: int, count: int) -> tuple[Array, Array]:
-    stratum = next(s for s in sampling.STRATA if s.name == "highlight")
+    stratum = next(s for s in STRATA if s.name == "highlight")
     a, b = sampling.pairs(stratum, precision, seed=seed, start=0, count=count, scale=0.5 / ALPHA)
     run = math.ceil(lit * count)
     first = (count - run) // 2

@@ -22,8 +22,8 @@ from phongbench.epochs import tick
 from phongbench.errors import MeasurementError
 from phongbench.lowering import FLOAT32, Precision
 from phongbench.provenance import cache_sizes
-from phongbench.sampling import HIGHLIGHT_REACH
 from phongbench.spec import Setting
+from phongbench.strata import HIGHLIGHT_REACH, STRATA
 
 Array = NDArray[Any]
 
@@ -51,7 +51,7 @@ def group() -> list[Contender]:
 
 def inputs(reach: float, precision: Precision, seed: int, count: int) -> tuple[Array, Array]:
     """Pairs whose lambda is uniform from 0 to this share of the lobe, 1 / beta."""
-    stratum = next(s for s in sampling.STRATA if s.name == "highlight")
+    stratum = next(s for s in STRATA if s.name == "highlight")
     end = reach * float(SETTING.gamma or 1) / SETTING.alpha
     return sampling.pairs(stratum, precision, seed=seed, start=0, count=count, scale=end / HIGHLIGHT_REACH)
 

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from phongbench import jit, vectors
+from phongbench import intrinsics, jit, vectors
 from phongbench.lowering import FLOAT64, Precision, lower
 
 Array = NDArray[Any]
@@ -54,7 +54,7 @@ LARGEST, TINY, SLACK = range(3)
 
 #: no literals in it, so one lowered form serves every precision
 dot = lower(vectors.dot, FLOAT64)
-_entry, _put, _select = jit.entry, jit.put, jit.select
+_entry, _put, _select = intrinsics.entry, intrinsics.put, intrinsics.select
 
 
 def bounds(precision: Precision) -> Array:
@@ -68,6 +68,20 @@ def scratch(precision: Precision) -> Array:
     raw = np.zeros(SCRATCH * precision.carrier.itemsize + 64, np.uint8)
     first = -raw.ctypes.data % 64
     return raw[first : first + SCRATCH * precision.carrier.itemsize].view(precision.carrier)
+
+
+@jit.inline
+def three(s: Any, i: Any) -> Any:
+    """The components of a vector: what stands at i in this plane and the two that follow it."""
+    return _entry(s, i), _entry(s, i + TILE), _entry(s, i + 2 * TILE)
+
+
+@jit.inline
+def put_three(s: Any, i: Any, x: Any, y: Any, z: Any) -> None:
+    """Write the components of a vector to i in this plane and the two that follow it."""
+    _put(s, i, x)
+    _put(s, i + TILE, y)
+    _put(s, i + 2 * TILE, z)
 
 
 @jit.inline
@@ -89,16 +103,14 @@ def load(rows: Any, s: Any, plane: Any, first: Any, blocks: Any, count: Any, col
                     _put(s, at + k * TILE + j, component(rows, min(start + j, count - 1), k, count, columns))
         elif columns:
             for j in range(BLOCK):
-                _put(s, at + j, _entry(rows, start + j))
-                _put(s, at + TILE + j, _entry(rows, count + start + j))
-                _put(s, at + 2 * TILE + j, _entry(rows, 2 * count + start + j))
+                i = start + j
+                put_three(s, at + j, _entry(rows, i), _entry(rows, count + i), _entry(rows, 2 * count + i))
         else:
             for j in range(BLOCK):
-                _put(s, at + j, _entry(rows, 3 * (start + j)))
-                _put(s, at + TILE + j, _entry(rows, 3 * (start + j) + 1))
-                _put(s, at + 2 * TILE + j, _entry(rows, 3 * (start + j) + 2))
+                i = 3 * (start + j)
+                put_three(s, at + j, _entry(rows, i), _entry(rows, i + 1), _entry(rows, i + 2))
         for j in range(BLOCK):
-            x, y, z = _entry(s, at + j), _entry(s, at + TILE + j), _entry(s, at + 2 * TILE + j)
+            x, y, z = three(s, at + j)
             fine = (abs(x) <= limit) & (abs(y) <= limit) & (abs(z) <= limit)  # false for NaN too
             bad = np.int32(bad | np.int32(not fine))
     return bad
@@ -112,12 +124,10 @@ def unit_normals(s: Any, blocks: Any, tiny: Any) -> Any:
     for b in range(blocks):
         for j in range(BLOCK):
             i = NORMAL + b * BLOCK + j
-            x, y, z = _entry(s, i), _entry(s, i + TILE), _entry(s, i + 2 * TILE)
+            x, y, z = three(s, i)
             squared = dot(x, y, z, x, y, z)
             inverse = one / np.sqrt(squared)
-            _put(s, i, x * inverse)
-            _put(s, i + TILE, y * inverse)
-            _put(s, i + 2 * TILE, z * inverse)
+            put_three(s, i, x * inverse, y * inverse, z * inverse)
             bad = np.int32(bad | np.int32(not squared >= tiny))
     return bad
 
@@ -132,14 +142,12 @@ def look(s: Any, light: Any, blocks: Any, placed: Any, tiny: Any) -> None:
             i = b * BLOCK + j
             x, y, z = ex, ey, ez
             if placed:
-                x, y = ex - _entry(s, POINT + i), ey - _entry(s, POINT + TILE + i)
-                z = ez - _entry(s, POINT + 2 * TILE + i)
+                x, y, z = three(s, POINT + i)
+                x, y, z = ex - x, ey - y, ez - z
                 squared = dot(x, y, z, x, y, z)
                 inverse = _select(squared > tiny, one / np.sqrt(squared), nan)
                 x, y, z = x * inverse, y * inverse, z * inverse
-            _put(s, VIEW + i, x)
-            _put(s, VIEW + TILE + i, y)
-            _put(s, VIEW + 2 * TILE + i, z)
+            put_three(s, VIEW + i, x, y, z)
 
 
 @jit.inline

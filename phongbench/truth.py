@@ -15,8 +15,9 @@ import mpmath
 import numpy as np
 from numpy.typing import NDArray
 
-from phongbench import jit, powers
+from phongbench import float_bits, intrinsics, jit, powers
 from phongbench.lowering import FLOAT64, lower
+from phongbench.polynomials import ARTANH2
 
 TRUTHS = ("angle", "given")
 #: below this deficit 1 - lambda is at least sqrt(1/2), so its binary exponent is 0 and its logarithm can start from
@@ -30,13 +31,13 @@ def phong_of_deficit(deficit: float, alpha: float) -> float:
     Formula  exp2(alpha log2(1 - deficit)); the logarithm's argument is -deficit itself near the peak
     """
     x = 1.0 - deficit
-    f = -deficit if deficit < _NEAR else powers.binary_mantissa(x) - 1.0
-    exponent = 0.0 if deficit < _NEAR else powers.binary_exponent(x)
+    f = -deficit if deficit < _NEAR else float_bits.binary_mantissa(x) - 1.0
+    exponent = 0.0 if deficit < _NEAR else float_bits.binary_exponent(x)
     s = f / (f + 2.0)
     z = s * s
-    ratio = powers.ARTANH2[10]
+    ratio = ARTANH2[10]
     for k in range(9, -1, -1):
-        ratio = ratio * z + powers.ARTANH2[k]
+        ratio = ratio * z + ARTANH2[k]
     value = powers.exp2(alpha * (exponent + s * ratio))
     return value if deficit < 1.0 else 0.0
 
@@ -47,7 +48,7 @@ def _signature(dtype: Any) -> Any:
 
 
 #: inside drivers: (address, array) -> the compiled truth at that address
-truth_at = jit.function_at(_signature)
+truth_at = intrinsics.function_at(_signature)
 
 
 @cache
@@ -87,7 +88,12 @@ def truth_kernel(half_space: bool, both: bool = True) -> Any:
 
 
 def of_deficits(deficit: NDArray[np.float64], alpha: float, half_space: bool = False) -> NDArray[np.float64]:
-    """Exact Phong, within 2e-16, of the deficits 1 - cos(angle) of (R, V), or of (N, H) at half that angle."""
+    """Exact Phong, within 2e-16, of the deficits 1 - cos(angle) of (R, V), or of (N, H) at half that angle.
+
+    deficit  (n,) float64, >= 0   of unit directions
+    alpha    float > 0            exact exponent
+    returns  (n,) float64         in [0, 1]; 0 from 90 degrees between R and V on
+    """
     out = np.empty_like(deficit)
     _call(jit.address(truth_kernel(half_space, both=False)), deficit, np.array([alpha]), out)
     return out
@@ -141,7 +147,9 @@ def exact_angle(
 ) -> Any:  # fmt: skip
     """Phong of the true angle between two given vectors, by mpmath: the slow obvious twin.
 
-    NaN where an angle is undefined.
+    a, b     three numbers each   taken as they are in float64, of any length
+    digits   decimal digits       that are computed with
+    returns  mpmath number        in [0, 1]; NaN where an angle is undefined: a zero, infinite or NaN vector
     """
     with mpmath.workdps(digits):
         u, v = [mpmath.mpf(float(c)) for c in a], [mpmath.mpf(float(c)) for c in b]
@@ -155,7 +163,7 @@ def exact_given(
     a: Sequence[Any] | NDArray[Any], b: Sequence[Any] | NDArray[Any], alpha: float, half_space: bool = False,
     digits: int = 50,
 ) -> Any:  # fmt: skip
-    """max(0, a.b)^alpha of the vectors as they are, by mpmath: the slow obvious twin."""
+    """max(0, a.b)^alpha of the vectors as they are, by mpmath: the slow obvious twin. Arguments as `exact_angle`."""
     with mpmath.workdps(digits):
         u, v = [mpmath.mpf(float(c)) for c in a], [mpmath.mpf(float(c)) for c in b]
         return phong_of_cosine(product(u, v), alpha, half_space)

@@ -15,8 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phongbench import engine
+from phongbench.columns import ACCURACY_KEY
+from phongbench.contexts import Context
 from phongbench.plan import Cell, Plan, preset
-from phongbench.results import ACCURACY_KEY
 from phongbench.sampling import pairs
 from phongbench.slopes import beta, sharpness
 from phongbench.truth import TRUTHS
@@ -101,7 +102,7 @@ def _metrics(value: Array, in_double: Array, on_unit: Array, exact: Array, angle
     }  # fmt: skip
 
 
-def _key(cell: Cell, context: engine.Context, truth: str) -> dict[str, Any]:
+def _key(cell: Cell, context: Context, truth: str) -> dict[str, Any]:
     s, stratum = cell.setting, context.stratum
     values = (
         cell.approximation, cell.lambda_form, s.space, s.slope, s.alpha, s.gamma, cell.precision, cell.gated,

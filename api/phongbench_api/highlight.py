@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from phongbench import front, kernels, lobes
+from phongbench import front, kernels, lobes, vector_kernels
 from phongbench.approximations import REGISTRY
 from phongbench.errors import InputError, UnknownNameError
 from phongbench.lowering import FLOAT64, Precision, precision_named
@@ -116,8 +116,7 @@ def curve(
     if precision is FLOAT64 and not length_error:
         cosine = np.cos(np.radians(angle))
         value = kernels.curve(spec, form, setting, cosine)
-        phong = REGISTRY["phong"]
-        exact = kernels.curve(phong, phong.lambda_forms[0], Setting(setting.alpha), cosine)
+        exact = lobes.exact(setting.alpha, cosine)
     else:
         value, exact = lobes.lobe(
             spec, form, setting, angle, precision=precision, perturbation=perturbation, length_error=length_error
@@ -139,7 +138,7 @@ def prepared(formula: Formula, precision: str) -> Callable[[Array, Array, Array]
 
 @lru_cache(maxsize=1024)
 def _prepared(name: str, form: str, setting: Setting, precision: str) -> Callable[[Array, Array, Array], None]:
-    return kernels.prepared(REGISTRY[name], form, setting, precision=precision_named(precision), layout="aos")
+    return vector_kernels.prepared(REGISTRY[name], form, setting, precision=precision_named(precision), layout="aos")
 
 
 def _check(given: Array, field: str, start: int) -> None:

@@ -6,10 +6,11 @@ from typing import Annotated, Any
 from pydantic import BaseModel, ConfigDict, Field, GetCoreSchemaHandler
 from pydantic_core import CoreSchema, core_schema
 
-from phongbench import front, sampling, slopes, timing
+from phongbench import front, slopes, timing
 from phongbench.approximations import REGISTRY
 from phongbench.lowering import PRECISIONS
 from phongbench.spec import ALPHA, GAMMA, SPACES
+from phongbench.strata import STRATUM_NAMES
 from phongbench.vectors import LAMBDA_FORMS
 
 
@@ -41,7 +42,6 @@ class _Gamma:
 
 
 POLICIES = tuple(dict.fromkeys(policy for spec in REGISTRY.values() for policy in spec.slopes))
-STRATA = tuple(dict.fromkeys(stratum.name for stratum in sampling.STRATA))
 
 ApproximationName = Annotated[str, OneOf(REGISTRY)]
 FormName = Annotated[str, OneOf([*LAMBDA_FORMS, "none"])]
@@ -123,7 +123,7 @@ class FrontAsk(Ask):
 
     alpha: Alphas = Field(description="one exponent, several, or a range: errors are the worst over them")
     metric: Annotated[str, OneOf(front.METRICS)] = Field("max_abs", description="column of the accuracy rows")
-    stratum: Annotated[str, OneOf(STRATA)] = Field("highlight", description="which inputs")
+    stratum: Annotated[str, OneOf(STRATUM_NAMES)] = Field("highlight", description="which inputs")
     precision: PrecisionName = "float32"
     working_set: Annotated[str, OneOf(timing.WORKING_SETS)] = Field("l1", description="whose times")
     space: SpaceName = "reflect"

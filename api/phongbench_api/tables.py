@@ -16,7 +16,7 @@ import pyarrow.parquet as pq
 from starlette.requests import Request
 from starlette.responses import Response
 
-from phongbench import results
+from phongbench.columns import ACCURACY_KEY, COLUMNS
 from phongbench_api import columns, wire
 from phongbench_api.errors import NotFoundError, RequestError
 from phongbench_api.service import Service
@@ -36,10 +36,7 @@ _ALSO = (
     "outcome",
 )  # fmt: skip
 #: what a request may filter by, per table
-KEYS = {
-    table: tuple(c for c in columns if c in results.ACCURACY_KEY or c in _ALSO)
-    for table, columns in results.COLUMNS.items()
-}
+KEYS = {table: tuple(c for c in columns if c in ACCURACY_KEY or c in _ALSO) for table, columns in COLUMNS.items()}
 _MOST_FILTERS = 64
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pandas as pd
 
 from phongbench.causes import CAUSES
-from phongbench.claims.claim import CONDITIONS, FAILS, HOLDS, VISIBLE, Claim, Finding, LackingRowsError, Numbers
+from phongbench.claims.claim import CONDITIONS, FAILS, HOLDS, VISIBLE, Claim, Finding, LackingRowsError, Numbers, reach
 from phongbench.claims.cuts import KEY, Rows, at, coverage, evidence, forms_of, near_gamma
 from phongbench.claims.words import codes, exponents, listed, sentence
 from phongbench.sources import WIKIPEDIA_PHONG
@@ -70,9 +70,7 @@ def _record(mine: pd.DataFrame, measured: list[float]) -> Numbers:
     return {
         "root": str(mine["perturbation"].iloc[0]), "lambda_form": str(mine["lambda_form"].iloc[0]),
         "length_error": float(mine["length_error"].iloc[0]), "gamma": int(mine["gamma"].iloc[0]),
-        "max_change": VISIBLE, "alphas": good,
-        "alpha_from": good[0] if good else None, "alpha_to": good[-1] if good else None,
-        "alphas_measured": len(measured), "worst_change": float(worst["length_max"]),
+        "max_change": VISIBLE, **reach(good, measured), "worst_change": float(worst["length_max"]),
         "worst_codes": 255 * float(worst["length_max"]), "worst_alpha": float(worst["alpha"]),
     }  # fmt: skip
 

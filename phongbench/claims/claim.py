@@ -123,3 +123,9 @@ def plain(value: Any) -> Any:
     if value is pd.NA or (isinstance(value, float) and not math.isfinite(value)):
         return None
     return value
+
+
+def reach(good: list[float], measured: list[float]) -> Numbers:
+    """Where something holds: the exponents at which it does, ascending, of those measured."""
+    ends = (good[0], good[-1]) if good else (None, None)
+    return {"alphas": good, "alpha_from": ends[0], "alpha_to": ends[1], "alphas_measured": len(measured)}

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from phongbench.columns import ACCURACY_KEY, CELL_COLUMNS, COLUMNS
 from phongbench.contenders import TWIN
-from phongbench.results import ACCURACY_KEY, CELL_COLUMNS, COLUMNS
 
 #: what tells one accuracy row from another, but for how far its inputs were covered
 KEY = [column for column in ACCURACY_KEY if column != "coverage"]

@@ -4,7 +4,18 @@ from __future__ import annotations
 
 import pandas as pd
 
-from phongbench.claims.claim import CONDITIONS, FAILS, FINE, HOLDS, VISIBLE, Claim, Finding, LackingRowsError, Numbers
+from phongbench.claims.claim import (
+    CONDITIONS,
+    FAILS,
+    FINE,
+    HOLDS,
+    VISIBLE,
+    Claim,
+    Finding,
+    LackingRowsError,
+    Numbers,
+    reach,
+)
 from phongbench.claims.cuts import Rows, at, coverage, evidence, forms_of
 from phongbench.claims.words import codes, exponents, sentence
 from phongbench.sources import WIKIPEDIA_PHONG
@@ -47,8 +58,7 @@ def _record(mine: pd.DataFrame, measured: list[float]) -> Numbers:
     first = mine.iloc[0]
     return {
         "gamma": int(first["gamma"]), "beta_policy": first["beta_policy"], "lambda_form": first["lambda_form"],
-        "max_error": VISIBLE, "alphas": good, "alpha_from": good[0] if good else None,
-        "alpha_to": good[-1] if good else None, "alphas_measured": len(measured), "alphas_10bit": fine,
+        "max_error": VISIBLE, **reach(good, measured), "alphas_10bit": fine,
         "worst_error": float(worst["max_abs"]), "worst_codes": 255 * float(worst["max_abs"]),
         "worst_alpha": float(worst["alpha"]),
     }  # fmt: skip

@@ -8,11 +8,10 @@ from typing import Any
 
 import click
 
-from phongbench.commands.common import DIFFERENT, ROOT, CommaList, show
+from phongbench.commands.common import DIFFERENT, JSON, ROOT, CommaList, show
 
 _ALPHA = "One exponent, several (10,50,200) or a range (10..200)."
 _SPACE = "reflect (R, V), or half (N, H): the latter's errors hold for coplanar vectors only."
-_JSON = click.option("--json", "as_json", is_flag=True, help="Print one JSON document.")
 
 
 @click.command(short_help="The error/time front of a run.")
@@ -26,7 +25,7 @@ _JSON = click.option("--json", "as_json", is_flag=True, help="Print one JSON doc
 @click.option("--working-set", default="l1", show_default=True, help="Whose times: l1, l2 or memory.")
 @click.option("--space", default="reflect", show_default=True, help=_SPACE)
 @click.option("--all", "everything", is_flag=True, help="Show the cells that are off the front too.")
-@_JSON
+@JSON
 def front(run_name: str, everything: bool, as_json: bool, **wishes: Any) -> None:
     """Show which formulas no other one beats in both error and time.
 
@@ -56,7 +55,7 @@ def front(run_name: str, everything: bool, as_json: bool, **wishes: Any) -> None
 )
 @click.option("--space", default="reflect", show_default=True, help=_SPACE)
 @click.option("--working-set", default="l1", show_default=True, help="Whose times: l1, l2 or memory.")
-@_JSON
+@JSON
 def recommend(run_name: str | None, as_json: bool, **wishes: Any) -> None:
     """Name the cheapest formula whose largest error stays within a budget, and say why.
 
@@ -80,7 +79,7 @@ def recommend(run_name: str | None, as_json: bool, **wishes: Any) -> None:
 
 @click.command(short_help="Judge the textbook claims by a run.")
 @click.argument("run_name", metavar="RUN")
-@_JSON
+@JSON
 def claims(run_name: str, as_json: bool) -> None:
     """Judge the textbook claims by the rows of a run.
 
@@ -103,7 +102,7 @@ def claims(run_name: str, as_json: bool) -> None:
 @click.command(short_help="Time our kernels against NumPy, numexpr, JAX, PyTorch, Taichi.")
 @click.option("--peers", "names", type=CommaList("names"), help="numpy,numexpr,jax,torch,taichi  [default: all]")
 @click.option("--budget", type=float, default=10.0, show_default=True, metavar="SECONDS", help="For the rounds.")
-@_JSON
+@JSON
 def bench(names: tuple[str, ...] | None, budget: float, as_json: bool) -> None:
     """Time the same work, exact Phong and Lyon gamma 8 in float32, by our kernels and by every installed peer.
 

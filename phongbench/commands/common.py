@@ -10,6 +10,8 @@ import click
 ROOT = Path("phongbench-runs")
 #: exit code of a comparison, a verification or a question whose answer is no
 DIFFERENT = 1
+#: the option that every command with an answer has
+JSON = click.option("--json", "as_json", is_flag=True, help="Print one JSON document.")
 
 
 class CommaList(click.ParamType[Any]):

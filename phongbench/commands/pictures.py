@@ -6,7 +6,7 @@ from typing import Any
 
 import click
 
-from phongbench.commands.common import facts, grid, show
+from phongbench.commands.common import JSON, facts, grid, show
 
 
 class Size(click.ParamType[Any]):
@@ -46,7 +46,7 @@ _TABLES = ("ledger", "skips", "tracers", "formulas", "left_out")
 @click.option("--formulas", is_flag=True, help="Tell each formula's picture error and time beside exact Phong's.")
 @click.option("--threads", type=click.IntRange(min=1), help="[default: all cores]")
 @click.option("--list", "listing", is_flag=True, help="List the shipped scenes.")
-@click.option("--json", "as_json", is_flag=True, help="Print one JSON document.")
+@JSON
 def render(
     scene: str | None, specular: str | None, skip: bool, exact: bool, bench: bool, formulas: bool, listing: bool,
     as_json: bool, **wishes: Any,

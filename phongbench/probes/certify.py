@@ -1,7 +1,7 @@
 """Proven bounds of the model error: no cosine in [0, 1] is worse.
 
 The error of a formula in exact arithmetic is a function of one number, the deficit d = 1 - cos(angle) of unit vectors.
-The kernel's own plain body and exact Phong's run on sets of numbers (balls.py): on intervals, and on Taylor series with
+The kernel's own plain body and exact Phong's run on sets of numbers (sets.py): on intervals, and on Taylor series with
 ball coefficients, whose value at the middle of a box, with what its last coefficient leaves open, bounds the error over
 the box. Boxes are halved, the worst first, until the bound is within `TIGHT` of an error that was found, or below
 `NOTHING`. Plain interval bisection needs some hundred times as many boxes around a flat maximum.
@@ -22,11 +22,13 @@ import numpy as np
 import pandas as pd
 
 from phongbench.approximations import REGISTRY
+from phongbench.columns import ACCURACY_COLUMNS
 from phongbench.kernels import deficit_of_angle
 from phongbench.plan import Plan
 from phongbench.probes.cosines import COSINES, exponents
 from phongbench.probes.probing import Probing
-from phongbench.results import ACCURACY_COLUMNS, EXACT
+from phongbench.probes.sets import TooWideError, along, ends, every_path
+from phongbench.results import EXACT
 from phongbench.spec import Approximation, Setting
 
 #: a bound this close to a found error is tight: 0.2 %
@@ -156,7 +158,7 @@ def _at(error: Callable[[Any], Any], deficit: float) -> float:
 
 
 def _bound_by_range(error: Callable[[Any], Any], low: float, high: float) -> float:
-    from phongbench.probes.balls import Range, TooWideError, ends, every_path
+    from phongbench.probes.ranges import Range
 
     try:
         values = [ends(value) for value, _ in every_path(lambda: error(Range(low, high)))]
@@ -167,7 +169,7 @@ def _bound_by_range(error: Callable[[Any], Any], low: float, high: float) -> flo
 
 def _bound_by_series(error: Callable[[Any], Any], low: float, high: float) -> float:
     """Taylor: the series about the middle, and its last coefficient from anywhere in the box."""
-    from phongbench.probes.balls import Jet, TooWideError, along, every_path, size_within
+    from phongbench.probes.balls import Jet, size_within
 
     middle, radius = (low + high) / 2, math.nextafter((high - low) / 2, math.inf)
     sizes = []

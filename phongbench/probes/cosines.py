@@ -23,13 +23,14 @@ from numpy.typing import NDArray
 
 from phongbench import engine, jit, kernels, rows
 from phongbench.accuracy import Tally
-from phongbench.engine import Context, Measured, Sweep
+from phongbench.contexts import Context
+from phongbench.engine import Measured, Sweep
 from phongbench.kernels import coordinates_at
 from phongbench.lowering import FLOAT32, FLOAT64, Precision, precision_named
 from phongbench.measure import measure_cells
 from phongbench.plan import Cell, Plan
 from phongbench.probes.probing import Probing
-from phongbench.sampling import Stratum
+from phongbench.strata import Stratum
 from phongbench.truth import truth_at, truth_kernel
 
 Array = NDArray[Any]

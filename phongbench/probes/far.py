@@ -10,9 +10,9 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from phongbench.columns import FAR_COLUMNS
 from phongbench.lighting import WHITE, Light, Material, Skips, Viewer
 from phongbench.plan import Plan
-from phongbench.results import FAR_COLUMNS
 from phongbench.shading import shade
 
 Array = NDArray[Any]

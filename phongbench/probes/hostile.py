@@ -17,12 +17,12 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from phongbench import powers, rows
+from phongbench.columns import BEHAVIOUR_COLUMNS
 from phongbench.errors import PhongbenchError
 from phongbench.lowering import Precision, precision_named
 from phongbench.plan import Cell, Plan
-from phongbench.probes import lobes
+from phongbench.probes import single_cells
 from phongbench.probes.probing import Probing
-from phongbench.results import BEHAVIOUR_COLUMNS
 from phongbench.spec import ALPHA, Approximation, Setting
 
 Array = NDArray[Any]
@@ -133,7 +133,7 @@ def setting_of(spec: Approximation, cell: Cell, case: Case) -> Setting | None:
 def measure(probing: Probing) -> Mapping[str, pd.DataFrame]:
     """The table `behaviour`: for each case what every formula makes of it."""
     sweep = probing.sweep
-    chosen = [c for c in lobes.spread(sweep.cells, USUAL) if c not in sweep.failures]
+    chosen = [c for c in single_cells.spread(sweep.cells, USUAL) if c not in sweep.failures]
     found: list[tuple[Any, ...]] = []
     for position in chosen:
         cell = sweep.cells[position]
@@ -157,7 +157,7 @@ def _asked(spec: Approximation, cell: Cell) -> Iterator[tuple[Any, ...]]:
         if setting is None:
             yield alpha, math.nan, case.name, "refused", math.nan, math.nan, case.exact
             continue
-        values = np.asarray(lobes.values(spec, cell, block, setting), np.float64)
+        values = np.asarray(single_cells.values(spec, cell, block, setting), np.float64)
         known = values[~np.isnan(values)]
         ends = (float(known.min()), float(known.max())) if len(known) else (math.nan, math.nan)
         with np.errstate(all="ignore"):
@@ -168,10 +168,10 @@ def _asked(spec: Approximation, cell: Cell) -> Iterator[tuple[Any, ...]]:
 @cache
 def _blocks(precision: Precision, space: str) -> tuple[tuple[Case, Array], ...]:
     """The cases with their coordinates, made once for all cells of a precision and space."""
-    return tuple((case, lobes.coordinates(precision, case.a, case.b)) for case in cases(precision, space))
+    return tuple((case, single_cells.coordinates(precision, case.a, case.b)) for case in cases(precision, space))
 
 
 def seconds(plan: Plan, jobs: int) -> float:
     """Measured: 0.4 ms a cell and case, for the cells that `measure` chooses."""
-    chosen = len(lobes.spread(list(plan.cells()), USUAL))
+    chosen = len(single_cells.spread(list(plan.cells()), USUAL))
     return 4e-4 * chosen * (8 + len(ALPHAS) * len(PLACES))

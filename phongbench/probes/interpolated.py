@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from phongbench.sampling import HIGHLIGHT_REACH, uniforms
+from phongbench.draws import uniforms
+from phongbench.strata import HIGHLIGHT_REACH
 from phongbench.surfaces import Surface
 
 Array = NDArray[Any]

@@ -20,8 +20,9 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from phongbench.columns import ACCURACY_KEY
 from phongbench.front import cell_name
-from phongbench.results import ACCURACY_KEY, COVERAGES, EXACT
+from phongbench.results import COVERAGES, EXACT
 
 #: strata of unit vectors: samples of the domain that the search covers
 UNIT_STRATA = ("uniform", "highlight", "peak", "cutoff", "grazing")

@@ -18,13 +18,13 @@ from numpy.typing import NDArray
 from phongbench import kernels, surfaces, truth
 from phongbench.accuracy import METRICS, Tally
 from phongbench.cells import CellArrays
+from phongbench.columns import MESH_COLUMNS
 from phongbench.lowering import FLOAT32, FLOAT64
 from phongbench.measure import measure_cells
 from phongbench.objfile import load
 from phongbench.plan import Cell, Plan
 from phongbench.probes.interpolated import NORMALS, PAIRS, Lit, lit, points
 from phongbench.probes.probing import Probing
-from phongbench.results import MESH_COLUMNS
 from phongbench.spec import Approximation
 from phongbench.surfaces import Surface
 

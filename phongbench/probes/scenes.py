@@ -12,12 +12,12 @@ import numpy as np
 import pandas as pd
 
 from phongbench.approximations import REGISTRY
+from phongbench.columns import SCENE_COLUMNS, SCENE_TIME_COLUMNS, SKIP_COLUMNS
 from phongbench.lighting import Specular
 from phongbench.plan import Plan
 from phongbench.probes import far, infinity, skips
 from phongbench.probes.probing import Probing
 from phongbench.probes.turns import ROUNDS, in_turn, over
-from phongbench.results import SCENE_COLUMNS, SCENE_TIME_COLUMNS, SKIP_COLUMNS
 from phongbench.scene import formulas
 from phongbench.scene.parts import Scene
 from phongbench.scene.reading import examples, read_scene

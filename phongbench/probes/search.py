@@ -28,13 +28,13 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from phongbench import jit, kernels, rows
+from phongbench.columns import ACCURACY_COLUMNS, WORST_COLUMNS
 from phongbench.kernels import coordinates_at, values_at
 from phongbench.lowering import FLOAT32, FLOAT64, precision_named
 from phongbench.plan import Cell, Plan
 from phongbench.probes.cosines import COSINES, exponents
 from phongbench.probes.invariants import VECTORS
 from phongbench.probes.probing import Probing
-from phongbench.results import ACCURACY_COLUMNS, WORST_COLUMNS
 from phongbench.sampling import hold
 from phongbench.truth import truth_at, truth_kernel
 

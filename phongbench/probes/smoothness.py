@@ -16,13 +16,14 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from phongbench import rows
+from phongbench.columns import SMOOTHNESS_COLUMNS
 from phongbench.lowering import FLOAT64, Precision, precision_named
 from phongbench.plan import Cell, Plan
-from phongbench.probes import lobes
+from phongbench.probes import single_cells
 from phongbench.probes.probing import Probing
-from phongbench.results import SMOOTHNESS_COLUMNS
-from phongbench.sampling import HIGHLIGHT_REACH, cutoff_deficit
+from phongbench.sampling import cutoff_deficit
 from phongbench.spec import Approximation
+from phongbench.strata import HIGHLIGHT_REACH
 
 Array = NDArray[Any]
 
@@ -46,7 +47,7 @@ def along(precision: Precision, space: str, angles: Array) -> Array:
     # off every axis, so that no component is exact by luck
     pole, side = np.array([2.0, -3.0, 6.0]) / 7, np.array([6.0, -2.0, -3.0]) / 7
     a = np.repeat(pole[:, None], len(own), axis=1)
-    return lobes.coordinates(precision, a, pole[:, None] * np.cos(own) + side[:, None] * np.sin(own))
+    return single_cells.coordinates(precision, a, pole[:, None] * np.cos(own) + side[:, None] * np.sin(own))
 
 
 def rises(values: Array) -> tuple[int, float]:
@@ -93,7 +94,7 @@ def kink(spec: Approximation, cell: Cell) -> tuple[float, float]:
     if end + step >= math.pi:
         return math.nan, math.nan
     block = along(FLOAT64, cell.setting.space, end + step * np.array([-1.0, 0.0, 1.0]))
-    before, at, after = lobes.values(spec, replace(cell, precision=FLOAT64.name), block)
+    before, at, after = single_cells.values(spec, replace(cell, precision=FLOAT64.name), block)
     return abs(float(before - 2 * at + after)) / step**2 / alpha, math.degrees(end)
 
 
@@ -111,8 +112,8 @@ def measure(probing: Probing) -> Mapping[str, pd.DataFrame]:
         key = (cell.approximation, cell.lambda_form, cell.setting, cell.gated)
         if key not in edges:  # the same in every precision
             edges[key] = kink(spec, cell)
-        values = lobes.values(spec, cell, block)
-        found.append((*rises(values), *edges[key], *strained(precision, lobes.coordinate(cell, block), values)))
+        values = single_cells.values(spec, cell, block)
+        found.append((*rises(values), *edges[key], *strained(precision, single_cells.coordinate(cell, block), values)))
         probing.advance(1 / len(chosen))
     circle.cache_clear()
     table = pd.DataFrame(found, columns=list(SMOOTHNESS_COLUMNS[-6:]))

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from phongbench import jit
+from phongbench import intrinsics, jit
 
 Array = NDArray[Any]
 
@@ -22,7 +22,7 @@ ROUNDING = np.float32(1e-5)
 _ZERO, _ONE, _TWO = np.float32(0), np.float32(1), np.float32(2)
 _TINY = np.float32(1e-20)
 
-select, put = jit.select, jit.put
+select, put = intrinsics.select, intrinsics.put
 
 
 @jit.driver

@@ -8,7 +8,8 @@ import pytest
 from phongbench import causes, jit
 from phongbench.causes import BY_NAME, CAUSES, spoil
 from phongbench.lowering import FLOAT32, FLOAT64
-from phongbench.sampling import STRATA, pairs
+from phongbench.sampling import pairs
+from phongbench.strata import STRATA
 
 ROOTS = [c for c in CAUSES if c.name.startswith("rsqrt")]
 

@@ -9,14 +9,15 @@ import pytest
 
 from phongbench import engine, kernels
 from phongbench.approximations import REGISTRY
+from phongbench.columns import ACCURACY_COLUMNS, ACCURACY_KEY
 from phongbench.plan import preset
-from phongbench.probes import certify, invariants
+from phongbench.probes import certify, invariants, sets
 from phongbench.probes.probing import Probing
-from phongbench.results import ACCURACY_COLUMNS, ACCURACY_KEY
 from phongbench.spec import Setting
 
 flint = pytest.importorskip("flint")
 balls = pytest.importorskip("phongbench.probes.balls")
+ranges = pytest.importorskip("phongbench.probes.ranges")
 
 CELL = ["approximation", "lambda_form", "space", "beta_policy", "alpha", "gamma"]
 DEFICITS = np.concatenate([[0.0], np.geomspace(1e-7, 1, 4001)])
@@ -143,36 +144,36 @@ OPERATIONS = {
 def test_a_set_holds_the_value_of_each_of_its_numbers(name, box):
     body = OPERATIONS[name]
     points = [body(float(x)) for x in np.linspace(*box, 57)]
-    runs = [balls.ends(value) for value, _ in balls.every_path(lambda: body(balls.Range(*box)))]
+    runs = [sets.ends(value) for value, _ in sets.every_path(lambda: body(ranges.Range(*box)))]
     assert all(any(low <= p <= high for low, high in runs) for p in points)
     middle, radius = sum(box) / 2, (box[1] - box[0]) / 2
     try:
-        jets = [balls.ends(value) for value, _ in balls.every_path(lambda: body(balls.Jet.variable(middle, radius)))]
-    except balls.TooWideError:
+        jets = [sets.ends(value) for value, _ in sets.every_path(lambda: body(balls.Jet.variable(middle, radius)))]
+    except sets.TooWideError:
         return
     jets = [(low, high) for low, high in jets if low == low]
     assert not jets or all(any(low <= p <= high for low, high in jets) for p in points) or name == "power"
 
 
 def test_an_open_comparison_is_answered_both_ways_and_narrows_the_interval():
-    taken = [(balls.ends(v), path) for v, path in balls.every_path(lambda: OPERATIONS["clamp"](balls.Range(0.0, 1.0)))]
+    taken = [(sets.ends(v), path) for v, path in sets.every_path(lambda: OPERATIONS["clamp"](ranges.Range(0.0, 1.0)))]
     assert taken == [((0.0, 0.6), [1]), ((0.6, 0.6), [0])]
 
 
 def test_functions_enclose_those_of_the_library():
     for x in (0.0, 0.2, 0.7, 1.0):
         for name in ("exp", "sqrt", "acos"):
-            low, high = balls.ends(getattr(balls.Range, name)(balls.Range(x)))
+            low, high = sets.ends(getattr(ranges.Range, name)(ranges.Range(x)))
             assert low <= getattr(math, name)(x) <= high
             assert high - low < 1e-14
-    mantissa, exponent = balls.Range.frexp(balls.Range(0.3))
-    assert (balls.ends(mantissa)[0], exponent) == pytest.approx((0.6, -1))
+    mantissa, exponent = ranges.Range.frexp(ranges.Range(0.3))
+    assert (sets.ends(mantissa)[0], exponent) == pytest.approx((0.6, -1))
 
 
 def test_a_pole_at_the_end_of_an_interval_gives_an_infinite_end_only():
-    assert balls.ends(1.0 / balls.Range(0.0, 2.0)) == pytest.approx((0.5, math.inf))
-    assert balls.ends(1.0 / balls.Range(-1.0, 2.0)) == (-math.inf, math.inf)
-    with pytest.raises(balls.TooWideError):
+    assert sets.ends(1.0 / ranges.Range(0.0, 2.0)) == pytest.approx((0.5, math.inf))
+    assert sets.ends(1.0 / ranges.Range(-1.0, 2.0)) == (-math.inf, math.inf)
+    with pytest.raises(sets.TooWideError):
         1.0 / balls.Jet.variable(0.0, 0.1)
 
 
@@ -180,5 +181,5 @@ def test_too_many_open_answers_ask_for_smaller_sets():
     def body(x):
         return sum((x if x > k / 20 else -x) for k in range(20))
 
-    with pytest.raises(balls.TooWideError):
-        list(balls.every_path(lambda: body(balls.Jet.variable(0.5, 0.5))))
+    with pytest.raises(sets.TooWideError):
+        list(sets.every_path(lambda: body(balls.Jet.variable(0.5, 0.5))))

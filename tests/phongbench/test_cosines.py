@@ -7,11 +7,11 @@ import pandas as pd
 import pytest
 
 from phongbench import engine, testing
+from phongbench.columns import ACCURACY_COLUMNS, ACCURACY_KEY, WORST_COLUMNS
 from phongbench.lowering import BFLOAT16, FLOAT16, FLOAT32, precision_named
 from phongbench.plan import preset
 from phongbench.probes import cosines
 from phongbench.probes.probing import Probing
-from phongbench.results import ACCURACY_COLUMNS, ACCURACY_KEY, WORST_COLUMNS
 from phongbench.spec import Setting
 
 KEY = [c for c in ACCURACY_KEY if c != "coverage"]

@@ -8,8 +8,8 @@ import pytest
 
 from phongbench import engine, laws, rows, yardstick
 from phongbench.approximations import REGISTRY
+from phongbench.columns import ACCURACY_COLUMNS, ACCURACY_KEY
 from phongbench.plan import preset
-from phongbench.results import ACCURACY_COLUMNS, ACCURACY_KEY
 from phongbench.spec import Approximation, Cost
 
 

@@ -8,7 +8,8 @@ import pandas as pd
 import pytest
 
 from phongbench.errors import InputError
-from phongbench.front import COLUMNS, cheapest, front, multiplications, states
+from phongbench.front import COLUMNS, cheapest, front, states
+from phongbench.kernel_times import multiplications
 
 ACCURACY = {
     "lambda_form": "dot", "space": "reflect", "beta_policy": "taylor", "alpha": 50.0, "precision": "float32",

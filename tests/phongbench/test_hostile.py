@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from phongbench import engine, probes, vectors
+from phongbench.columns import BEHAVIOUR_COLUMNS
 from phongbench.lowering import FLOAT16, FLOAT32, FLOAT64, precision_named
 from phongbench.plan import preset
 from phongbench.probes import hostile
 from phongbench.probes.probing import Probing
-from phongbench.results import BEHAVIOUR_COLUMNS
 
 VECTORS = (
     "a is zero", "both are zero", "both are subnormal", "both are huge", "a is huge", "a holds NaN", "a is infinite",

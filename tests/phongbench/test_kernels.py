@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from phongbench import jit, kernels, vectors
+from phongbench import intrinsics, jit, kernels, vectors
 from phongbench.approximations import REGISTRY
 from phongbench.errors import InputError
 from phongbench.lowering import FLOAT32, FLOAT64
@@ -77,7 +77,7 @@ def test_a_table_that_is_too_long_is_refused():
     long = Approximation(
         name="long", title="Long", kind="approximation", formula="a table", source=LYON.source,
         kernel=REGISTRY["table-x"].kernel, coefficients=lambda s: {}, domain="", cost=Cost(""), lambda_forms=("none",),
-        table=lambda s: np.zeros(jit.MAX_TABLE + 1),
+        table=lambda s: np.zeros(intrinsics.MAX_TABLE + 1),
     )  # fmt: skip
     with pytest.raises(InputError, match="1025 entries"):
         kernels.table_row(long, SETTING, FLOAT32)

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from phongbench import engine, results, study, surfaces, vectors
+from phongbench import columns, engine, results, study, surfaces, vectors
 from phongbench.approximations import REGISTRY
 from phongbench.errors import InputError
 from phongbench.plan import preset
@@ -140,7 +140,7 @@ def test_all_samples_agree_with_arrays(plan, rows):
 
 
 def test_every_cell_is_measured_once_for_each_kind_of_pair(plan, rows):
-    assert tuple(rows.columns) == results.MESH_COLUMNS
+    assert tuple(rows.columns) == columns.MESH_COLUMNS
     assert not rows.duplicated([*KEY, "normals", "pair"]).any()
     assert set(rows["alpha"]) == {32.0, 128.0}  # 5 shows no mesh
     kinds = rows.groupby(KEY, dropna=False)[["normals", "pair"]].apply(lambda g: frozenset(map(tuple, g.to_numpy())))
@@ -195,7 +195,7 @@ def test_threads_do_not_change_the_rows_and_seeds_do(plan, rows):
 def test_a_study_of_wide_lobes_only_says_that_no_mesh_is_measured(plan):
     frame, told = probed(replace(plan, alphas=(5.0,)))
     assert frame.empty
-    assert tuple(frame.columns) == results.MESH_COLUMNS
+    assert tuple(frame.columns) == columns.MESH_COLUMNS
     assert "no exponent" in told[0]
 
 

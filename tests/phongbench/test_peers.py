@@ -13,6 +13,7 @@ from phongbench.bench import OURS, TOLERANCE, TWIN, Entrant, bench
 from phongbench.errors import InputError, UnknownNameError
 from phongbench.lowering import FLOAT32
 from phongbench.peers import ALPHA, BETA, GAMMA, LYON, PEERS, PHONG, WORKS, Peer
+from phongbench.strata import STRATA
 
 compiled_only = pytest.mark.skipif(jit.DISABLED, reason="plain Python is not timed")
 SWEEP = {"evaluations_per_second": 1e9, "numpy_evaluations_per_second": 1e7, "ratio": 100.0}
@@ -20,7 +21,7 @@ SWEEP = {"evaluations_per_second": 1e9, "numpy_evaluations_per_second": 1e7, "ra
 
 @pytest.fixture
 def vectors() -> tuple[Any, Any, Any]:
-    highlight = next(s for s in sampling.STRATA if s.name == "highlight")
+    highlight = next(s for s in STRATA if s.name == "highlight")
     a, b = sampling.pairs(highlight, FLOAT32, seed=1, start=0, count=4096, scale=1 / ALPHA)
     b[:, :7] = -a[:, :7]  # behind: the term is exactly 0
     return a, b, np.empty(a.shape[1], np.float32)

@@ -6,7 +6,8 @@ from dataclasses import replace
 import pytest
 
 from phongbench.errors import InputError, UnknownNameError
-from phongbench.plan import PRESETS, Plan, compose, preset, read_toml
+from phongbench.plan import PRESETS, Plan, preset
+from phongbench.plan_reading import compose, read_toml
 
 QUICK = preset("quick")
 

@@ -5,8 +5,8 @@ from dataclasses import replace
 import pandas as pd
 import pytest
 
+from phongbench import columns, probes, results, study
 from phongbench import plan as plans
-from phongbench import probes, results, study
 from phongbench.errors import UnknownNameError
 from phongbench.probes import Probe
 
@@ -24,7 +24,7 @@ def asked(small_plan, monkeypatch):
         probing.violations.append("this cannot be")
         first = probing.accuracy.head(1)
         behaviour = first.assign(case=CASE, outcome="value", lowest=0.0, highest=1.0, exact=1.0)
-        return {"accuracy": first, "behaviour": behaviour[list(results.BEHAVIOUR_COLUMNS)]}
+        return {"accuracy": first, "behaviour": behaviour[list(columns.BEHAVIOUR_COLUMNS)]}
 
     monkeypatch.setattr(plans, "PROBE_NAMES", ("hostility",))
     monkeypatch.setattr(probes, "PROBES", (Probe("hostility", "asking", measure, lambda plan, jobs: 7.0),))

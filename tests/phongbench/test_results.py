@@ -6,7 +6,7 @@ import multiprocessing
 import pandas as pd
 import pytest
 
-from phongbench import results
+from phongbench import columns, results
 from phongbench.errors import CorruptRunError, InputError, LockedError, StorageError
 from phongbench.plan import preset
 
@@ -16,7 +16,7 @@ def run(tmp_path):
     """A tiny stored run."""
     path = tmp_path / "runs" / "20260101-000000-abcdef01"
     path.mkdir(parents=True)
-    frame = pd.DataFrame({c: ["x", "y"] for c in results.ACCURACY_COLUMNS})
+    frame = pd.DataFrame({c: ["x", "y"] for c in columns.ACCURACY_COLUMNS})
     manifest = {
         "schema": 1, "run": path.name, "state": "complete", "plan": preset("quick").as_dict(), "seed": 1, "code": "c",
         "provenance": {}, "files": {"accuracy.parquet": results.write_table(path, "accuracy", frame)},
@@ -30,7 +30,7 @@ def test_what_is_written_is_read_back(run):
     assert run.plan == preset("quick")
     assert list(run.accuracy["alpha"]) == ["x", "y"]
     assert run.timing.empty
-    assert tuple(run.timing.columns) == results.TIMING_COLUMNS
+    assert tuple(run.timing.columns) == columns.TIMING_COLUMNS
     assert results.verify(run) == []
 
 

@@ -8,7 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from phongbench.lowering import FLOAT16, FLOAT32, FLOAT64, PRECISIONS
-from phongbench.sampling import HOSTILE_PAIRS, LENGTH_ERRORS, STRATA, cutoff_deficit, pairs
+from phongbench.sampling import HOSTILE_PAIRS, cutoff_deficit, pairs
+from phongbench.strata import LENGTH_ERRORS, STRATA
 
 BY_NAME = {s.name: s for s in STRATA}
 

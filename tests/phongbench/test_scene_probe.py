@@ -7,9 +7,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from phongbench import results, study
+from phongbench import columns, results, study
 from phongbench.approximations import REGISTRY
-from phongbench.plan import PRESETS, PROBE_NAMES, compose
+from phongbench.plan import PRESETS, PROBE_NAMES
+from phongbench.plan_reading import compose
 from phongbench.probes import far, infinity, scenes, skips
 from phongbench.probes.probing import Probing
 from phongbench.probes.turns import in_turn, over
@@ -62,7 +63,7 @@ def test_a_picture_errs_by_no_more_than_its_lobe_promises(found):
     assert len(drawn) > 8
     assert (drawn["max_abs"] <= 1.001 * drawn["lobe_max"] + 1e-6).all()
     assert (drawn["psnr"] > 20).all()
-    assert list(rows.columns) == list(results.SCENE_COLUMNS)
+    assert list(rows.columns) == list(columns.SCENE_COLUMNS)
 
 
 def test_on_the_test_card_the_law_is_met_and_not_only_kept(two_scenes, tiny):
@@ -175,7 +176,7 @@ def test_with_timing_every_formula_and_skip_has_a_time(two_scenes, tiny):
     shading = times[times["kind"] == "shading"]
     assert set(shading["name"]) == {"phong", infinity.TWIN, "blinn-phong"}
     assert (times["ratio_low"] <= times["ratio"]).all()
-    assert list(times.columns) == list(results.SCENE_TIME_COLUMNS)
+    assert list(times.columns) == list(columns.SCENE_TIME_COLUMNS)
 
 
 # a run

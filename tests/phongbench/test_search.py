@@ -7,11 +7,11 @@ import pandas as pd
 import pytest
 
 from phongbench import engine, rows, truth
+from phongbench.columns import ACCURACY_COLUMNS, ACCURACY_KEY, WORST_COLUMNS
 from phongbench.lowering import precision_named
 from phongbench.plan import preset
 from phongbench.probes import invariants, search
 from phongbench.probes.probing import Probing
-from phongbench.results import ACCURACY_COLUMNS, ACCURACY_KEY, WORST_COLUMNS
 
 CELL = ["approximation", "lambda_form", "space", "beta_policy", "alpha", "gamma", "precision"]
 PAIR = ["ax", "ay", "az", "bx", "by", "bz"]

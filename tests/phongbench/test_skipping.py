@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from phongbench import jit, kernels, skipping
+from phongbench import jit, kernels, skipping, vector_kernels
 from phongbench.approximations import REGISTRY
 from phongbench.lowering import FLOAT32, FLOAT64, Precision
 from phongbench.spec import Setting
@@ -18,14 +18,14 @@ def both(
 ) -> tuple[np.ndarray, np.ndarray]:
     spec = REGISTRY[name]
     a, b = (np.ascontiguousarray(v, precision.carrier) for v in (a, b))
-    plain = kernels.highlights(spec, form, setting, a, b, precision=precision)
+    plain = vector_kernels.highlights(spec, form, setting, a, b, precision=precision)
     row = np.append(
         kernels.coefficient_row(spec, setting, precision), precision.constant(skipping.limit(spec, setting, precision))
     )
     out = np.full_like(plain, np.nan)
     loop = skipping.skip_kernel(spec, form, setting, precision)
     table = kernels.table_row(spec, setting, precision)
-    kernels._call_pairs(jit.address(loop), kernels.read_only(a), kernels.read_only(b), row, table, out)
+    vector_kernels._call_pairs(jit.address(loop), kernels.read_only(a), kernels.read_only(b), row, table, out)
     return plain, out
 
 
@@ -64,7 +64,7 @@ def test_skipping_changes_no_bit_on_hostile_vectors_and_odd_counts(name: str, fo
 def test_the_share_of_lit_pairs_is_what_it_says_and_they_lie_together(lit: float) -> None:
     a, b = skipping.inputs(lit)(FLOAT32, 1, 4096)
     for name, form, setting in skipping.PAIRED:
-        shining = kernels.highlights(REGISTRY[name], form, setting, a, b) > 0
+        shining = vector_kernels.highlights(REGISTRY[name], form, setting, a, b) > 0
         assert shining.mean() == pytest.approx(lit, abs=1 / 4096)
         assert np.count_nonzero(np.diff(shining.astype(int))) <= 2
 

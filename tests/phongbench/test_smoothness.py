@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from phongbench import engine, laws
+from phongbench.columns import SMOOTHNESS_COLUMNS
 from phongbench.lowering import FLOAT16, FLOAT32, precision_named
 from phongbench.plan import Cell, preset
 from phongbench.probes import smoothness
 from phongbench.probes.probing import Probing
-from phongbench.results import SMOOTHNESS_COLUMNS
 from phongbench.spec import Setting
 
 

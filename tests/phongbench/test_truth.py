@@ -6,7 +6,8 @@ import pytest
 
 from phongbench import jit
 from phongbench.lowering import FLOAT64
-from phongbench.sampling import STRATA, pairs
+from phongbench.sampling import pairs
+from phongbench.strata import STRATA
 from phongbench.truth import exact_angle, exact_given, phong_of_deficit, truth_kernel
 
 

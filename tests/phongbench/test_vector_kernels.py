@@ -7,7 +7,7 @@ import re
 import numpy as np
 import pytest
 
-from phongbench import jit, kernels
+from phongbench import jit, kernels, vector_kernels
 from phongbench.approximations import REGISTRY, example
 from phongbench.errors import InputError
 from phongbench.lowering import FLOAT32, FLOAT64, Precision
@@ -41,8 +41,8 @@ def test_vectors_in_rows_and_components_in_rows_give_the_same_bits(name: str, pr
     a, b = vectors(20 if jit.DISABLED else 333)
     with np.errstate(all="ignore"):
         for form in spec.lambda_forms[:2]:
-            soa = kernels.highlights(spec, form, setting, a, b, precision=precision)
-            aos = kernels.highlights(spec, form, setting, a.T, b.T, precision=precision, layout="aos")
+            soa = vector_kernels.highlights(spec, form, setting, a, b, precision=precision)
+            aos = vector_kernels.highlights(spec, form, setting, a.T, b.T, precision=precision, layout="aos")
             assert soa.dtype == precision.carrier
             assert soa.tobytes() == aos.tobytes()
 
@@ -54,15 +54,15 @@ def test_a_kernel_without_its_gate_gives_the_same_bits_on_anything(name: str) ->
     assert not kernels.needs_gate(spec, "dot", setting)
     a, b = vectors(20 if jit.DISABLED else 3000)
     with np.errstate(all="ignore"):
-        found = kernels.highlights(spec, "dot", setting, a, b)
+        found = vector_kernels.highlights(spec, "dot", setting, a, b)
         cosine = (a.astype("f4") * b.astype("f4")).sum(axis=0)
     assert not found[~(cosine > -1e-6)].any()
     a32, b32 = (np.ascontiguousarray(v, np.float32) for v in (a, b))
     out = np.empty_like(found)
-    gated = kernels.pairs_kernel(spec, "dot", FLOAT32, kernels.known_values(spec, setting))
+    gated = vector_kernels.pairs_kernel(spec, "dot", FLOAT32, kernels.known_values(spec, setting))
     row, table = kernels.coefficient_row(spec, setting, FLOAT32), kernels.table_row(spec, setting, FLOAT32)
     with np.errstate(all="ignore"):
-        kernels._call_pairs(jit.address(gated), kernels.read_only(a32), kernels.read_only(b32), row, table, out)
+        vector_kernels._call_pairs(jit.address(gated), kernels.read_only(a32), kernels.read_only(b32), row, table, out)
     assert out.tobytes() == found.tobytes()
 
 
@@ -84,12 +84,12 @@ def test_a_kernel_that_lights_nan_keeps_its_gate() -> None:
 @pytest.mark.skipif(jit.DISABLED, reason="nothing is compiled")
 def test_read_only_and_writable_inputs_run_the_same_compiled_code() -> None:
     a, b = (np.ascontiguousarray(v, np.float32) for v in vectors(64))
-    kernels.highlights(LYON, "dot", EIGHT, a, b)
+    vector_kernels.highlights(LYON, "dot", EIGHT, a, b)
     frozen = a.copy()
     frozen.flags.writeable = False
     with jit.compilations() as compiled:
-        kernels.highlights(LYON, "dot", EIGHT, frozen, b)
-        kernels.highlights(LYON, "dot", EIGHT, a, b)
+        vector_kernels.highlights(LYON, "dot", EIGHT, frozen, b)
+        vector_kernels.highlights(LYON, "dot", EIGHT, a, b)
     assert compiled == []
     assert a.flags.writeable
 
@@ -97,18 +97,18 @@ def test_read_only_and_writable_inputs_run_the_same_compiled_code() -> None:
 @pytest.mark.parametrize(("layout", "shape"), [("soa", (4, 3)), ("aos", (3, 4)), ("soa", (3,))])
 def test_pairs_of_another_shape_are_refused(layout: str, shape: tuple[int, ...]) -> None:
     with pytest.raises(InputError, match="pairs of shape"):
-        kernels.highlights(LYON, "dot", EIGHT, np.zeros(shape), np.zeros(shape), layout=layout)
+        vector_kernels.highlights(LYON, "dot", EIGHT, np.zeros(shape), np.zeros(shape), layout=layout)
 
 
 def assembly(name: str, form: str, layout: str, setting: Setting) -> tuple[str, str]:
     spec = REGISTRY[name]
     gated = kernels.needs_gate(spec, form, setting)
     known = kernels.known_values(spec, setting)
-    return jit.code(kernels.pairs_kernel(spec, form, FLOAT32, known, layout=layout, gated=gated))
+    return jit.code(vector_kernels.pairs_kernel(spec, form, FLOAT32, known, layout=layout, gated=gated))
 
 
 @x86_only
-@pytest.mark.parametrize("layout", kernels.LAYOUTS)
+@pytest.mark.parametrize("layout", vector_kernels.LAYOUTS)
 @pytest.mark.parametrize(("name", "form"), [("phong", "none"), *(("lyon", f) for f in ("dot", "difference", "cross"))])
 def test_from_vectors_to_highlight_everything_is_packed_float32(name: str, form: str, layout: str) -> None:
     llvm, asm = assembly(name, form, layout, EIGHT if name == "lyon" else Setting(50.0))

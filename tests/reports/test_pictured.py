@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from phongbench.results import COLUMNS
+from phongbench.columns import COLUMNS
 from phongbench_reports.drawing import Plate, ink
 from phongbench_reports.pictured import SECTIONS, errors, lobe_law, saved
 from phongbench_reports.study import Absent, Study

@@ -14,6 +14,7 @@ import numpy as np
 from phongbench import sampling
 from phongbench.errors import PhongbenchError
 from phongbench.lowering import FLOAT32
+from phongbench.strata import STRATA
 
 #: pairs of the large request
 PAIRS = 1_000_000
@@ -62,7 +63,7 @@ class Line:
 
 def moving(port: int, rounds: int) -> list[dict[str, Any]]:
     """`POST /v1/specular` with a million pairs in float32 against an echo of as many bytes in and out."""
-    stratum = next(s for s in sampling.STRATA if s.name == "highlight")
+    stratum = next(s for s in STRATA if s.name == "highlight")
     a, b = sampling.pairs(stratum, FLOAT32, seed=_SEED, start=0, count=PAIRS, scale=1 / 50)
     body = np.ascontiguousarray(np.stack([a.T, b.T]), "<f4").tobytes()
     echo = Ask("POST", f"/echo?answer={4 * PAIRS}", body)

@@ -7,7 +7,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phongbench import jit, kernels
-from phongbench.kernels import coordinates_at, values_at
 from phongbench.lowering import Precision, precision_named
 from phongbench.plan import Cell
 from phongbench.spec import Approximation, Setting
@@ -17,10 +16,7 @@ Array = NDArray[Any]
 
 def coordinates(precision: Precision, a: Array, b: Array) -> Array:
     """The coordinate block of pairs of shape (3, n), which are rounded to the precision first."""
-    held_a, held_b = (np.ascontiguousarray(precision.rounded(v)) for v in (a, b))
-    block = np.empty((kernels.COORDINATE_ROWS, a.shape[1]), precision.carrier)
-    _coordinates(jit.address(kernels.coordinates_kernel(precision)), held_a, held_b, block)
-    return block
+    return kernels.coordinates(precision, *(np.ascontiguousarray(precision.rounded(v)) for v in (a, b)))
 
 
 def values(spec: Approximation, cell: Cell, block: Array, setting: Setting | None = None) -> Array:
@@ -34,7 +30,7 @@ def values(spec: Approximation, cell: Cell, block: Array, setting: Setting | Non
     with np.errstate(all="ignore"):  # infinite coefficients are what some settings ask for
         row, table = kernels.coefficient_row(spec, setting, precision), kernels.table_row(spec, setting, precision)
     gate = kernels.COSINE_ROW if cell.gated else kernels.OPEN_ROW
-    _values(jit.address(kernel), coordinate(cell, block), block[gate], row, table, out)
+    kernels.fill_values(jit.address(kernel), coordinate(cell, block), block[gate], row, table, out)
     return out
 
 
@@ -56,13 +52,3 @@ def spread(cells: Sequence[Cell], wanted: Setting) -> list[int]:
         if key not in nearest or far < nearest[key][0]:
             nearest[key] = (far, position)
     return sorted(position for _, position in nearest.values())
-
-
-@jit.driver
-def _coordinates(address: int, a: Array, b: Array, out: Array) -> None:
-    coordinates_at(address, a)(a, b, out)
-
-
-@jit.driver
-def _values(address: int, coordinate: Array, gate: Array, coefficients: Array, table: Array, out: Array) -> None:
-    values_at(address, coordinate)(coordinate, gate, coefficients, table, out)
