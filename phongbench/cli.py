@@ -16,6 +16,7 @@ from phongbench.commands.installation import approximations, doctor
 from phongbench.commands.pictures import render
 from phongbench.commands.runs import compare, list_runs, show_run, verify
 from phongbench.commands.serving import serving
+from phongbench.commands.shaders import shader
 from phongbench.commands.shading import shade
 from phongbench.errors import (
     CorruptRunError,
@@ -82,8 +83,8 @@ def _serve(**wishes: Any) -> None:
 
 
 for command in (
-    list_runs, show_run, verify, compare, front, recommend, claims, approximations, doctor, bench, shade, render,
-    serving(_serve),
+    list_runs, show_run, verify, compare, front, recommend, claims, approximations, doctor, bench, shade, shader,
+    render, serving(_serve),
 ):  # fmt: skip
     main.add_command(command)
 

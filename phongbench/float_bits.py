@@ -137,7 +137,7 @@ def scaled(x: float, s: float) -> float:
 
 @primitive(float32=_from_linear_32, float64=_from_linear_64)
 def from_linear(t: float) -> float:
-    """The number whose `powers.linear_log2` is t; its power of two must be normal."""
+    """The number whose `linear_log2` is t; its power of two must be normal."""
     given: Any = t
     exact = float(given) if isinstance(given, np.floating) else given
     k = math.floor(exact)
