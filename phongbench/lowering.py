@@ -25,6 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phongbench import intrinsics, jit
+from phongbench.bodies import BodyText
 from phongbench.errors import KernelError
 from phongbench.precisions import (
     BFLOAT16,
@@ -103,7 +104,7 @@ class _Lowering:
     """Partial evaluation of one body. `kind` of an expression is "int", "float", "bool" or "table"."""
 
     def __init__(self, body: Body, precision: Precision, known: dict[str, int]) -> None:
-        self.body, self.precision = body, precision
+        self.body, self.precision, self.text = body, precision, BodyText(body)
         self.given, self.known = known, dict[str, Any](known)
         self.kinds: dict[str, str] = {}
         rounding, more = precision.rounding or (None, ())
@@ -121,29 +122,18 @@ class _Lowering:
             "_select": intrinsics.select,
             "_entry": intrinsics.entry,
         }
-        try:
-            lines, self.first_line = inspect.getsourcelines(body)
-        except (OSError, TypeError) as problem:
-            raise KernelError(
-                f"the source of {body!r} cannot be read", None, "define the kernel in a file"
-            ) from problem
-        tree = ast.parse(textwrap.dedent("".join(lines))).body[0]
-        if not isinstance(tree, ast.FunctionDef):
-            raise KernelError(f"{body!r} is not a plain function", None, "define the kernel with def")
-        self.definition = tree
-        self.scope = {**vars(__import__("builtins")), **body.__globals__, **inspect.getclosurevars(body).nonlocals}
 
     def function(self) -> Body:
         missing = [n for n in known_arguments(self.body) if n not in self.known]
         if missing:
             raise KernelError(f"{self.body.__name__} needs a known value of {', '.join(missing)}")
-        arguments = [a.arg for a in self.definition.args.args if a.arg not in self.known]
-        for a in self.definition.args.args:
+        arguments = [a.arg for a in self.text.definition.args.args if a.arg not in self.known]
+        for a in self.text.definition.args.args:
             annotation = ast.unparse(a.annotation) if a.annotation else "float"
             self.kinds[a.arg] = "table" if annotation.endswith("Table") else "float"
         words = [self.body.__name__, self.precision.name, *(f"{k}{v}" for k, v in self.known.items())]
         name = "_".join(words).replace("-", "m").replace(".", "_")
-        statements = self._block(self.definition.body)
+        statements = self._block(self.text.definition.body)
         text = f"def {name}({', '.join(arguments)}):\n" + textwrap.indent(
             "\n".join(map(ast.unparse, statements)), "    "
         )
@@ -184,7 +174,7 @@ class _Lowering:
                     self.known[target] = step
                     done += self._block(body)
                 return done
-        raise self._refusal(node, f"a {type(node).__name__} statement")
+        raise self.text.refusal(node, f"a {type(node).__name__} statement")
 
     def _assign(self, target: str, value: ast.expr) -> list[ast.stmt]:
         folded, number = self._fold(value)
@@ -242,7 +232,7 @@ class _Lowering:
                 return _call("_entry", ast.Name(name, ast.Load()), self._expression(index)[0]), "float"
             case ast.Call(func=function, args=arguments, keywords=[]):
                 return self._call(node, function, arguments)
-        raise self._refusal(node, f"`{ast.unparse(node)}`")
+        raise self.text.refusal(node, f"`{ast.unparse(node)}`")
 
     def _arithmetic(self, node: ast.BinOp) -> tuple[ast.expr, str]:
         left, right = self._expression(node.left), self._expression(node.right)
@@ -264,7 +254,7 @@ class _Lowering:
         return (self._rounded(chosen) if self.precision.saturates else chosen), "float"
 
     def _call(self, node: ast.Call, function: ast.expr, arguments: list[ast.expr]) -> tuple[ast.expr, str]:
-        callee = self._resolve(function)
+        callee = self.text.resolve(function)
         if callee is abs:
             return _call("abs", self._float(arguments[0])), "float"
         if callee is len and isinstance(arguments[0], ast.Name):
@@ -274,13 +264,13 @@ class _Lowering:
         if callee is float:
             return self._float(arguments[0]), "float"
         if not inspect.isfunction(callee):
-            raise self._refusal(node, f"a call of {ast.unparse(function)}")
+            raise self.text.refusal(node, f"a call of {ast.unparse(function)}")
         return self._call_body(node, callee, arguments)
 
     def _call_body(self, node: ast.Call, callee: Body, arguments: list[ast.expr]) -> tuple[ast.expr, str]:
         names = list(inspect.signature(callee).parameters)
         if len(names) != len(arguments):
-            raise self._refusal(
+            raise self.text.refusal(
                 node, f"a call of {callee.__name__} with {len(arguments)} arguments instead of {len(names)}"
             )
         bound = {
@@ -315,17 +305,13 @@ class _Lowering:
         names = {n.id for n in ast.walk(node) if isinstance(n, ast.Name)}
         if any(n in self.kinds and n not in self.known for n in names):
             return False, None
-        scope = {**self.scope, **self.known}
-        try:
-            value = eval(compile(ast.fix_missing_locations(ast.Expression(node)), "<known>", "eval"), scope)
-        except (ArithmeticError, AttributeError, LookupError, NameError, TypeError, ValueError) as problem:
-            raise self._refusal(node, f"`{ast.unparse(node)}` ({problem})") from problem
+        value = self.text.value(node, self.known)
         return isinstance(value, int | float | bool | np.number), value
 
     def _known_value(self, node: ast.expr, what: str) -> int:
         folded, value = self._fold(node)
         if not folded:
-            raise self._refusal(node, f"{what} is not known when compiling: `{ast.unparse(node)}`")
+            raise self.text.refusal(node, f"{what} is not known when compiling: `{ast.unparse(node)}`")
         return int(value)
 
     def _constant(self, value: float) -> ast.expr:
@@ -335,21 +321,6 @@ class _Lowering:
 
     def _is_table(self, node: ast.expr) -> bool:
         return isinstance(node, ast.Name) and self.kinds.get(node.id) == "table"
-
-    def _resolve(self, function: ast.expr) -> Any:
-        try:
-            return eval(ast.unparse(function), dict(self.scope))
-        except (NameError, AttributeError) as problem:
-            raise self._refusal(function, str(problem)) from problem
-
-    def _refusal(self, node: ast.AST, what: str) -> KernelError:
-        line = self.first_line + getattr(node, "lineno", 1) - 1
-        where = f"{inspect.getsourcefile(self.body)}:{line}"
-        return KernelError(
-            f"{what} cannot be compiled in the kernel {self.body.__name__}",
-            where,
-            "kernels use + - * /, comparisons, conditional expressions and the helpers of phongbench.powers",
-        )
 
 
 def _call(name: str, *arguments: ast.expr) -> ast.Call:

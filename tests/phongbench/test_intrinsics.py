@@ -1,6 +1,11 @@
 """Operations mean the same compiled and plain."""
 
+import os
+import subprocess
+import sys
+
 import numpy as np
+import pytest
 
 from phongbench import intrinsics, jit
 
@@ -85,3 +90,13 @@ def test_operations_are_plain_functions_too():
     assert intrinsics.round_to_half(3) == 3
     assert intrinsics.select(True, 1, 2) == 1
     assert intrinsics.float64_bits(1.0) == 0x3FF0000000000000
+
+
+@pytest.mark.parametrize("first", ["intrinsics", "precisions"])
+def test_whoever_is_imported_first_the_vector_width_is_chosen_before_numba_is_imported(first):
+    def width(module):
+        code = f"import phongbench.{module}, numba; print(numba.config.CPU_NAME, numba.config.CPU_FEATURES)"
+        environment = {name: value for name, value in os.environ.items() if not name.startswith("NUMBA_CPU")}
+        return subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, check=True).stdout
+
+    assert width(first) == width("jit")

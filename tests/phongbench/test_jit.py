@@ -1,9 +1,11 @@
 """The one place that names numba's flags: its cache goes where it may, and changes with what is compiled."""
 
 import os
+import shutil
 import subprocess
 import sys
 import warnings
+from pathlib import Path
 
 import numba
 import pytest
@@ -44,6 +46,27 @@ def test_the_folders_name_changes_with_the_sources(tmp_path, monkeypatch):
         jit.cache_folder.cache_clear()
         monkeypatch.setattr(numba, "__version__", "0.0.0")
         assert jit.cache_folder().name != first
+    finally:
+        jit.cache_folder.cache_clear()
+
+
+@pytest.mark.parametrize(
+    ("name", "compiled"),
+    [("intrinsics.py", True), ("kernels.py", True), ("vectors.py", True), ("powers.py", True), ("polynomials.py", True),
+     ("cli.py", False)],
+)  # fmt: skip
+def test_the_folders_name_changes_with_every_file_that_drivers_are_made_of(tmp_path, monkeypatch, name, compiled):
+    package = tmp_path / "phongbench"
+    shutil.copytree(Path(jit.__file__).parent, package, ignore=shutil.ignore_patterns("__pycache__"))
+    monkeypatch.setenv("PHONGBENCH_CACHE", str(tmp_path))
+    monkeypatch.setattr(jit, "__file__", str(package / "jit.py"))
+    try:
+        jit.cache_folder.cache_clear()
+        before = jit.cache_folder()
+        with (package / name).open("a") as file:
+            file.write("# another line\n")
+        jit.cache_folder.cache_clear()
+        assert (jit.cache_folder() != before) is compiled
     finally:
         jit.cache_folder.cache_clear()
 
