@@ -31,10 +31,14 @@ _TABLES = ("ledger", "skips", "tracers", "formulas", "left_out")
 @click.option(
     "--out",
     type=click.Path(path_type=Path),
-    help="Where to write: .png, or .npy (linear float32).  [default: SCENE.png]",
+    help="Where to write: .png; .npy or .exr (linear float32).  [default: SCENE.png]",
 )
 @click.option("--size", type=Size(), metavar="WxH", help="Pixels.  [default: the scene's]")
 @click.option("--specular", metavar="NAME[:form[:gamma]]", help="Formula of the specular term, e.g. lyon:difference:8.")
+@click.option(
+    "--with", "files", multiple=True, type=click.Path(path_type=Path), metavar="FILE.py",
+    help="Add your own formula, which --specular and the scene's materials may then name. Repeatable.",
+)  # fmt: skip
 @click.option("--model", type=click.Choice(["phong", "blinn-phong"]), default="phong", show_default=True)
 @click.option("--depth", type=int, metavar="N", help="Reflections in a row.  [default: the scene's]")
 @click.option("--supersampling", type=int, metavar="N", help="N x N samples for each pixel.  [default: the scene's]")
@@ -49,7 +53,7 @@ _TABLES = ("ledger", "skips", "tracers", "formulas", "left_out")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON document.")
 def render(
     scene: str | None, specular: str | None, skip: bool, exact: bool, bench: bool, formulas: bool, listing: bool,
-    as_json: bool, **wishes: Any,
+    as_json: bool, files: tuple[Path, ...], **wishes: Any,
 ) -> None:  # fmt: skip
     """Draw a scene from a TOML file, or a shipped one by its name, and tell what was left out.
 
@@ -59,8 +63,10 @@ def render(
       phongbench render chequerboard --out picture.png --size 1280x720
       phongbench render test-card --specular lyon:difference:8 --compare --out triple.png
       phongbench render test-card --formulas
+      phongbench render my-scene.toml --with my_highlight.py --specular my-highlight:dot:8 --out picture.exr
       phongbench render many-lights --bench
     """
+    from phongbench.approximations import registry_with
     from phongbench.scene import showing
     from phongbench.terminal import TerminalProgress, table
 
@@ -72,7 +78,9 @@ def render(
         raise click.UsageError("name a scene: a TOML file, or one of those that --list shows")
     if (bench or formulas) and (wishes["compare"] or wishes["out"]):
         raise click.UsageError("--bench and --formulas draw no picture: leave --compare and --out away")
-    wanted = showing.Wish(scene, specular=specular, skip=skip, exact=exact, **wishes)
+    wanted = showing.Wish(
+        scene, specular=specular, skip=skip, exact=exact, registry=registry_with(files), **wishes
+    )  # fmt: skip
     with TerminalProgress(quiet=as_json) as progress:
         found = (showing.measure if bench else showing.judge if formulas else showing.draw)(wanted, progress)
     tables = [lambda name=name: table(name, *grid(readable(found, name))) for name in _TABLES if found.get(name)]

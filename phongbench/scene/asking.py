@@ -98,13 +98,8 @@ class RenderRequest:
             "model": self.model, "thrift": self.thrift, "threads": threads, "tile": tile, "cancelled": cancelled,
         }  # fmt: skip
         done = render(self.scene, specular=self.specular, **wishes)
-        exact = render(plain(self.scene), specular=_PHONG, **wishes) if self.compare else None
+        exact = render(self.scene.exact(), specular=_PHONG, **wishes) if self.compare else None
         return Drawn(self.scene.name, done, exact)
-
-
-def plain(scene: Scene) -> Scene:
-    """The scene with exact Phong for every material, whatever formula it names."""
-    return replace(scene, materials=tuple(replace(material, specular=None) for material in scene.materials))
 
 
 def render_request(document: Any, most_triangles: int = MOST_TRIANGLES) -> RenderRequest:

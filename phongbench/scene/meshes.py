@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from phongbench import objfile, surfaces
 from phongbench.errors import InputError
 from phongbench.lighting import Material as Reflection
+from phongbench.lighting import Specular
 from phongbench.materials import Material as Named
 from phongbench.materials import read_mtl
 from phongbench.scene.documents import Table
@@ -152,5 +153,6 @@ def _index(named: Named, materials: list[Material]) -> int:
     """Where the material stands in the scene's list, which it is appended to if it is new."""
     new = Material(named.name, Reflection.of(named))
     if new not in materials:
+        Specular().resolved("phong", new.reflection.highlight_exponent)  # InputError for a shininess near 0
         materials.append(new)
     return materials.index(new)

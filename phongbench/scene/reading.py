@@ -7,6 +7,7 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
+from phongbench.approximations import REGISTRY
 from phongbench.errors import InputError, UnknownNameError
 from phongbench.lighting import Light, Specular
 from phongbench.lighting import Material as Reflection
@@ -32,6 +33,7 @@ from phongbench.scene.parts import (
     Sphere,
 )
 from phongbench.scene.views import check_camera
+from phongbench.spec import Approximation
 
 #: brightest that a light's colour times its intensity may be
 BRIGHTEST = 1e6
@@ -47,15 +49,16 @@ def examples() -> dict[str, str]:
     return {name: texts[name].splitlines()[0].lstrip("# ") for name in sorted(texts)}
 
 
-def read_scene(name: str | Path) -> Scene:
+def read_scene(name: str | Path, registry: Mapping[str, Approximation] = REGISTRY) -> Scene:
     """A scene from a TOML or JSON file, or a shipped one by its name.
 
+    registry  the approximations that its materials may name
     Raises InputError, with file, line and key, for what is unknown, missing, malformed, or cannot be drawn.
     """
     path = Path(name)
     if path.suffix.lower() in (".toml", ".json"):
         data, source = load(path)
-        return scene_of(data, path.stem, source, path.parent)
+        return scene_of(data, path.stem, source, path.parent, registry=registry)
     if str(name) not in examples():
         raise UnknownNameError("scene", name, examples(), "give a shipped scene, or a file that ends in .toml or .json")
     with resources.as_file(resources.files(__package__) / "examples" / f"{name}.toml") as shipped:
@@ -65,16 +68,17 @@ def read_scene(name: str | Path) -> Scene:
 
 def scene_of(
     data: Mapping[str, Any], name: str, source: Source | None = None, folder: Path | None = None,
-    most_triangles: int = MOST_TRIANGLES,
+    most_triangles: int = MOST_TRIANGLES, registry: Mapping[str, Approximation] = REGISTRY,
 ) -> Scene:  # fmt: skip
     """A scene from a document's data.
 
     source          where the data came from; None for data that is no file's
     folder          where its mesh files lie; None forbids files: a document from afar names none
     most_triangles  of all its meshes; what goes beyond is refused as soon as it is made
+    registry        the approximations that its materials may name
     """
     top = Table(data, source or Source())
-    materials, palette = _materials(top.named("materials"))
+    materials, palette = _materials(top.named("materials"), registry)
     found: list[Object] = []
     for table in top.tables("objects", MOST_OBJECTS):
         found += _object(table, materials, palette, folder)
@@ -170,14 +174,14 @@ def _light(table: Table) -> Light:
     return light
 
 
-def _materials(tables: dict[str, Table]) -> tuple[list[Material], Palette]:
+def _materials(tables: dict[str, Table], registry: Mapping[str, Approximation]) -> tuple[list[Material], Palette]:
     """The plain materials and, by name, what an object may ask for."""
     materials: list[Material] = []
     palette: Palette = {}
     for name, table in tables.items():
         if not table.has("chequerboard"):
             palette[name] = len(materials)
-            materials.append(_material(name, table))
+            materials.append(_material(name, table, registry))
             table.finish()
     for name, table in tables.items():
         if table.has("chequerboard"):
@@ -186,7 +190,7 @@ def _materials(tables: dict[str, Table]) -> tuple[list[Material], Palette]:
     return materials, palette
 
 
-def _material(name: str, table: Table) -> Material:
+def _material(name: str, table: Table, registry: Mapping[str, Approximation]) -> Material:
     base = _CLASSIC[table.text("like", among=_CLASSIC)] if table.has("like") else Named(name)
     specular = None
     if table.has("approximation"):
@@ -198,7 +202,21 @@ def _material(name: str, table: Table) -> Material:
     )  # fmt: skip
     if max(reflection.specular) > 0 and reflection.shininess == 0:
         raise table.fault("a highlight needs a shininess", "specular", "add e.g.: shininess = 50")
-    return Material(name, reflection, table.number("reflectivity", 0.0, 0.0, 1.0), specular)
+    made = Material(name, reflection, table.number("reflectivity", 0.0, 0.0, 1.0), specular)
+    _check_formula(made, table, registry)
+    return made
+
+
+def _check_formula(material: Material, table: Table, registry: Mapping[str, Approximation]) -> None:
+    """Raise InputError, naming the line, for a formula that is unknown or does not take the material's shininess."""
+    try:
+        (material.specular or Specular()).resolved("phong", material.reflection.highlight_exponent, registry)
+    except InputError as problem:
+        key = "shininess" if problem.where == "material.shininess" else "approximation"
+        if (problem.where or "").startswith(("material.", "specular.")):
+            problem.where = None  # its place is the line
+        with table.blamed(key):
+            raise problem
 
 
 def _chequerboard(table: Table, palette: Palette) -> Chequerboard:
