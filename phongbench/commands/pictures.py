@@ -16,7 +16,7 @@ class Size(click.ParamType[Any]):
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         """`1280x720` -> (1280, 720)."""
-        found = re.fullmatch(r"(\d{1,6})x(\d{1,6})", value) if isinstance(value, str) else None
+        found = re.fullmatch(r"([0-9]{1,9})x([0-9]{1,9})", value) if isinstance(value, str) else None
         if not found:
             self.fail(f"{value!r} is not a size; write e.g. 1280x720", param, ctx)
         return int(found[1]), int(found[2])
@@ -78,6 +78,8 @@ def render(
         raise click.UsageError("name a scene: a TOML file, or one of those that --list shows")
     if (bench or formulas) and (wishes["compare"] or wishes["out"]):
         raise click.UsageError("--bench and --formulas draw no picture: leave --compare and --out away")
+    if formulas and wishes["model"] != "phong":
+        raise click.UsageError("--formulas compares with exact Phong: leave --model away")
     wanted = showing.Wish(
         scene, specular=specular, skip=skip, exact=exact, registry=registry_with(files), **wishes
     )  # fmt: skip

@@ -89,13 +89,16 @@ def drawn(plan: Plan, registry: Mapping[str, Approximation] = REGISTRY) -> list[
 
 
 def _tell(probing: Probing, errors: list[dict[str, Any]]) -> None:
-    """Note of the user's own formulas why some are not in some pictures, each reason once, with its first scene."""
-    told: dict[tuple[str, str], str] = {}
+    """A note for each of the user's own formulas that is missing in pictures: in how many, and why in the first."""
+    missing: dict[str, list[dict[str, Any]]] = {}
     for row in errors:
         if row["left_out"] and row["approximation"] not in REGISTRY:
-            told.setdefault((row["approximation"], row["left_out"]), row["scene"])
-    for (name, why), scene in told.items():
-        probing.note(f"{name} is left out of a picture of {scene}: {why}")
+            missing.setdefault(row["approximation"], []).append(row)
+    for name, rows in missing.items():
+        drawn = sum(row["approximation"] == name for row in errors)
+        probing.note(
+            f"{name} is left out of {len(rows)} of {drawn} pictures; {rows[0]['scene']}: {rows[0]['left_out']}"
+        )
 
 
 def _row(

@@ -1,6 +1,7 @@
 """Pictures as people see them: sRGB codes, how far two pictures are apart, and files."""
 
 import math
+import os
 from dataclasses import asdict, dataclass
 from importlib.util import find_spec
 from io import BytesIO
@@ -11,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phongbench import __version__
-from phongbench.errors import InputError
+from phongbench.errors import InputError, StorageError
 
 Array = NDArray[Any]
 
@@ -94,7 +95,7 @@ def _refuse(bad: NDArray[np.bool_], are: str) -> None:
     if pixels.any():
         row, column = (int(i) for i in np.argwhere(pixels)[0])
         what = f"{int(pixels.sum())} of {pixels.size} pixels {are}, the first in column {column} of row {row}"
-        raise InputError(what, None, "write .npy or .exr to look at them; a formula must be a number everywhere")
+        raise InputError(what, None, "a formula is not finite everywhere, or a light is brighter than any number")
 
 
 def flip_error(exact: Array, other: Array) -> float | None:
@@ -130,10 +131,13 @@ def triple(exact: Array, other: Array, factor: float | None = None) -> NDArray[n
 
 
 def check_writable(path: Path) -> None:
-    """Raise InputError, saying how to mend it, for a suffix that no picture has, or an EXR without its library.
+    """To be asked before a picture is drawn: raise what would keep it from being written.
 
-    To be asked before a picture is drawn.
+    InputError for a suffix that no picture has, or an EXR without its library; StorageError for a folder's name, and
+    for a place that cannot be written to.
     """
+    from phongbench.results import storage
+
     suffix = path.suffix.lower()
     if suffix not in SUFFIXES:
         mend = f"use one of {', '.join(SUFFIXES)}"
@@ -141,6 +145,12 @@ def check_writable(path: Path) -> None:
     if suffix == ".exr" and find_spec("OpenEXR") is None:
         mend = "install it: pip install 'phongbench[scene]', or write .npy"
         raise InputError(".exr is written by OpenEXR, which is not installed", str(path), mend)
+    with storage(path):
+        if path.is_dir():
+            raise StorageError("cannot write: it is a folder", str(path), "name a file in it")
+        home = next(folder for folder in path.absolute().parents if folder.exists())
+        if not (home.is_dir() and os.access(home, os.W_OK | os.X_OK)):
+            raise StorageError(f"cannot write: nothing can be put into {home}", str(path), "choose another folder")
 
 
 def save(path: Path, picture: Array) -> None:

@@ -60,7 +60,9 @@ def read_scene(name: str | Path, registry: Mapping[str, Approximation] = REGISTR
         data, source = load(path)
         return scene_of(data, path.stem, source, path.parent, registry=registry)
     if str(name) not in examples():
-        raise UnknownNameError("scene", name, examples(), "give a shipped scene, or a file that ends in .toml or .json")
+        problem = UnknownNameError("scene", name, examples())
+        problem.mend = f"{problem.mend}; or give a file whose name ends in .toml or .json"
+        raise problem
     with resources.as_file(resources.files(__package__) / "examples" / f"{name}.toml") as shipped:
         data, source = load(shipped)
         return scene_of(data, str(name), Source(f"{name}.toml", source.text), shipped.parent)
@@ -124,7 +126,18 @@ def check_size(width: int, height: int) -> tuple[int, int]:
     return width, height
 
 
+def wanted_size(table: Table, default: tuple[int, int]) -> tuple[int, int]:
+    """The `size` of a table, if a picture may have it."""
+    width, height = table.numbers("size", 2, default, 1, MOST_PIXELS)
+    if width % 1 or height % 1:
+        raise table.fault("a size is two whole numbers", "size", "write [width, height]")
+    with table.blamed("size"):
+        return check_size(int(width), int(height))
+
+
 def _camera(table: Table) -> Camera:
+    if not table.data:
+        raise table.fault("position and target of the camera are missing", None, "add: [camera]")
     position, target = table.vector("position"), table.vector("target")
     camera = Camera(
         position, target, table.direction("up", (0.0, 1.0, 0.0)), table.number("field_of_view", 45.0, 1, 170)
@@ -140,11 +153,8 @@ def _camera(table: Table) -> Camera:
 
 
 def _picture(table: Table) -> Picture:
-    width, height = (int(n) for n in table.numbers("size", 2, (640, 360), 1, MOST_PIXELS))
-    with table.blamed("size"):
-        check_size(width, height)
     picture = Picture(
-        (width, height), table.whole("depth", 3, 0, MOST_DEPTH),
+        wanted_size(table, (640, 360)), table.whole("depth", 3, 0, MOST_DEPTH),
         table.whole("supersampling", 1, 1, MOST_SUPERSAMPLING), table.flag("shadows", False),
     )  # fmt: skip
     table.finish()
@@ -165,10 +175,10 @@ def _light(table: Table) -> Light:
         light = Light(direction=table.direction("direction"), diffuse=diffuse, specular=specular)
     else:
         reach = table.number("reach", None, 1e-6) if table.has("reach") else None
+        position, attenuation = table.vector("position"), table.numbers("attenuation", 3, (1.0, 0.0, 0.0), 0.0)
         with table.blamed("attenuation"):
             light = Light(
-                position=table.vector("position"), attenuation=table.numbers("attenuation", 3, (1.0, 0.0, 0.0), 0.0),
-                reach=reach, diffuse=diffuse, specular=specular,
+                position=position, attenuation=attenuation, reach=reach, diffuse=diffuse, specular=specular
             )  # fmt: skip
     table.finish()
     return light
@@ -194,8 +204,9 @@ def _material(name: str, table: Table, registry: Mapping[str, Approximation]) ->
     base = _CLASSIC[table.text("like", among=_CLASSIC)] if table.has("like") else Named(name)
     specular = None
     if table.has("approximation"):
+        text = table.text("approximation")
         with table.blamed("approximation"):
-            specular = specular_of(table.text("approximation"))
+            specular = specular_of(text)
     reflection = Reflection(
         table.colour("ambient", base.ambient), table.colour("diffuse", base.diffuse),
         table.colour("specular", base.specular), table.number("shininess", base.shininess, 0.0, 1e5),

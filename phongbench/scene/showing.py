@@ -105,6 +105,8 @@ def judge(wish: Wish, progress: Progress = _SILENT) -> dict[str, Any]:
     arguments = {name: value for name, value in wish.arguments().items() if name != "model"}
     rows = formulas.compare(scene, asked, progress=progress, **arguments)
     drawn = [{k: v for k, v in row.items() if k != "left_out"} for row in rows if not row["left_out"]]
+    if wish.specular is not None and not drawn:
+        raise InputError(rows[0]["left_out"], None, "ask for another formula, or leave --specular away")
     left_out = [{"formula": formulas.name_of(row), "why": row["left_out"]} for row in rows if row["left_out"]]
     return {"scene": scene.name, "formulas": drawn, "left_out": left_out}
 

@@ -75,6 +75,24 @@ def test_the_shipped_scenes_are_listed() -> None:
     assert {row["scene"] for row in json.loads(done.stdout)} == set(examples())
 
 
+def test_exr_holds_what_npy_holds(tmp_path: Path) -> None:
+    library = pytest.importorskip("OpenEXR", reason="OpenEXR (extra `scene`) is not installed")
+    for name in ("a.npy", "a.exr"):
+        assert render("test-card", "--size", "32x18", "--out", tmp_path / name).exit_code == 0
+    with library.File(str(tmp_path / "a.exr")) as file:
+        assert np.array_equal(file.channels()["RGB"].pixels, np.load(tmp_path / "a.npy"))
+
+
+@pytest.mark.parametrize("out", ["folder.png", "file/a.png"])
+def test_where_nothing_can_be_written_nothing_is_drawn(tmp_path: Path, out: str) -> None:
+    (tmp_path / "folder.png").mkdir()
+    (tmp_path / "file").write_text("")
+    done = render("test-card", "--size", "8x8", "--out", tmp_path / out)
+    assert done.exit_code == 5
+    assert "cannot write" in done.stderr
+    assert "render test-card" not in done.stderr
+
+
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
@@ -88,7 +106,12 @@ def test_the_shipped_scenes_are_listed() -> None:
         (("test-card", "--supersampling", "0"), "supersampling"),
         (("test-card", "--specular", "lion"), "did you mean 'lyon'"),
         (("test-card", "--specular", "lyon:dot:7"), "not a power of two"),
+        (("test-card", "--specular", "lyon:dot"), "lyon needs a gamma"),
         (("test-card", "--specular", "lyon:diff:8"), "unknown lambda form of lyon 'diff'"),
+        (("test-card", "--formulas", "--specular", "lion"), "unknown approximation 'lion'"),
+        (("test-card", "--formulas", "--model", "blinn-phong"), "leave --model away"),
+        (("test-card", "--compare", "--out", "a.npy"), "write it as .png"),
+        (("test-card", "--with", "absent.py"), "absent.py"),
         (("test-card", "--skip", "--exact", "--bench", "--compare"), "--bench"),
     ],
 )
