@@ -107,7 +107,7 @@ def test_an_exr_holds_every_bit_and_says_what_its_numbers_are(tmp_path: Path) ->
     pictures.save(tmp_path / "new" / "A.EXR", picture)
     assert [path.name for path in (tmp_path / "new").iterdir()] == ["A.EXR"]
     with library.File(str(tmp_path / "new" / "A.EXR"), separate_channels=True) as file:
-        header, names = file.header(), set(file.channels())
+        header, names = dict(file.header()), set(file.channels())
         back = np.stack([file.channels()[name].pixels for name in "RGB"], axis=2)
     assert names == {"R", "G", "B"}
     assert back.dtype == np.float32
