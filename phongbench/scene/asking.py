@@ -16,8 +16,9 @@ from numpy.typing import NDArray
 from phongbench.errors import InputError, UnknownNameError
 from phongbench.lighting import MODELS, Specular
 from phongbench.scene import pictures
-from phongbench.scene.documents import Source, Table
+from phongbench.scene.documents import Table
 from phongbench.scene.parts import MOST_DEPTH, MOST_SUPERSAMPLING, MOST_TRIANGLES, Mesh, Scene
+from phongbench.scene.places import Source
 from phongbench.scene.reading import examples, read_scene, scene_of, specular_of, wanted_size
 from phongbench.scene.rendering import TILE, Rendered, render
 from phongbench.scene.thrift import Thrift

@@ -14,7 +14,7 @@ from phongbench.lighting import Material as Reflection
 from phongbench.materials import OPENGL
 from phongbench.materials import Material as Named
 from phongbench.scene import meshes
-from phongbench.scene.documents import Source, Table, load
+from phongbench.scene.documents import Table, load
 from phongbench.scene.parts import (
     MOST_DEPTH,
     MOST_LIGHTS,
@@ -32,6 +32,7 @@ from phongbench.scene.parts import (
     Scene,
     Sphere,
 )
+from phongbench.scene.places import Source
 from phongbench.scene.views import check_camera
 from phongbench.spec import Approximation
 

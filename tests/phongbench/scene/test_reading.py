@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from phongbench.errors import InputError
-from phongbench.scene.documents import line_of
 from phongbench.scene.parts import Mesh, Plane, Scene, Sphere
+from phongbench.scene.places import line_of
 from phongbench.scene.reading import examples, read_scene, scene_of, specular_of
 
 Written = Callable[[str], Scene]
