@@ -131,5 +131,8 @@ def _of_material(material: Material, formula: Specular, lit: Any, registry: Regi
     spec, form, setting, _ = formula.resolved("phong", reflection.shininess, registry)
     with guarded(spec):
         curve = kernels.curve(spec, form, setting, _GRID)
+    if not np.isfinite(curve).all():
+        angle = np.degrees(np.arccos(_GRID[~np.isfinite(curve)].max()))
+        raise InputError(f"its lobe is not finite at {angle:.3g} degrees", f"materials.{material.name}")
     wrong = float(np.abs(curve - np.maximum(_GRID, 0) ** setting.alpha).max())
     return wrong * float(np.max(np.multiply(reflection.specular, lit)))

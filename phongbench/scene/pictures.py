@@ -50,8 +50,8 @@ class PictureError:
     highlight_area: float
 
     def as_dict(self) -> dict[str, Any]:
-        """For JSON, where an infinite PSNR is None."""
-        return {**asdict(self), "psnr": self.psnr if math.isfinite(self.psnr) else None}
+        """For JSON, where what is infinite is None: the PSNR of equal pictures, a ratio to nothing at all."""
+        return {k: None if isinstance(v, float) and not math.isfinite(v) else v for k, v in asdict(self).items()}
 
 
 def encoded(linear: Array) -> Array:

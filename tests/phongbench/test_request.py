@@ -229,6 +229,18 @@ def test_the_command_takes_a_formula_of_the_users_own(tmp_path: Path) -> None:
     assert json.loads(theirs.stdout)["colours"] == json.loads(shaded_json(ours))["colours"]
 
 
+@compiled
+def test_what_the_users_formula_raises_is_told_with_its_line(tmp_path: Path) -> None:
+    text = Path(sys.modules["phongbench.approximations.schlick"].__file__ or "").read_text()
+    text = text.replace('name="schlick"', 'name="own"').replace("lambda s: {", "lambda s: 1 / (s.alpha == 10) and {")
+    line = 1 + text.split("1 / (s.alpha")[0].count("\n")
+    (tmp_path / "own.py").write_text(text)
+    document = json.dumps(changed(("specular",), {"approximation": "own"}))
+    found = CliRunner().invoke(main, ["shade", "-", "--with", str(tmp_path / "own.py")], input=document)
+    assert (found.exit_code, found.stdout) == (2, "")
+    assert f"own.py:{line}: ZeroDivisionError" in found.stderr
+
+
 @pytest.mark.parametrize(
     ("arguments", "text", "says"),
     [

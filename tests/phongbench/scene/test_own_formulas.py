@@ -1,8 +1,10 @@
 """A user's own formula in pictures: by the command, by a scene's material, and where it fails."""
 
 import json
+import re
 import sys
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -89,6 +91,16 @@ def test_it_is_drawn_beside_ours_and_what_fails_leaves_its_own_row_alone(own: Ow
     assert "are not finite" in none["left_out"]
     assert not {"max_abs", "seconds"} & {*raises, *none}
     assert mine == lyon | {"approximation": "mine"}
+
+
+def test_a_lobe_that_is_not_finite_is_told_even_where_no_pixel_shows_it(own: Own) -> None:
+    """Not a number at 60 degrees and beyond: no pixel of a matt scene looks."""
+    hidden = ("return powers", "return powers.square_root(0.5 - cosine_deficit) * 0.0 + powers")
+    scene = read_scene("test-card")
+    card = replace(scene, lights=tuple(replace(light, specular=(0.0, 0.0, 0.0)) for light in scene.lights))
+    registry = registry_with([own("hidden", *hidden)])
+    (row,) = formulas.compare(card, [Specular("hidden", "dot", 8)], rounds=0, size=(8, 8), registry=registry)
+    assert re.search(r"its lobe is not finite at 60(\.\d+)? degrees", row["left_out"])
 
 
 def test_it_is_drawn_with_the_usual_lambda_forms_and_gammas(own: Own) -> None:

@@ -61,6 +61,11 @@ def test_the_numbers_of_a_picture_that_is_off() -> None:
     assert error.psnr == pytest.approx(10 * math.log10(1 / shown.mean()))
 
 
+def test_light_where_there_was_none_has_no_ratio() -> None:
+    told = pictures.compare(grey(0, 0), grey(0, 0.5), flip=False).as_dict()
+    assert told["energy"] is None
+
+
 def test_flip_sees_what_people_see() -> None:
     pytest.importorskip("flip_evaluator")
     rng = np.random.default_rng(3)
