@@ -125,7 +125,7 @@ def test_what_may_be_left_out_has_a_default() -> None:
         (("specular", "gamma"), 9, "specular.gamma", "power of two"),
         (("specular", "gamma"), 8.0, "specular.gamma", "a number instead of a whole number"),
         (("specular", "gamma"), 2**70, "specular.gamma", "outside"),
-        (("specular", "gamma"), None, "specular.gamma", "outside"),
+        (("specular", "gamma"), None, "specular.gamma", "needs a gamma"),
         (("specular", "beta"), "steep", "specular.beta", "unknown beta policy"),
         (("specular", "beta"), -2, "specular.beta", "finite number"),
         (("normalise",), 1, "normalise", "a number instead of true or false"),
