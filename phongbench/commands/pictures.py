@@ -31,7 +31,7 @@ _TABLES = ("ledger", "skips", "tracers", "formulas", "left_out")
 @click.option(
     "--out",
     type=click.Path(path_type=Path),
-    help="Where to write: .png; .npy or .exr (linear float32).  [default: SCENE.png]",
+    help="Where to write: .png; linear float32 as .npy, or as .exr (extra `scene`).  [default: SCENE.png]",
 )
 @click.option("--size", type=Size(), metavar="WxH", help="Pixels.  [default: the scene's]")
 @click.option("--specular", metavar="NAME[:form[:gamma]]", help="Formula of the specular term, e.g. lyon:difference:8.")
