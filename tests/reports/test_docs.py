@@ -90,6 +90,7 @@ def test_every_part_is_filled_and_the_rest_stays(made: Any, checkout: Path) -> N
     )
     text = (checkout / "README.md").read_text()
     assert all(docs.parts_of(text).values())
+    assert "float highlight(vec3 r, vec3 v)" in docs.parts_of(text)["shader"]
     assert docs.problems(checkout) == []
     assert re.sub(r"(?s)(<!-- generated: \w+ -->\n).*?(<!-- /)", r"\1\2", text) == EMPTY
 
