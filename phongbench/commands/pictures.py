@@ -23,7 +23,7 @@ class Size(click.ParamType[Any]):
 
 
 #: what a terminal shows as tables, in this order
-_TABLES = ("ledger", "skips", "tracers", "formulas", "left_out")
+_TABLES = ("ledger", "skips", "tracers", "compared", "absent", "formulas", "left_out")
 
 
 @click.command(short_help="Draw a scene, and tell what was left out.")
@@ -46,7 +46,7 @@ _TABLES = ("ledger", "skips", "tracers", "formulas", "left_out")
 @click.option("--skip/--no-skip", default=True, help="Whether to leave out what the picture does not need.")
 @click.option("--exact", is_flag=True, help="Leave out only what changes no bit.")
 @click.option("--compare", is_flag=True, help="Write exact Phong, this formula, and their difference side by side.")
-@click.option("--bench", is_flag=True, help="Measure what each skip saves, and a plain NumPy tracer beside ours.")
+@click.option("--bench", is_flag=True, help="Measure what each skip saves, and other tracers beside ours.")
 @click.option("--formulas", is_flag=True, help="Tell each formula's picture error and time beside exact Phong's.")
 @click.option("--threads", type=click.IntRange(min=1), help="[default: all cores]")
 @click.option("--list", "listing", is_flag=True, help="List the shipped scenes.")
@@ -85,15 +85,27 @@ def render(
     )  # fmt: skip
     with TerminalProgress(quiet=as_json) as progress:
         found = (showing.measure if bench else showing.judge if formulas else showing.draw)(wanted, progress)
-    tables = [lambda name=name: table(name, *grid(readable(found, name))) for name in _TABLES if found.get(name)]
+    tables = [lambda name=name: table(name, *grid(readable(found, name))) for name in _TABLES if readable(found, name)]
     show(found, as_json, lambda: facts({k: v for k, v in found.items() if not isinstance(v, list)}), *tables)
+
+
+#: columns that a line has room for, of tables with more
+_COLUMNS = {
+    "tracers": ("tracer", "draws", "size", "seconds", "mpixels_per_second", "mrays_per_second", "ratio", "pixels_off",
+                "surfaces_agree"),
+    "compared": ("tracer", "version", "note"),
+    "formulas": ("formula", "max_abs", "lobe_error", "max_codes", "visible", "psnr", "flip", "energy",
+                 "highlight_area", "ratio"),
+}  # fmt: skip
 
 
 def readable(found: dict[str, Any], name: str) -> list[dict[str, Any]]:
     """The rows of a table as people read them: a formula's name in one word, and no more columns than a line holds."""
     from phongbench.scene.formulas import name_of
 
-    if name != "formulas":
-        return list(found[name])
-    columns = ("max_abs", "lobe_error", "max_codes", "visible", "psnr", "flip", "energy", "highlight_area", "ratio")
-    return [{"formula": name_of(row), **{column: row[column] for column in columns}} for row in found[name]]
+    rows = list(found.get("tracers" if name == "compared" else name, []))
+    if name == "formulas":
+        rows = [row | {"formula": name_of(row)} for row in rows]
+    elif name == "compared":  # a tracer is told of once, however much it drew
+        rows = list({row["tracer"]: row for row in rows}.values())
+    return [{column: row[column] for column in _COLUMNS.get(name, row)} for row in rows]

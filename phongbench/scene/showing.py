@@ -8,7 +8,7 @@ from typing import Any
 from phongbench.approximations import REGISTRY
 from phongbench.errors import InputError
 from phongbench.progress import Progress
-from phongbench.scene import formulas, pictures, worth
+from phongbench.scene import formulas, pictures, race, worth
 from phongbench.scene.parts import Mesh, Scene
 from phongbench.scene.reading import examples, read_scene, specular_of
 from phongbench.scene.rendering import render
@@ -89,11 +89,13 @@ def draw(wish: Wish, progress: Progress = _SILENT) -> dict[str, Any]:
 
 
 def measure(wish: Wish, progress: Progress = _SILENT) -> dict[str, Any]:
-    """What each skip saves in a scene, and our tracer beside a plain one, where that can draw the scene."""
+    """What each skip saves in a scene, and our tracer beside a plain one and peers, where those can draw the scene."""
     scene = wish.read()
     told: dict[str, Any] = {"scene": scene.name}
     told["skips"] = worth.skips(scene, progress=progress, **wish.arguments(), **_formula(wish))
-    told["tracers"] = [] if _beyond_the_plain(scene) else worth.tracers(scene, progress=progress, **wish.arguments())
+    told["tracers"], told["absent"] = [], []
+    if not _beyond_the_plain(scene):
+        told["tracers"], told["absent"] = race.tracers(scene, progress=progress, **wish.arguments())
     return told
 
 
@@ -116,5 +118,5 @@ def _formula(wish: Wish) -> dict[str, Any]:
 
 
 def _beyond_the_plain(scene: Scene) -> bool:
-    """The plain tracer knows neither meshes nor other formulas."""
+    """The plain tracer and the peers know neither meshes nor other formulas."""
     return bool(scene.of(Mesh)) or any(m.specular is not None for m in scene.materials)

@@ -9,6 +9,8 @@ from click.testing import CliRunner, Result
 from PIL import Image
 
 from phongbench.cli import main
+from phongbench.scene import showing
+from phongbench.scene.peers import PEERS
 from phongbench.scene.reading import examples
 
 
@@ -66,8 +68,22 @@ def test_the_bench_tells_what_each_skip_saves() -> None:
     assert rows["none"]["same_bits"]
     assert rows["exact"]["same_bits"]
     assert rows["all"]["ratio"] == 1
-    assert [row["tracer"] for row in told["tracers"]] == ["phongbench", "plain NumPy"]
+    assert [row["tracer"] for row in told["tracers"][:2]] == ["phongbench", "plain NumPy"]
+    drew, absent = ({row["tracer"] for row in told[name]} for name in ("tracers", "absent"))
+    assert set(PEERS) <= drew | absent
+    assert not drew & absent
     assert told["tracers"][1]["pixels_off"] < 0.02
+
+
+def test_people_read_once_what_a_tracer_does(monkeypatch: pytest.MonkeyPatch) -> None:
+    row = dict.fromkeys(("seconds", "mpixels_per_second", "ratio", "pixels_off", "rays"), 0.5)
+    row |= {"tracer": "ours", "version": "1.2", "draws": "depth 0", "size": "4x3", "note": "all that is compared"}
+    rows = [row | {"mrays_per_second": None, "surfaces_agree": 0.25, "draws": draws} for draws in ("much", "little")]
+    found = {"scene": "s", "tracers": rows, "absent": [{"tracer": "theirs", "why": "not installed"}], "skips": []}
+    monkeypatch.setattr(showing, "measure", lambda *_: found)
+    shown = render("chequerboard", "--bench").stdout
+    assert shown.count("all that is compared") == 1
+    assert all(word in shown for word in ("much", "little", "0.25", "theirs", "not installed"))
 
 
 def test_the_shipped_scenes_are_listed() -> None:
