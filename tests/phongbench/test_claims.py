@@ -19,10 +19,11 @@ from phongbench.claims.cuts import KEYS, Rows
 from phongbench.claims.incidence import rise
 from phongbench.claims.mirror import energy_within, exponent_of, half_width
 from phongbench.claims.words import codes, exponents, listed, rounded, times
+from phongbench.columns import ACCURACY_COLUMNS, COLUMNS, MESH_COLUMNS, TIMING_COLUMNS
 from phongbench.errors import CorruptRunError, InputError
 from phongbench.fitting import half_angle_ratio
 from phongbench.plan import preset
-from phongbench.results import ACCURACY_COLUMNS, COLUMNS, MESH_COLUMNS, TIMING_COLUMNS, Run
+from phongbench.results import Run
 from phongbench.vectors import LAMBDA_FORMS
 
 CODE = 1 / 255
