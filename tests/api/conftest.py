@@ -166,11 +166,15 @@ def copied(runs: Path, tmp_path_factory: pytest.TempPathFactory) -> Callable[[],
     return lambda: Path(shutil.copytree(runs, tmp_path_factory.mktemp("copy") / "runs"))
 
 
-@pytest.fixture(scope="module")
-def live(runs: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[httpx.Client]:
-    """A client of a server in a process of its own."""
-    with (
-        servers(runs, tmp_path_factory.mktemp("live")) as start,
-        httpx.Client(base_url=start().url, timeout=60) as client,
-    ):
+@pytest.fixture(scope="session")
+def server(runs: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
+    """A server in a process of its own, as it comes; nobody stops it."""
+    with servers(runs, tmp_path_factory.mktemp("live")) as start:
+        yield start()
+
+
+@pytest.fixture(scope="session")
+def live(server: Server) -> Iterator[httpx.Client]:
+    """A client of that server."""
+    with httpx.Client(base_url=server.url, timeout=60) as client:
         yield client

@@ -87,8 +87,7 @@ def test_a_head_that_trickles_is_cut_off(serve: Callable[..., Any]) -> None:
     assert httpx.get(f"{server.url}/healthz").status_code == 200
 
 
-def test_it_calls_nobody(serve: Callable[..., Any]) -> None:
-    server = serve()
+def test_it_calls_nobody(server: Any) -> None:
     process = psutil.Process(server.process.pid)
     for path in ("/", "/docs", "/openapi.json", "/v1/runs", "/v1/curve?approximation=phong&alpha=50", "/v1/meta"):
         assert httpx.get(server.url + path).status_code == 200
@@ -114,8 +113,7 @@ def test_a_worker_gets_the_settings_of_its_parent(monkeypatch: pytest.MonkeyPatc
     assert from_environment().state.service.settings == settings
 
 
-def test_many_large_requests_leave_health_answering(serve: Callable[..., Any]) -> None:
-    server = serve()
+def test_many_large_requests_leave_health_answering(server: Any) -> None:
     body = np.zeros((2, 200_000, 3), "<f4").tobytes()
     statuses: list[int] = []
 

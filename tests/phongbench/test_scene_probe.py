@@ -28,7 +28,7 @@ def two_scenes():
         yield
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def tiny(small_plan):
     return replace(
         small_plan, approximations=("phong", "lyon", "gaussian", "blinn"), alphas=(10.0, 50.0), gammas=(4, 8),
@@ -47,7 +47,7 @@ def tables(plan):
     return found
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def found(two_scenes, tiny):
     return tables(tiny)
 
