@@ -43,7 +43,7 @@ def own_temporary_folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[N
 
 def unit_of(nodeid: str) -> str:
     """What one process runs together: a file, or all of a folder in WHOLE."""
-    file = nodeid.split("::")[0]
+    file = nodeid.split("::", maxsplit=1)[0]
     return next((folder for folder in WHOLE if file.startswith(folder + "/")), file)
 
 

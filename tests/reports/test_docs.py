@@ -1,7 +1,6 @@
 """`make docs` fills the README's marked parts from rows, touches nothing else, and writes all of it or nothing."""
 
 import re
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
