@@ -68,6 +68,10 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """With several processes, the folders in ORDER."""
+    """With several processes, the folders in ORDER, then any other."""
+
+    def place(item: pytest.Item) -> int:
+        return next((n for n, folder in enumerate(ORDER) if item.nodeid.startswith(f"{folder}/")), len(ORDER))
+
     if hasattr(config, "workerinput"):
-        items.sort(key=lambda item: ORDER.index("/".join(item.nodeid.split("/")[:2])))
+        items.sort(key=place)

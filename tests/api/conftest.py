@@ -79,7 +79,7 @@ def accuracy(runs: Path) -> pd.DataFrame:
 def _warm(app: FastAPI) -> TestClient:
     client = TestClient(app, base_url="http://localhost")
     client.__enter__()
-    assert app.state.service.warm.wait(120)
+    assert app.state.service.warm.wait(600)
     return client
 
 
@@ -121,7 +121,7 @@ class Server:
     def stop(self, number: int = signal.SIGTERM) -> int:
         """Send the signal; the exit code."""
         self.process.send_signal(number)
-        return self.process.wait(60)
+        return self.process.wait(600)
 
 
 @contextmanager
@@ -176,5 +176,5 @@ def server(runs: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Ser
 @pytest.fixture(scope="session")
 def live(server: Server) -> Iterator[httpx.Client]:
     """A client of that server."""
-    with httpx.Client(base_url=server.url, timeout=60) as client:
+    with httpx.Client(base_url=server.url, timeout=600) as client:
         yield client
