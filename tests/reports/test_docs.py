@@ -171,7 +171,7 @@ def test_a_stored_run_fills_the_readme(
 ) -> None:
     plan = replace(
         preset("quick"), alphas=(10.0,), gammas=(8,), approximations=("lyon",), precisions=("float32",),
-        strata=("highlight",), samples=2000, timing_budget=2.0,
+        strata=("highlight",), samples=2000, timing_budget=2.0, probes=(),
     ).validated()  # fmt: skip
     folder = tmp_path_factory.mktemp("stored") / "run"
     run_study(plan, folder)
