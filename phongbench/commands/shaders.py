@@ -1,6 +1,5 @@
 """A formula as source text, to be pasted into a shader or a program."""
 
-import shlex
 from pathlib import Path
 from typing import Any
 
@@ -52,7 +51,7 @@ def shader(
     form = wanted.lambda_form or spec.lambda_forms[0]
     language = language or (out.suffix.lstrip(".") if out is not None else "") or "glsl"
     setting = Setting(alpha, wanted.gamma, beta or spec.slopes[0], space or spec.spaces[0])
-    found = shaders.shader(spec, form, setting, language, made_by=_command(spec.name, form, setting, language, files))
+    found = shaders.shader(spec, form, setting, language, files=[file.name for file in files])
     if out is not None:
         write_whole(out, lambda path: _write(path, found.text))
     show({**found.as_dict(), "formula": spec.name}, as_json, lambda: click.echo(out or found.text, nl=out is not None))
@@ -70,16 +69,6 @@ def _recommended(alpha: float, max_error: str, space: str | None) -> tuple[Any, 
     best = found["choices"][0]
     form = None if best["lambda"] == "none" else best["lambda"]
     return Specular(best["approximation"], form, best["gamma"]), best["beta_policy"]
-
-
-def _command(name: str, form: str, setting: Any, language: str, files: tuple[Path, ...]) -> str:
-    """The command that makes the same again."""
-    formula = ":".join([name, form, *([] if setting.gamma is None else [str(setting.gamma)])])
-    words = ["phongbench", "shader", name if form == "none" else formula, "--alpha", f"{setting.alpha:g}"]
-    words += ["--beta", setting.slope] if setting.slope != "none" else []
-    words += ["--space", setting.space] if setting.space != "reflect" else []
-    words += [word for file in files for word in ("--with", file.name)]
-    return shlex.join([*words, "--language", language])
 
 
 def _write(path: Path, text: str) -> None:

@@ -1,5 +1,7 @@
 """A formula as source text for a shader or a C program: what was measured, ready to be pasted."""
 
+import shlex
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,10 +15,10 @@ from phongbench.shaders.languages import LANGUAGES, language_named
 from phongbench.shaders.spelling import Speller
 from phongbench.spec import Approximation, Setting
 
-__all__ = ["LANGUAGES", "Shader", "language_named", "shader"]
+__all__ = ["ANGLES", "LANGUAGES", "Shader", "command", "language_named", "shader"]
 
 #: angles at which the largest error is looked for; their squares are evenly spaced, since highlights are narrow
-_ANGLES = 16_384
+ANGLES = 16_384
 #: lambda form -> the variables that lead to it, from directions {a} and {b} and their cosine; as vectors.py has them
 _FORMS: dict[str, tuple[tuple[str, str, str], ...]] = {
     "none": (),
@@ -40,7 +42,7 @@ class Shader:
     """A formula in a language.
 
     text       its source: functions, the last of which is `highlight`, of two directions
-    max_error  its largest error against exact Phong on unit vectors up to 90 degrees, at _ANGLES angles, in float32
+    max_error  its largest error against exact Phong on unit vectors up to 90 degrees, at ANGLES angles, in float32
     """
 
     language: str
@@ -52,12 +54,14 @@ class Shader:
         return {"language": self.language, "text": self.text, "max_error": self.max_error}
 
 
-def shader(spec: Approximation, form: str, setting: Setting, language: str = "glsl", *, made_by: str = "") -> Shader:
+def shader(
+    spec: Approximation, form: str, setting: Setting, language: str = "glsl", *, files: Iterable[str] = ()
+) -> Shader:
     """The source of a function `highlight` of two directions, and of what it calls.
 
     spec, form, setting  the formula, one of its lambda forms ("none" where it has none), and what it is made for
     language             one of LANGUAGES
-    made_by              the command that makes it again, for the comment at the top
+    files                names of files that added the user's own formulas, for the command in the comment at the top
     returns              Shader; float32 throughout. It computes what the kernels compute, operation by operation, but
                          for powers, exponentials, roots and arc cosines, which are the language's own
     Raises UnknownNameError or InputError for what does not exist, KernelError for a body that has no spelling.
@@ -70,7 +74,7 @@ def shader(spec: Approximation, form: str, setting: Setting, language: str = "gl
     table = None if spec.table is None else spec.table(setting)
     speller = Speller(chosen, table)
     entry = _entry(speller, spec, form, setting)
-    parts = [_head(spec, form, setting, error, made_by)]
+    parts = [_head(spec, form, setting, error, command(spec, form, setting, chosen.name, files))]
     parts += [chosen.preamble] if chosen.preamble else []
     if table is not None:
         parts.append(chosen.listed("TABLE", [chosen.number(float(value)) for value in table]))
@@ -78,9 +82,20 @@ def shader(spec: Approximation, form: str, setting: Setting, language: str = "gl
 
 
 def _largest_error(spec: Approximation, form: str, setting: Setting) -> float:
-    degrees = 90.0 * np.linspace(0.0, 1.0, _ANGLES) ** 2
+    degrees = 90.0 * np.linspace(0.0, 1.0, ANGLES) ** 2
     value, exact = lobe(spec, form, setting, degrees, precision=FLOAT32)
     return float(np.abs(value - exact).max())
+
+
+def command(spec: Approximation, form: str, setting: Setting, language: str, files: Iterable[str] = ()) -> str:
+    """The command that makes the same again."""
+    formula = [spec.name, *([] if form == "none" and setting.gamma is None else [form])]
+    formula += [] if setting.gamma is None else [str(setting.gamma)]
+    words = ["phongbench", "shader", ":".join(formula), "--alpha", repr(setting.alpha).removesuffix(".0")]
+    words += ["--beta", setting.slope] if setting.slope != "none" else []
+    words += ["--space", setting.space] if setting.space != spec.spaces[0] else []
+    words += [word for file in files for word in ("--with", file)]
+    return shlex.join([*words, "--language", language])
 
 
 def _head(spec: Approximation, form: str, setting: Setting, error: float, made_by: str) -> str:
@@ -94,7 +109,7 @@ def _head(spec: Approximation, form: str, setting: Setting, error: float, made_b
         f"largest error against exact Phong, unit vectors up to 90 degrees: {error:.3g}, {255 * error:.2g} of 255",
         _DIRECTIONS[setting.space][2],
         spec.source.citation,
-        f"phongbench {__version__}{f': {made_by}' if made_by else ''}",
+        f"phongbench {__version__}: {made_by}",
     ]
     return "\n".join(f"// {line}" for line in lines)
 
