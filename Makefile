@@ -23,8 +23,8 @@ help: ## show this list
 run: $(TEST) ## a quick study on this machine; prints where its report is
 	$(PY) -m phongbench run
 
-test: $(TEST) ## the tests
-	$(PY) -m pytest
+test: $(TEST) ## the tests, on all cores
+	$(PY) -m pytest --numprocesses=auto
 
 check: $(DEV) ## lint, format, types, layers
 	$(PY) -m ruff check .

@@ -45,13 +45,14 @@ def _prefer_wide_vectors() -> None:
 
 _prefer_wide_vectors()
 
-import llvmlite  # noqa: E402  the vector width must be chosen first
+import filelock  # noqa: E402  the vector width must be chosen first
+import llvmlite  # noqa: E402
 import llvmlite.binding as llvm  # noqa: E402
 import numba  # noqa: E402
 import numpy as np  # noqa: E402
 import platformdirs  # noqa: E402
 from numba import types  # noqa: E402
-from numba.core import event  # noqa: E402
+from numba.core import caching, event  # noqa: E402
 from numba.core.compiler_lock import global_compiler_lock  # noqa: E402
 from numba.extending import register_jitable  # noqa: E402
 
@@ -68,6 +69,7 @@ INTERLEAVE = 4
 _BODIES = {"bodies.py", "polynomials.py", "powers.py", "vectors.py"}
 _KEEP_SECONDS = 30 * 86400
 _ONE_AT_A_TIME = threading.RLock()
+_NUMBAS_FILE = caching.IndexDataCacheFile
 
 #: what numba raises where it cannot compile
 CompileError = numba.core.errors.NumbaError
@@ -116,15 +118,32 @@ def _forget_old(current: Path) -> None:
             shutil.rmtree(other, ignore_errors=True)
 
 
+def _shared_file(cache_path: str, filename_base: str, source_stamp: Any) -> Any:
+    """numba's file of compiled code, to which one process at a time adds.
+
+    numba reads the index, picks the next free name, and writes index and code; two processes that do so at once pick
+    the same name, and the kernel listed under it may be the other one. Ours are many to an index.
+    """
+    file = _NUMBAS_FILE(cache_path, filename_base, source_stamp)
+    add, lock = file.save, Path(cache_path, f"{filename_base}.lock")
+
+    def save(key: Any, data: Any) -> None:
+        with filelock.FileLock(lock):
+            add(key, data)
+
+    file.save = save
+    return file
+
+
 def _cached(decorate: Callable[[], Any]) -> Any:
-    """Run a decorator with numba's cache pointed at our folder, and leave the user's setting as it was."""
+    """Run a decorator with numba's cache in our folder, safe among processes, and leave numba as it was."""
     with _ONE_AT_A_TIME:  # the setting is the process's: another thread would take or restore the wrong one
         before = numba.config.CACHE_DIR
-        numba.config.CACHE_DIR = str(cache_folder())
+        numba.config.CACHE_DIR, caching.IndexDataCacheFile = str(cache_folder()), _shared_file
         try:
             return decorate()
         finally:
-            numba.config.CACHE_DIR = before
+            numba.config.CACHE_DIR, caching.IndexDataCacheFile = before, _NUMBAS_FILE
 
 
 def inline(function: F) -> F:

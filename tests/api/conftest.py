@@ -79,7 +79,7 @@ def accuracy(runs: Path) -> pd.DataFrame:
 def _warm(app: FastAPI) -> TestClient:
     client = TestClient(app, base_url="http://localhost")
     client.__enter__()
-    assert app.state.service.warm.wait(120)
+    assert app.state.service.warm.wait(600)
     return client
 
 
@@ -121,7 +121,7 @@ class Server:
     def stop(self, number: int = signal.SIGTERM) -> int:
         """Send the signal; the exit code."""
         self.process.send_signal(number)
-        return self.process.wait(60)
+        return self.process.wait(600)
 
 
 @contextmanager
@@ -166,11 +166,15 @@ def copied(runs: Path, tmp_path_factory: pytest.TempPathFactory) -> Callable[[],
     return lambda: Path(shutil.copytree(runs, tmp_path_factory.mktemp("copy") / "runs"))
 
 
-@pytest.fixture(scope="module")
-def live(runs: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[httpx.Client]:
-    """A client of a server in a process of its own."""
-    with (
-        servers(runs, tmp_path_factory.mktemp("live")) as start,
-        httpx.Client(base_url=start().url, timeout=60) as client,
-    ):
+@pytest.fixture(scope="session")
+def server(runs: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
+    """A server in a process of its own, as it comes; nobody stops it."""
+    with servers(runs, tmp_path_factory.mktemp("live")) as start:
+        yield start()
+
+
+@pytest.fixture(scope="session")
+def live(server: Server) -> Iterator[httpx.Client]:
+    """A client of that server."""
+    with httpx.Client(base_url=server.url, timeout=600) as client:
         yield client

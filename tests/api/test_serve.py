@@ -4,6 +4,7 @@ import signal
 import socket
 import threading
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
@@ -20,19 +21,20 @@ from phongbench_api.serve import from_environment
 from phongbench_api.settings import Settings
 
 QUERY = {"approximation": "lyon", "lambda": "cross", "gamma": "8", "alpha": "50"}
+get = partial(httpx.get, timeout=600)  # a busy machine is no fault
 
 
 def connected(url: str) -> socket.socket:
     parts = urlsplit(url)
-    made = socket.create_connection((parts.hostname, parts.port), timeout=30)
-    made.settimeout(30)
+    made = socket.create_connection((parts.hostname, parts.port), timeout=600)
+    made.settimeout(600)
     return made
 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
 def test_a_signal_ends_it_with_exit_code_0(serve: Callable[..., Any], number: int) -> None:
     server = serve()
-    assert httpx.get(f"{server.url}/readyz").status_code == 200
+    assert get(f"{server.url}/readyz").status_code == 200
     assert server.stop(number) == 0
 
 
@@ -40,7 +42,7 @@ def test_workers_share_the_door_and_leave_together(serve: Callable[..., Any]) ->
     server = serve("--workers", "2")
     workers = [p for p in psutil.Process(server.process.pid).children() if "spawn_main" in " ".join(p.cmdline())]
     assert len(workers) == 2
-    assert httpx.get(f"{server.url}/healthz").json() == {"status": "ok"}
+    assert get(f"{server.url}/healthz").json() == {"status": "ok"}
     assert server.stop() == 0
     assert not [p for p in workers if p.is_running()]
 
@@ -54,14 +56,18 @@ def test_a_request_under_way_finishes_and_new_ones_are_refused(serve: Callable[.
     with connected(server.url) as slow:
         slow.sendall(head.encode() + body[:-1])
         # an answer to another request proves that the first head was read: one loop reads both in turn
-        assert httpx.get(f"{server.url}/readyz").status_code == 200
+        assert get(f"{server.url}/readyz").status_code == 200
         server.process.send_signal(signal.SIGTERM)
-        while (ready := httpx.get(f"{server.url}/readyz")).status_code == 200:
+        while (ready := get(f"{server.url}/readyz")).status_code == 200:
             pass
         assert ready.status_code == 503
         assert (
             httpx.post(
-                f"{server.url}/v1/specular", params=QUERY, content=body, headers={"content-type": wire.OCTETS}
+                f"{server.url}/v1/specular",
+                params=QUERY,
+                content=body,
+                headers={"content-type": wire.OCTETS},
+                timeout=600,
             ).status_code
             == 503
         )
@@ -69,7 +75,7 @@ def test_a_request_under_way_finishes_and_new_ones_are_refused(serve: Callable[.
         answer = slow.makefile("rb").read()
     assert answer.startswith(b"HTTP/1.1 200")
     assert len(answer.partition(b"\r\n\r\n")[2]) == 4 * 1000
-    assert server.process.wait(60) == 0
+    assert server.process.wait(600) == 0
 
 
 def test_a_head_that_trickles_is_cut_off(serve: Callable[..., Any]) -> None:
@@ -84,14 +90,13 @@ def test_a_head_that_trickles_is_cut_off(serve: Callable[..., Any]) -> None:
             answered += again.recv(10_000)
         again.sendall(b"GET /he")
         assert again.recv(100) == b""
-    assert httpx.get(f"{server.url}/healthz").status_code == 200
+    assert get(f"{server.url}/healthz").status_code == 200
 
 
-def test_it_calls_nobody(serve: Callable[..., Any]) -> None:
-    server = serve()
+def test_it_calls_nobody(server: Any) -> None:
     process = psutil.Process(server.process.pid)
     for path in ("/", "/docs", "/openapi.json", "/v1/runs", "/v1/curve?approximation=phong&alpha=50", "/v1/meta"):
-        assert httpx.get(server.url + path).status_code == 200
+        assert get(server.url + path).status_code == 200
     port = urlsplit(server.url).port
     kept = [c for c in process.net_connections() if c.laddr.port != port]
     assert kept == []
@@ -114,13 +119,12 @@ def test_a_worker_gets_the_settings_of_its_parent(monkeypatch: pytest.MonkeyPatc
     assert from_environment().state.service.settings == settings
 
 
-def test_many_large_requests_leave_health_answering(serve: Callable[..., Any]) -> None:
-    server = serve()
+def test_many_large_requests_leave_health_answering(server: Any) -> None:
     body = np.zeros((2, 200_000, 3), "<f4").tobytes()
     statuses: list[int] = []
 
     def ask() -> None:
-        with httpx.Client(timeout=60) as client:
+        with httpx.Client(timeout=600) as client:
             answer = client.post(
                 f"{server.url}/v1/specular", params=QUERY, content=body, headers={"content-type": wire.OCTETS}
             )
@@ -129,7 +133,7 @@ def test_many_large_requests_leave_health_answering(serve: Callable[..., Any]) -
     threads = [threading.Thread(target=ask) for _ in range(40)]
     for thread in threads:
         thread.start()
-    health = [httpx.get(f"{server.url}/healthz").status_code for _ in range(20)]
+    health = [get(f"{server.url}/healthz").status_code for _ in range(20)]
     for thread in threads:
         thread.join()
     assert set(health) == {200}

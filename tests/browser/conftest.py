@@ -34,7 +34,7 @@ document.addEventListener('securitypolicyviolation', (event) => {
 #: resolves once a canvas shows something else; rejects after a while, so that no test waits forever
 CHANGED = """
 ([selector, before]) => new Promise((done, failed) => {
-  const end = performance.now() + 30_000;
+  const end = performance.now() + 300_000;
   const look = () => {
     if (document.querySelector(selector)?.toDataURL() !== before) done();
     else if (performance.now() > end) failed(new Error(`${selector} shows the same as before`));
@@ -84,7 +84,7 @@ def _server(runs: Path, log: Path) -> tuple["subprocess.Popen[str]", str]:
 
 def _stop(process: "subprocess.Popen[str]") -> None:
     process.terminate()
-    process.wait(60)
+    process.wait(600)
     if process.stderr:
         process.stderr.close()
 
@@ -188,7 +188,7 @@ def visit(browser: Any) -> Iterator[Callable[..., Visit]]:
     def make(address: str, *, wait: bool = True, **options: Any) -> Visit:
         context = browser.new_context(**{"viewport": {"width": 1280, "height": 900}, **options})
         contexts.append(context)
-        context.set_default_timeout(60_000)
+        context.set_default_timeout(300_000)
         context.add_init_script(WATCH)
         made = Visit(context.new_page())
         visits.append(made)

@@ -108,7 +108,8 @@ def test_the_plan_file_of_the_readme_is_taken(call: Callable[..., Result], tmp_p
 
 def test_materials_give_the_exponents_of_a_study(call: Callable[..., Result], tmp_path: Path) -> None:
     (tmp_path / "scene.mtl").write_text("newmtl gold\nNs 51.2\nnewmtl chalk\nNs 0\n")
-    found = call("run", "--materials", "scene.mtl", "--only", "lyon", *TINY[2:], "--no-timing", "--out", "study")
+    bare = ("--no-timing", "--no-report", "--probe", "none")
+    found = call("run", "--materials", "scene.mtl", "--only", "lyon", *TINY[2:], *bare, "--out", "study")
     assert found.exit_code == 0, found.stderr
     assert "51.2" in call("show", "study").stdout
 

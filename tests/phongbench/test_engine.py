@@ -166,8 +166,9 @@ def test_contexts_that_are_done_are_left_out(small_plan):
 def test_numpy_finds_the_same_rows(swept):
     """The yardstick is a second oracle: other code, other order of operations, the same errors."""
     plan = replace(
-        yardstick.plan_of_bench(9000), precisions=("float64",), strata=("uniform", "highlight", "grazing", "lengths")
-    )
+        yardstick.plan_of_bench(9000), precisions=("float64",), strata=("uniform", "highlight", "grazing", "lengths"),
+        alphas=(10.0, 200.0), gammas=(2, 16),
+    )  # fmt: skip
     sweep = engine.prepare(plan.validated())
     other = pd.DataFrame(yardstick.numpy_sweep(sweep)).set_index(list(ACCURACY_KEY)).sort_index()
     ours = swept(plan.validated()).set_index(list(ACCURACY_KEY)).sort_index()

@@ -7,6 +7,7 @@ import sys
 import warnings
 from pathlib import Path
 
+import filelock
 import numba
 import pytest
 
@@ -134,3 +135,39 @@ def test_with_the_compiler_off_loops_are_found_by_address():
         subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, check=True).stdout
         == b"True\n"
     )
+
+
+def test_an_index_of_kernels_is_read_and_written_by_one_process_at_a_time(tmp_path):
+    """Two that add a kernel at once would give both the same name, and read each other's code under their own."""
+    file = jit._shared_file(cache_path=str(tmp_path), filename_base="kernel", source_stamp=1)
+    read, free = file._load_index, []
+
+    def watched():
+        try:
+            with filelock.FileLock(tmp_path / "kernel.lock", timeout=0):
+                free.append(True)
+        except filelock.Timeout:
+            free.append(False)
+        return read()
+
+    file._load_index = watched
+    file.save("one", 1)
+    file.save("two", 2)
+    assert free == [False, False]
+    assert (file.load("one"), file.load("two")) == (1, 2)
+    assert free[2:] == [True, True], "readers need not wait: index and kernel are each put in place whole"
+
+
+def test_every_kernel_is_added_to_the_cache_that_way(tmp_path):
+    code = (
+        "import numpy as np\n"
+        "from phongbench import jit\n"
+        "run = jit.driver(lambda x: x.sum())\n"
+        "run(np.ones(2))\n"
+        "jit.elementwise(jit.signature(jit.array_type(np.float32)), lambda x: None)\n"
+        "print(*sorted(p.suffix for p in jit.cache_folder().rglob('*-*.*') if p.is_file()))\n"
+    )
+    (tmp_path / "here.py").write_text(code)
+    environment = os.environ | {"PHONGBENCH_CACHE": str(tmp_path / "cache")}
+    found = subprocess.run([sys.executable, "here.py"], cwd=tmp_path, env=environment, capture_output=True, check=True)
+    assert found.stdout.split() == [b".lock"] * 2 + [b".nbc"] * 2 + [b".nbi"] * 2

@@ -36,7 +36,7 @@ def one_scene(monkeypatch):
     monkeypatch.setattr(scenes, "examples", lambda: {PAIR[0]: ""})
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def tiny(small_plan):
     return replace(
         small_plan, approximations=("phong", "lyon", "gaussian", "blinn"), alphas=(10.0, 50.0), gammas=(4, 8),
@@ -55,7 +55,7 @@ def tables(plan, registry=REGISTRY, note=lambda text: None):
     return found
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def found(two_scenes, tiny):
     return tables(tiny)
 

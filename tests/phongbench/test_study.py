@@ -98,7 +98,7 @@ def test_a_killed_process_is_resumed_with_the_same_rows(tmp_path):
         "--samples",
         "150000",
     ]
-    options += ["--gamma", "4,8"]
+    options += ["--gamma", "4,8", "--probe", "hostile,smoothness"]
     command = [sys.executable, "-m", "phongbench", "run", *options]
     subprocess.run([*command, "--out", "whole", "--json"], cwd=tmp_path, check=True, capture_output=True)
     code = "import phongbench.study as s; s.CHECKPOINT_SECONDS = 0.0; from phongbench.cli import main; main()"
@@ -109,7 +109,7 @@ def test_a_killed_process_is_resumed_with_the_same_rows(tmp_path):
         stderr=subprocess.DEVNULL,
     )
     parts = tmp_path / "killed" / "parts"
-    deadline = time.monotonic() + 60
+    deadline = time.monotonic() + 600
     while process.poll() is None and time.monotonic() < deadline and len(list(parts.glob("0*.parquet"))) < 5:
         pass
     os.kill(process.pid, signal.SIGKILL)

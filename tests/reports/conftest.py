@@ -16,6 +16,7 @@ import numpy.typing as npt
 import pandas as pd
 import pytest
 
+import phongbench_reports
 from phongbench.results import COLUMNS, MESH_COLUMNS
 
 Vector = npt.NDArray[np.float64]
@@ -270,3 +271,9 @@ def made_up() -> Callable[..., MadeUpRun]:
 @pytest.fixture(scope="session")
 def run(tmp_path_factory: pytest.TempPathFactory) -> MadeUpRun:
     return make_run(tmp_path_factory.mktemp("run"))
+
+
+@pytest.fixture(scope="session")
+def report(run: MadeUpRun, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of that run's report."""
+    return phongbench_reports.build(run, tmp_path_factory.mktemp("report")).parent

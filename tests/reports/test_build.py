@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+import shutil
 import stat
 import subprocess
 import sys
@@ -48,11 +49,6 @@ class Page(HTMLParser):
 
     def all(self, tag: str) -> Iterator[dict[str, str | None]]:
         return (attributes for name, attributes in self.elements if name == tag)
-
-
-@pytest.fixture(scope="module")
-def report(run: Any, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return phongbench_reports.build(run, tmp_path_factory.mktemp("report")).parent
 
 
 @pytest.fixture(scope="module")
@@ -173,10 +169,11 @@ def test_the_single_file_holds_everything(run: Any, report: Path, tmp_path: Path
     ).split()  # fmt: skip
 
 
-def test_an_unwritable_folder_is_told_in_words(run: Any, tmp_path: Path) -> None:
+def test_an_unwritable_folder_is_told_in_words(made_up: Callable[..., Any], tmp_path: Path) -> None:
     (tmp_path / "taken").write_text("a file where the folder should be", encoding="utf-8")
+    small = made_up(tmp_path / "run", alphas=(50.0,), gammas=(8,), precisions=("float32",))
     with pytest.raises(StorageError, match="cannot write the report"):
-        phongbench_reports.build(run, tmp_path / "taken")
+        phongbench_reports.build(small, tmp_path / "taken")
 
 
 def test_files_are_readable_by_others_like_any_file(report: Path) -> None:
@@ -187,9 +184,11 @@ def test_files_are_readable_by_others_like_any_file(report: Path) -> None:
     assert {stat.S_IMODE((report / name).stat().st_mode) for name in contents(report)} == {expected}
 
 
-def test_sections_without_rows_say_so_and_how_to_get_them(made_up: Callable[..., Any], tmp_path: Path) -> None:
+def test_sections_without_rows_say_so_and_how_to_get_them(
+    made_up: Callable[..., Any], report: Path, tmp_path: Path
+) -> None:
     full = made_up(tmp_path, alphas=(10.0, 50.0), gammas=(4, 8), precisions=("float32",))
-    phongbench_reports.build(full, tmp_path / "report")
+    shutil.copytree(report, tmp_path / "report")  # what a fuller run left there
     accuracy = full.accuracy[full.accuracy["stratum"] == "highlight"]
     bare = type(full)(full.path, full.manifest, accuracy, full.timing.iloc[:0], full.worst.iloc[:0])
     index = phongbench_reports.build(bare, tmp_path / "report")

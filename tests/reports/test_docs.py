@@ -1,7 +1,6 @@
 """`make docs` fills the README's marked parts from rows, touches nothing else, and writes all of it or nothing."""
 
 import re
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -57,14 +56,13 @@ EMPTY = "before\n" + "\n".join(f"<!-- generated: {n} -->\n<!-- /generated: {n} -
 
 
 @pytest.fixture(scope="module")
-def made(made_up: Callable[..., Any], tmp_path_factory: pytest.TempPathFactory) -> Any:
-    """A made-up run of this machine and of a changed quick preset."""
-    found = made_up(tmp_path_factory.mktemp("run"))
+def made(run: Any) -> Any:
+    """The made-up run, of this machine and of a changed quick preset."""
     plan = replace(preset("quick"), alphas=(10.0, 20.0, 50.0, 128.0, 200.0), samples=131072).validated()
-    manifest = {**found.manifest, "plan": plan.as_dict(), "provenance": provenance.collect(1, ()).as_dict()}
-    run = replace(found, manifest=manifest)
-    object.__setattr__(run, "plan", plan)
-    return run
+    manifest = {**run.manifest, "plan": plan.as_dict(), "provenance": provenance.collect(1, ()).as_dict()}
+    found = replace(run, manifest=manifest)
+    object.__setattr__(found, "plan", plan)
+    return found
 
 
 @pytest.fixture
@@ -185,7 +183,7 @@ def test_a_stored_run_fills_the_readme(
 ) -> None:
     plan = replace(
         preset("quick"), alphas=(10.0,), gammas=(8,), approximations=("lyon",), precisions=("float32",),
-        strata=("highlight",), samples=2000, timing_budget=2.0,
+        strata=("highlight",), samples=2000, timing_budget=2.0, probes=(),
     ).validated()  # fmt: skip
     folder = tmp_path_factory.mktemp("stored") / "run"
     run_study(plan, folder)

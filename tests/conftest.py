@@ -1,0 +1,77 @@
+"""What holds for all tests: nothing of theirs depends on time or on other processes, and how they share the cores."""
+
+import os
+import tempfile
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+from hypothesis import HealthCheck, settings
+
+#: Folders whose tests share something dear, a warm application, a browser, a report: one process runs all of them.
+WHOLE = ("tests/api", "tests/browser", "tests/reports")
+#: The first folder compiles nearly every kernel, the second none, so on an empty cache two processes seldom compile
+#: the same; the last has many short files, so that all processes end at the same time.
+ORDER = ("tests/api", "tests/reports", "tests/browser", "tests/house", "tests/phongbench")
+#: With more processes than this, all would wait for the one that runs tests/api.
+MOST = 4
+
+settings.register_profile(
+    "any-machine",
+    parent=settings.get_profile(settings.get_current_profile_name()),
+    deadline=None,
+    suppress_health_check=[HealthCheck.too_slow],
+)
+settings.load_profile("any-machine")
+
+
+@pytest.fixture(scope="session", autouse=True)
+def own_temporary_folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """A temporary folder of this process and its children, where the lock of timings lies: nobody else's is met.
+
+    The path is short, for browsers make sockets in it.
+    """
+    tmp_path_factory.getbasetemp()  # stays where it always is
+    with (
+        tempfile.TemporaryDirectory(prefix="pb-", ignore_cleanup_errors=True) as folder,
+        pytest.MonkeyPatch.context() as patch,
+    ):
+        patch.setenv("TMPDIR", folder)
+        patch.setattr(tempfile, "tempdir", None)
+        yield
+
+
+def unit_of(nodeid: str) -> str:
+    """What one process runs together: a file, or all of a folder in WHOLE."""
+    file = nodeid.split("::", maxsplit=1)[0]
+    return next((folder for folder in WHOLE if file.startswith(folder + "/")), file)
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_auto_num_workers() -> int:
+    """As many processes as cores, but not more than are useful; on one core none but pytest itself."""
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    return min(cores, MOST) if cores > 1 else 0
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
+    """Units in an order of ours."""
+    from xdist.scheduler import LoadScopeScheduling
+
+    class Units(LoadScopeScheduling):
+        def _split_scope(self, nodeid: str) -> str:
+            return unit_of(nodeid)
+
+    config.option.loadscopereorder = False  # else the units with most tests come first, which are not the longest
+    return Units(config, log)
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """With several processes, the folders in ORDER, then any other."""
+
+    def place(item: pytest.Item) -> int:
+        return next((n for n, folder in enumerate(ORDER) if item.nodeid.startswith(f"{folder}/")), len(ORDER))
+
+    if hasattr(config, "workerinput"):
+        items.sort(key=place)
