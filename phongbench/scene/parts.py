@@ -1,6 +1,8 @@
 """What a scene is made of: frozen data, checked where it is read, the same for every renderer."""
 
+from collections.abc import Callable, Hashable
 from dataclasses import dataclass, field
+from threading import Lock
 from typing import Any
 
 import numpy as np
@@ -118,6 +120,30 @@ class Picture:
     shadows: bool = False
 
 
+class Kept:
+    """What was computed from a scene's objects, the latest thing of each kind: it lives as long as the scenes do.
+
+    Scenes that `replace` makes of one another share it while their objects are the same, so that a picture in another
+    size, or of other materials, does not build them anew.
+    """
+
+    __slots__ = ("_lock", "_things", "objects")
+
+    def __init__(self, objects: tuple[Object, ...]) -> None:
+        self.objects = objects
+        self._lock, self._things = Lock(), {}  # type: tuple[Lock, dict[str, tuple[Hashable, Any]]]
+
+    def of(self, kind: str, key: Hashable, make: Callable[[], Any]) -> Any:
+        """The thing of this kind, made if there is none for this key; who asks meanwhile waits, and makes no second.
+
+        key  what it depends on besides the objects
+        """
+        with self._lock:
+            if kind not in self._things or self._things[kind][0] != key:
+                self._things[kind] = key, make()
+            return self._things[kind][1]
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Scene:
     """Everything a renderer needs to know.
@@ -125,6 +151,7 @@ class Scene:
     name           str  of the file, without its ending
     ambient_light  colour that reaches every surface
     background     colour of what no ray hits
+    kept           what was computed from the objects; nobody but `replace` gives it
     """
 
     name: str
@@ -135,6 +162,11 @@ class Scene:
     ambient_light: Vector = (0.1, 0.1, 0.1)
     background: Vector = (0.0, 0.0, 0.0)
     picture: Picture = field(default_factory=Picture)
+    kept: Kept = field(default_factory=lambda: Kept(()), repr=False)
+
+    def __post_init__(self) -> None:
+        if self.kept.objects is not self.objects:
+            object.__setattr__(self, "kept", Kept(self.objects))
 
     def of(self, kind: type[Any]) -> list[Any]:
         """The objects of one kind, in their order."""
