@@ -115,6 +115,7 @@ def job_of(
     options[at.EYE_PLACED] = viewer.position is not None
     options[at.NEEDS_VIEW] = asks and view_planes
     options[at.BOXES] = skips.lights_behind and kept.sum() >= _MANY
+    options[at.LIMITED] = np.isfinite(table[kept, at.REACH]).any()
     options[at.KEEP_BEHIND], options[at.KEEP_UNLIT] = not skips.lights_behind, not skips.beyond_support
     constant = sum(light.position is None for light in lights) + (asks and not view_planes)
     return Job(

@@ -9,25 +9,29 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from phongbench import jit, kernels
+from phongbench import jit, kernels, losses
 from phongbench import tiles as at
 from phongbench.light_loops import loop_at
 
 Array = NDArray[Any]
 _entry, _put, _select = jit.entry, jit.put, jit.select
 _values_at = kernels.values_at
+#: squared diagonal of a box of normals from which on its blocks are looked at one by one
+_WIDE = 0.1
 
 
-@jit.inline
-def _judge(s: Any, spread: Any, verdicts: Any, slack: Any, tiny: Any) -> None:
+@jit.driver
+def _judge(s: Any, spread: Any, verdicts: Any, room: Any, slack: Any, tiny: Any) -> None:
     """Judge every light by a tile's boxes: 0 keep it, 1 behind all of the tile, 2 out of its reach.
+
+    What `losses.beyond_reach` wants to know is left in `room`.
 
     N.(P - p) is at most the sum of the largest products of the components' ends. The ends of P - p are rounded as the
     differences themselves are; `slack` covers the rounding of the sums, `tiny` that of subnormal numbers.
     """
     zero, one, two = s.dtype.type(0), s.dtype.type(1), s.dtype.type(2)
     for k in range(len(verdicts)):
-        bound, size, gap = zero, zero, zero
+        bound, size, gap, far = zero, zero, zero, zero
         for d in range(3):
             placed = _entry(spread, at.PLACED * len(verdicts) + k)
             place = _entry(spread, (at.WHERE + d) * len(verdicts) + k)
@@ -41,8 +45,30 @@ def _judge(s: Any, spread: Any, verdicts: Any, slack: Any, tiny: Any) -> None:
             size += wide * steep
             away = _select(low > zero, low, _select(high < zero, -high, zero))
             gap += away * away
+            far += wide * wide
         out = gap * (one - slack) > _entry(spread, at.REACH * len(verdicts) + k)
         _put(verdicts, k, _select(out, two, _select(bound < -slack * size - tiny, one, zero)))
+        _put(room, losses.HEIGHT * len(verdicts) + k, bound + slack * size + tiny)
+        _put(room, losses.NEAR * len(verdicts) + k, gap * (one - slack))
+        _put(room, losses.FAR * len(verdicts) + k, far)
+
+
+@jit.driver
+def _beyond_reach(s: Any, spread: Any, room: Any, used: Any, limits: Any, lost: Any) -> None:
+    """What lights out of reach take from a tile, block by block where its normals differ: a box tells little then."""
+    spread_out = s.dtype.type(0)
+    for d in range(3, 6):
+        side = _entry(s, at.HIGH + d * at.BLOCK) - _entry(s, at.LOW + d * at.BLOCK)
+        spread_out += side * side
+    gone = losses.beyond_reach(spread, room, limits[at.SLACK])
+    if spread_out > s.dtype.type(_WIDE) and gone > lost[losses.REACH]:
+        verdicts = np.empty(len(room) // losses.ROOM, s.dtype)
+        gone = s.dtype.type(0)
+        for b in range(used):
+            at.enclose(s, b, 1)
+            _judge(s, spread, verdicts, room, limits[at.SLACK], limits[at.TINY])
+            gone = max(gone, losses.beyond_reach(spread, room, limits[at.SLACK]))
+    lost[losses.REACH] = max(lost[losses.REACH], gone)
 
 
 @jit.inline
@@ -174,7 +200,7 @@ def _first_bad(points: Any, normals: Any, first: Any, count: Any, options: Any, 
 def shade_tiles(
     points: Array, normals: Array, visible: Array, towards: Array, lights: Array, spread: Array, plan: Array,
     ambient: Array, values: int, coefficients: Array, table: Array, limits: Array, options: Array, tiles: Array,
-    out: Array, counts: Array, s: Array,
+    out: Array, counts: Array, lost: Array, s: Array,
 ) -> int:  # fmt: skip
     """Shade some tiles. Returns the index of the first point that cannot be shaded, or -1.
 
@@ -189,9 +215,10 @@ def shade_tiles(
     tiles            2         first tile and the one after the last
     out              3n        colours, laid out as the points
     counts           at.COUNTS    added to
+    lost             losses.LOSSES  raised to the most that a point lost; not where the options want no boxes
     """
     flags = np.zeros(2 * at.BLOCKS + 1, np.int64)
-    verdicts = np.zeros(len(lights), points.dtype)
+    verdicts, room = np.zeros(len(lights), points.dtype), np.zeros(losses.ROOM * len(lights), points.dtype)
     count = len(points) // 3
     for tile in range(tiles[0], tiles[1]):
         first = tile * at.TILE
@@ -206,8 +233,10 @@ def shade_tiles(
             else:
                 at.look(s, lights[0], used, options[at.EYE_PLACED], limits[at.TINY])
         if options[at.BOXES]:
-            at.enclose(s, used)
-            _judge(s, spread, verdicts, limits[at.SLACK], limits[at.TINY])
+            at.enclose(s, 0, used)
+            _judge(s, spread, verdicts, room, limits[at.SLACK], limits[at.TINY])
+            if options[at.LIMITED]:
+                _beyond_reach(s, spread, room, used, limits, lost)
         for c in range(3):
             s[at.SUM + c * at.TILE : at.SUM + c * at.TILE + used * at.BLOCK] = ambient[c]
         for k in range(len(lights)):

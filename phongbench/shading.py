@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from phongbench import kernels, shade_loop
+from phongbench import kernels, losses, shade_loop
 from phongbench import tiles as at
 from phongbench.approximations import REGISTRY
 from phongbench.errors import CancelledError, InputError
@@ -210,13 +210,14 @@ def _run(
 
     def work() -> NDArray[np.int64]:
         counts, tile = np.zeros(at.COUNTS, np.int64), at.scratch(job.formula.precision)
+        lost = np.zeros(losses.LOSSES, points.dtype)
         while (first := next(pieces) * step) < last and not bad:
             if cancelled is not None and cancelled():
                 raise CancelledError("shading was cancelled")
             part = np.array([first, min(first + step, last)])
             found = shade_loop.shade_tiles(
                 points, normals, visible, towards, job.lights, spread, job.plan, ambient, values, row, table, limits,
-                job.options, part, out, counts, tile,
+                job.options, part, out, counts, lost, tile,
             )  # fmt: skip
             if found >= 0:
                 bad.append(int(found))

@@ -43,8 +43,8 @@ PLAN = 7
 BEHIND, OUT, SHADE, UNLIT, UNBUILT = range(5)
 COUNTS = 5
 #: entries of the options
-COLUMNS, NORMALISE, EYE_PLACED, NEEDS_VIEW, BOXES, KEEP_BEHIND, KEEP_UNLIT = range(7)
-OPTIONS = 7
+COLUMNS, NORMALISE, EYE_PLACED, NEEDS_VIEW, BOXES, KEEP_BEHIND, KEEP_UNLIT, LIMITED = range(8)
+OPTIONS = 8
 #: a tile's flags: of each block how it faces the light, whether it has a highlight; then the number of its blocks
 FLAGS, LIT, USED = 0, BLOCKS, 2 * BLOCKS
 #: bits of a block's first flag: some point faces the light, lies within its reach, sees it
@@ -153,8 +153,8 @@ def _fold(s: Any, low_at: Any, high_at: Any, lanes: Any) -> None:
 
 
 @jit.inline
-def enclose(s: Any, blocks: Any) -> None:
-    """The box of a tile's points and that of its normals.
+def enclose(s: Any, first: Any, blocks: Any) -> None:
+    """The box of the points of some blocks of a tile, and that of their normals.
 
     Lowest and highest value of plane k stand at LOW + k * BLOCK and HIGH + k * BLOCK. Lanes first: LLVM does not
     vectorise a minimum of floats that may be NaN.
@@ -162,9 +162,10 @@ def enclose(s: Any, blocks: Any) -> None:
     for k in range(6):
         low_at, high_at = LOW + k * BLOCK, HIGH + k * BLOCK
         for j in range(BLOCK):
-            _put(s, low_at + j, _entry(s, k * TILE + j))
-            _put(s, high_at + j, _entry(s, k * TILE + j))
-        for b in range(1, blocks):
+            v = _entry(s, k * TILE + first * BLOCK + j)
+            _put(s, low_at + j, v)
+            _put(s, high_at + j, v)
+        for b in range(first + 1, first + blocks):
             for j in range(BLOCK):
                 v, low, high = _entry(s, k * TILE + b * BLOCK + j), _entry(s, low_at + j), _entry(s, high_at + j)
                 _put(s, low_at + j, _select(v < low, v, low))

@@ -90,7 +90,8 @@ class Mesh:
     normals    float64 (n, 3)  unit, at the vertices
     materials  int32 (m,)  a material for each face
     unit       bool  whether interpolated normals are scaled to length 1 again
-    smooth     "normals": Phong shading; "colours": Gouraud shading, which lights the vertices; "none": flat faces
+    smooth     "normals": Phong shading; "colours": Gouraud shading, which lights the vertices, see vertices.py;
+               "none": flat faces
     """
 
     vertices: NDArray[np.float64]
