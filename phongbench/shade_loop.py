@@ -9,66 +9,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from phongbench import jit, kernels, losses
+from phongbench import jit, kernels, losses, patches
 from phongbench import tiles as at
 from phongbench.light_loops import loop_at
 
 Array = NDArray[Any]
 _entry, _put, _select = jit.entry, jit.put, jit.select
 _values_at = kernels.values_at
-#: squared diagonal of a box of normals from which on its blocks are looked at one by one
-_WIDE = 0.1
-
-
-@jit.driver
-def _judge(s: Any, spread: Any, verdicts: Any, room: Any, slack: Any, tiny: Any) -> None:
-    """Judge every light by a tile's boxes: 0 keep it, 1 behind all of the tile, 2 out of its reach.
-
-    What `losses.beyond_reach` wants to know is left in `room`.
-
-    N.(P - p) is at most the sum of the largest products of the components' ends. The ends of P - p are rounded as the
-    differences themselves are; `slack` covers the rounding of the sums, `tiny` that of subnormal numbers.
-    """
-    zero, one, two = s.dtype.type(0), s.dtype.type(1), s.dtype.type(2)
-    for k in range(len(verdicts)):
-        bound, size, gap, far = zero, zero, zero, zero
-        for d in range(3):
-            placed = _entry(spread, at.PLACED * len(verdicts) + k)
-            place = _entry(spread, (at.WHERE + d) * len(verdicts) + k)
-            low = place - placed * _entry(s, at.HIGH + d * at.BLOCK)
-            high = place - placed * _entry(s, at.LOW + d * at.BLOCK)
-            n0, n1 = _entry(s, at.LOW + (3 + d) * at.BLOCK), _entry(s, at.HIGH + (3 + d) * at.BLOCK)
-            p0, p1, p2, p3 = low * n0, low * n1, high * n0, high * n1
-            p0, p2 = _select(p1 > p0, p1, p0), _select(p3 > p2, p3, p2)
-            bound += _select(p2 > p0, p2, p0)
-            wide, steep = _select(-low > high, -low, high), _select(-n0 > n1, -n0, n1)
-            size += wide * steep
-            away = _select(low > zero, low, _select(high < zero, -high, zero))
-            gap += away * away
-            far += wide * wide
-        out = gap * (one - slack) > _entry(spread, at.REACH * len(verdicts) + k)
-        _put(verdicts, k, _select(out, two, _select(bound < -slack * size - tiny, one, zero)))
-        _put(room, losses.HEIGHT * len(verdicts) + k, bound + slack * size + tiny)
-        _put(room, losses.NEAR * len(verdicts) + k, gap * (one - slack))
-        _put(room, losses.FAR * len(verdicts) + k, far)
-
-
-@jit.driver
-def _beyond_reach(s: Any, spread: Any, room: Any, used: Any, limits: Any, lost: Any) -> None:
-    """What lights out of reach take from a tile, block by block where its normals differ: a box tells little then."""
-    spread_out = s.dtype.type(0)
-    for d in range(3, 6):
-        side = _entry(s, at.HIGH + d * at.BLOCK) - _entry(s, at.LOW + d * at.BLOCK)
-        spread_out += side * side
-    gone = losses.beyond_reach(spread, room, limits[at.SLACK])
-    if spread_out > s.dtype.type(_WIDE) and gone > lost[losses.REACH]:
-        verdicts = np.empty(len(room) // losses.ROOM, s.dtype)
-        gone = s.dtype.type(0)
-        for b in range(used):
-            at.enclose(s, b, 1)
-            _judge(s, spread, verdicts, room, limits[at.SLACK], limits[at.TINY])
-            gone = max(gone, losses.beyond_reach(spread, room, limits[at.SLACK]))
-    lost[losses.REACH] = max(lost[losses.REACH], gone)
 
 
 @jit.inline
@@ -110,7 +57,7 @@ def _facing(flags: Any, counts: Any, inside: Any, keep: Any) -> Any:
     """Count the blocks that do not face the light, or keep them all; whether any is left."""
     some = False
     for b in range(flags[at.USED]):
-        if flags[at.FLAGS + b] & at.FACES == 0:
+        if flags[at.FLAGS + b] & (at.FACES | at.HOLDS) == 0:
             if keep:
                 flags[at.FLAGS + b] |= at.FACES
             else:
@@ -215,10 +162,16 @@ def shade_tiles(
     tiles            2         first tile and the one after the last
     out              3n        colours, laid out as the points
     counts           at.COUNTS    added to
-    lost             losses.LOSSES  raised to the most that a point lost; not where the options want no boxes
+    lost             losses.LOSSES  raised to the most that a point lost; by reach only where the options want boxes
     """
     flags = np.zeros(2 * at.BLOCKS + 1, np.int64)
-    verdicts, room = np.zeros(len(lights), points.dtype), np.zeros(losses.ROOM * len(lights), points.dtype)
+    verdicts, spare = np.zeros(len(lights), points.dtype), np.zeros(len(lights), points.dtype)
+    room = np.zeros(losses.ROOM * len(lights), points.dtype)
+    held, told = np.zeros(patches.words(len(lights)), np.int64), np.zeros(patches.INFO, np.int64)
+    for k in range(len(lights)):
+        held[2 * len(lights) + k] = plan[k, at.SEEN_ROW]
+    told[patches.FORMULA], told[patches.VIEWS], told[patches.SHADOWS] = values, options[at.NEEDS_VIEW], len(visible)
+    work = np.zeros(patches.room(len(lights)) if options[at.PATCHES] else 0, points.dtype)
     count = len(points) // 3
     for tile in range(tiles[0], tiles[1]):
         first = tile * at.TILE
@@ -234,16 +187,26 @@ def shade_tiles(
                 at.look(s, lights[0], used, options[at.EYE_PLACED], limits[at.TINY])
         if options[at.BOXES]:
             at.enclose(s, 0, used)
-            _judge(s, spread, verdicts, room, limits[at.SLACK], limits[at.TINY])
+            losses.judge(s, spread, verdicts, room, limits[at.SLACK], limits[at.TINY])
             if options[at.LIMITED]:
-                _beyond_reach(s, spread, room, used, limits, lost)
+                losses.loop_at(options[at.REACH_LOOP], s)(s, spread, spare, room, limits, lost, flags)
         for c in range(3):
             s[at.SUM + c * at.TILE : at.SUM + c * at.TILE + used * at.BLOCK] = ambient[c]
+        if options[at.PATCHES]:
+            told[patches.FIRST], told[patches.INSIDE], told[patches.USED] = first, inside, used
+            patches.patch_at(options[at.PATCH_LOOP], s)(
+                s, lights, verdicts, visible, told, held, counts, lost, coefficients, table, limits, work
+            )
         for k in range(len(lights)):
             if verdicts[k] > 0:
                 counts[at.BEHIND if verdicts[k] < 2 else at.OUT] += inside
                 continue
             light, todo = lights[k], plan[k]
+            if options[at.PATCHES]:
+                if held[k] == (1 << used) - 1:
+                    continue
+                for b in range(used):
+                    flags[at.FLAGS + b] = at.HOLDS if held[k] >> b & 1 else 0
             if todo[at.SEEN_ROW] >= 0:
                 _shadow(s, visible[todo[at.SEEN_ROW]], first, used * at.BLOCK, count)
             loop_at(todo[at.FACING_LOOP], s)(s, light, flags)

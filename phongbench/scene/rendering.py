@@ -115,13 +115,16 @@ def _job(
     thrift: Thrift,
 ) -> Job:  # fmt: skip
     shaders = []
+    skips = thrift.shading
+    if skips.constant_patches is None:
+        skips = replace(skips, constant_patches=scene.picture.constant_patches)
     for material in scene.materials:
         try:
             shaders.append(
                 Shader(
                     material.reflection, scene.lights, Viewer(position=scene.camera.position),
                     ambient_light=scene.ambient_light, model=model, specular=material.specular or specular,
-                    skips=thrift.shading, shadowed=shadows,
+                    skips=skips, shadowed=shadows,
                 )
             )  # fmt: skip
         except InputError as problem:
@@ -190,6 +193,7 @@ def _ledger(job: Job, tally: Tally) -> tuple[Skipped, ...]:
     ]
     bounded = {
         "out_of_reach": _beyond_reach(job, bounds, tally) if thrift.shading.reach else 0.0,
+        "constant_patches": tally.loss(losses.HOLDING, [m.reflectivity for m in job.scene.materials]),
         "dark_tail": bounds.dark_tail(thrift.shading) if thrift.shading.dark_tail else 0.0,
     }
     for name, skipped in pairs.items():

@@ -48,7 +48,7 @@ class Shader:
         self._job = job_of(formula, material, lights, viewer, skips, FLOAT32, shadowed=shadowed)
         self.boxes = bool(self._job.options[at.BOXES])
         self._spread = np.ascontiguousarray(self._job.lights.T).reshape(-1)
-        self._limits, self._formula = at.bounds(FLOAT32), formula.arguments()
+        self._limits, self._formula = at.bounds(FLOAT32, self._job.budget), formula.arguments()
         ambient = colour(ambient_light, "ambient_light")
         self._ambient = np.array([k * i for k, i in zip(material.ambient, ambient, strict=True)], np.float32)
 
@@ -96,5 +96,6 @@ class Shader:
             "lights_behind": int(counts[at.BEHIND]),
             "vectors_not_built": int(counts[at.UNBUILT]),
             "constant_directions": points * self._job.constant,
+            "constant_patches": int(counts[at.HELD]),
             self.ends: int(counts[at.UNLIT]),
         }

@@ -13,6 +13,8 @@ from phongbench.lighting import Skips
 
 #: the weight below which a reflection is not followed: half an 8-bit code of the brightest light
 CUTOFF = 1 / 510
+#: what holding lights constant may change where it is tried: the same
+PATCHES = 1 / 510
 
 
 @dataclass(frozen=True)
