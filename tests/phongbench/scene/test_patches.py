@@ -52,7 +52,8 @@ def lamps(rng: np.random.Generator, count: int) -> list[Light]:
 
 @given(
     st.integers(0, 2**32), st.integers(1, 40), st.floats(1e-3, 2), st.floats(0, 1), st.floats(0.5, 1),
-    st.sampled_from([1e-4, 2e-3, 0.05, 1.0]), st.sampled_from([Specular(), Specular("lyon", "cross", 8)]), st.booleans(),
+    st.sampled_from([1e-4, 2e-3, 0.05, 1.0]), st.sampled_from([Specular(), Specular("lyon", "cross", 8)]),
+    st.booleans(),
 )  # fmt: skip
 @settings(max_examples=80, deadline=None)
 def test_a_held_light_changes_no_colour_by_more_than_the_budget(
