@@ -338,9 +338,13 @@ def patch_loop(space: str, form: str, precision: Precision) -> Any:
                     put(w, base + COLUMNS + WIDTH * c, lights[k, c])
                 held[len(lights) + n] = k
                 n += 1
-        for k in range(n, (n + WIDTH - 1) // WIDTH * WIDTH):  # what has no direction is not held
+        for k in range(n, (n + WIDTH - 1) // WIDTH * WIDTH):  # what reaches nothing is not held
+            base = k // WIDTH * ROWS + k % WIDTH + COLUMNS
             for c in range(at.NUMBERS):
-                put(w, k // WIDTH * ROWS + k % WIDTH + COLUMNS + WIDTH * c, zero)
+                put(w, base + WIDTH * c, zero)
+            put(w, base + WIDTH * at.WHERE, one)
+            put(w, base + WIDTH * at.FADE, one)
+            put(w, base + WIDTH * at.REACH, -one)
         return n
 
     def patches(

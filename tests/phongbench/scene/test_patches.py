@@ -1,6 +1,8 @@
 """Lights held constant over a block change a colour by no more than is told, and that by no more than is allowed."""
 
 import math
+import platform
+import re
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
@@ -10,9 +12,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from phongbench import jit
 from phongbench.approximations import REGISTRY
 from phongbench.errors import InputError
 from phongbench.lighting import Light, Material, Skips, Specular, Viewer
+from phongbench.lowering import FLOAT32
+from phongbench.patches import patch_loop
 from phongbench.scene.parts import Scene
 from phongbench.scene.reading import examples, read_scene
 from phongbench.scene.rendering import Rendered, render
@@ -134,6 +139,16 @@ def test_the_farther_a_light_the_smaller_the_budget_that_holds_it(sides: float, 
         for budget in (min(enough, 1.0), 1e-6)
     ]
     assert held == [64, 0]
+
+
+@pytest.mark.skipif(
+    jit.DISABLED or platform.machine().lower() not in ("x86_64", "amd64"), reason="reads x86 instructions"
+)
+def test_lights_are_estimated_on_whole_vectors() -> None:
+    """One by one they cost more than most of them take at 64 points."""
+    llvm, assembly = jit.code(patch_loop("reflect", "none", FLOAT32))
+    assert re.search(r"\bvsqrtps\s.*[yz]mm", assembly)
+    assert not re.search(r"\bdouble\b", llvm)
 
 
 def test_a_budget_is_a_number_from_0_up() -> None:
