@@ -1,7 +1,7 @@
 """What a scene is made of: frozen data, checked where it is read, the same for every renderer."""
 
 from collections.abc import Callable, Hashable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from threading import Lock
 from typing import Any
 
@@ -137,6 +137,10 @@ class Kept:
         self.objects = objects
         self._lock, self._things = Lock(), {}  # type: tuple[Lock, dict[str, tuple[Hashable, Any]]]
 
+    def __reduce__(self) -> tuple[type["Kept"], tuple[tuple[Object, ...]]]:
+        """For another process, which computes its own: trees and locks do not travel."""
+        return Kept, (self.objects,)
+
     def of(self, kind: str, key: Hashable, make: Callable[[], Any]) -> Any:
         """The thing of this kind, made if there is none for this key; who asks meanwhile waits, and makes no second.
 
@@ -171,6 +175,10 @@ class Scene:
     def __post_init__(self) -> None:
         if self.kept.objects is not self.objects:
             object.__setattr__(self, "kept", Kept(self.objects))
+
+    def exact(self) -> "Scene":
+        """The scene with exact Phong for every material, whatever formula it names."""
+        return replace(self, materials=tuple(replace(material, specular=None) for material in self.materials))
 
     def of(self, kind: type[Any]) -> list[Any]:
         """The objects of one kind, in their order."""

@@ -1,6 +1,7 @@
 """What a scene's objects are built into is built once, and lives as long as the scenes that share them."""
 
 import gc
+import pickle
 import weakref
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
@@ -13,7 +14,6 @@ import pytest
 from phongbench.errors import InputError
 from phongbench.lighting import Light
 from phongbench.scene import geometry as module
-from phongbench.scene.asking import plain
 from phongbench.scene.geometry import geometry
 from phongbench.scene.parts import Mesh, Scene
 from phongbench.scene.rendering import render
@@ -48,7 +48,7 @@ def test_pictures_of_one_scene_share_its_geometry_and_are_the_same_bits(meshed: 
 
 def test_a_scene_with_other_materials_or_settings_is_not_built_anew(meshed: Scene) -> None:
     built = geometry(meshed)
-    assert geometry(plain(meshed)) is built
+    assert geometry(meshed.exact()) is built
     assert geometry(replace(meshed, picture=replace(meshed.picture, size=(9, 9)), lights=())) is built
 
 
@@ -77,6 +77,14 @@ def test_threads_that_ask_at_once_get_one_geometry(meshed: Scene) -> None:
 
     with ThreadPoolExecutor(4) as pool:
         assert len(set(pool.map(ask, range(4)))) == 1
+
+
+def test_a_scene_travels_to_another_process_without_what_was_built(meshed: Scene) -> None:
+    first = render(meshed).picture
+    arrived = pickle.loads(pickle.dumps(meshed))
+    assert arrived.kept.objects is arrived.objects
+    assert geometry(arrived) is not geometry(meshed)
+    assert np.array_equal(render(arrived).picture, first)
 
 
 def test_what_cannot_be_built_is_not_kept(meshed: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
