@@ -81,7 +81,7 @@ def render(
     model      "phong" or "blinn-phong"
     thrift     what may be left out
     threads    None takes one for each core; the picture does not depend on it
-    tile       samples along a tile's side
+    tile       samples along a tile's side; the picture depends on it only where lights are held constant, within bounds
     cancelled  asked for each tile; True ends the work
     registry   the approximations that `specular` and materials may name
     Raises InputError for a size or depth beyond the limits and for a formula that does not fit a material, naming it;

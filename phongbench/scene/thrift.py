@@ -26,7 +26,7 @@ class Thrift:
     surfaces that reflect nothing; `shadow_rays` asking for shadows where a light does not reach or is behind.
     Bounded: `cutoff` reflections whose accumulated weight is below it change a sample by at most cutoff * brightest
     (0: all are followed).
-    shading  the same for light on surfaces; see there
+    shading  the same for light on surfaces; see there. Its `constant_patches` of None takes the scene's own
     """
 
     objects: bool = True
