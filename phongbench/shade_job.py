@@ -15,7 +15,9 @@ from phongbench.approximations import guarded
 from phongbench.errors import InputError
 from phongbench.light_loops import coordinate_loop, facing_loop
 from phongbench.lighting import CONSTANT, Light, Material, Skips, Specular, Viewer
+from phongbench.losses import reach_loop
 from phongbench.lowering import Precision
+from phongbench.patches import patch_loop
 from phongbench.spec import Approximation, Setting
 
 Array = NDArray[Any]
@@ -87,6 +89,7 @@ class Job:
     options: NDArray[np.int64]
     left_out: int
     constant: int
+    budget: float
 
 
 def job_of(
@@ -118,11 +121,17 @@ def job_of(
     options[at.EYE_PLACED] = viewer.position is not None
     options[at.NEEDS_VIEW] = asks and view_planes
     options[at.BOXES] = skips.lights_behind and kept.sum() >= _MANY
+    if options[at.BOXES] and np.isfinite(table[kept, at.REACH]).any():
+        options[at.LIMITED], options[at.REACH_LOOP] = 1, jit.address(reach_loop(precision))
     options[at.KEEP_BEHIND], options[at.KEEP_UNLIT] = not skips.lights_behind, not skips.beyond_support
     constant = sum(light.position is None for light in lights) + (asks and not view_planes)
+    if skips.constant_patches and formula.spec.falls and kept.any():
+        options[at.PATCHES] = 1
+        options[at.PATCH_LOOP] = jit.address(patch_loop(formula.space, formula.form, precision))
     return Job(
-        formula, table[kept], plan[kept], options, int((~kept).sum()), constant if skips.constant_directions else 0
-    )
+        formula, table[kept], plan[kept], options, int((~kept).sum()), constant if skips.constant_directions else 0,
+        skips.constant_patches or 0.0,
+    )  # fmt: skip
 
 
 def _within_limit(position: Sequence[float] | None, where: str, limit: float) -> None:

@@ -9,40 +9,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from phongbench import intrinsics, jit, kernels
+from phongbench import intrinsics, jit, kernels, losses, patches
 from phongbench import tiles as at
 from phongbench.light_loops import loop_at
 
 Array = NDArray[Any]
 _entry, _put, _select = intrinsics.entry, intrinsics.put, intrinsics.select
 _values_at = kernels.values_at
-
-
-@jit.inline
-def _judge(s: Any, spread: Any, verdicts: Any, slack: Any, tiny: Any) -> None:
-    """Judge every light by a tile's boxes: 0 keep it, 1 behind all of the tile, 2 out of its reach.
-
-    N.(P - p) is at most the sum of the largest products of the components' ends. The ends of P - p are rounded as the
-    differences themselves are; `slack` covers the rounding of the sums, `tiny` that of subnormal numbers.
-    """
-    zero, one, two = s.dtype.type(0), s.dtype.type(1), s.dtype.type(2)
-    for k in range(len(verdicts)):
-        bound, size, gap = zero, zero, zero
-        for d in range(3):
-            placed = _entry(spread, at.PLACED * len(verdicts) + k)
-            place = _entry(spread, (at.WHERE + d) * len(verdicts) + k)
-            low = place - placed * _entry(s, at.HIGH + d * at.BLOCK)
-            high = place - placed * _entry(s, at.LOW + d * at.BLOCK)
-            n0, n1 = _entry(s, at.LOW + (3 + d) * at.BLOCK), _entry(s, at.HIGH + (3 + d) * at.BLOCK)
-            p0, p1, p2, p3 = low * n0, low * n1, high * n0, high * n1
-            p0, p2 = _select(p1 > p0, p1, p0), _select(p3 > p2, p3, p2)
-            bound += _select(p2 > p0, p2, p0)
-            wide, steep = _select(-low > high, -low, high), _select(-n0 > n1, -n0, n1)
-            size += wide * steep
-            away = _select(low > zero, low, _select(high < zero, -high, zero))
-            gap += away * away
-        out = gap * (one - slack) > _entry(spread, at.REACH * len(verdicts) + k)
-        _put(verdicts, k, _select(out, two, _select(bound < -slack * size - tiny, one, zero)))
 
 
 @jit.inline
@@ -82,7 +55,7 @@ def _facing(flags: Any, counts: Any, inside: Any, keep: Any) -> Any:
     """Count the blocks that do not face the light, or keep them all; whether any is left."""
     some = False
     for b in range(flags[at.USED]):
-        if flags[at.FLAGS + b] & at.FACES == 0:
+        if flags[at.FLAGS + b] & (at.FACES | at.HOLDS) == 0:
             if keep:
                 flags[at.FLAGS + b] |= at.FACES
             else:
@@ -172,7 +145,7 @@ def _first_bad(points: Any, normals: Any, first: Any, count: Any, options: Any, 
 def shade_tiles(
     points: Array, normals: Array, visible: Array, towards: Array, lights: Array, spread: Array, plan: Array,
     ambient: Array, values: int, coefficients: Array, table: Array, limits: Array, options: Array, tiles: Array,
-    out: Array, counts: Array, s: Array,
+    out: Array, counts: Array, lost: Array, s: Array,
 ) -> int:  # fmt: skip
     """Shade some tiles. Returns the index of the first point that cannot be shaded, or -1.
 
@@ -187,9 +160,16 @@ def shade_tiles(
     tiles            2         first tile and the one after the last
     out              3n        colours, laid out as the points
     counts           at.COUNTS    added to
+    lost             losses.LOSSES  raised to the most that a point lost; by reach only where the options want boxes
     """
     flags = np.zeros(2 * at.BLOCKS + 1, np.int64)
-    verdicts = np.zeros(len(lights), points.dtype)
+    verdicts, spare = np.zeros(len(lights), points.dtype), np.zeros(len(lights), points.dtype)
+    room = np.zeros(losses.ROOM * len(lights), points.dtype)
+    held, told = np.zeros(patches.words(len(lights)), np.int64), np.zeros(patches.INFO, np.int64)
+    for k in range(len(lights)):
+        held[2 * len(lights) + k] = plan[k, at.SEEN_ROW]
+    told[patches.FORMULA], told[patches.VIEWS], told[patches.SHADOWS] = values, options[at.NEEDS_VIEW], len(visible)
+    work = np.zeros(patches.room(len(lights)) if options[at.PATCHES] else 0, points.dtype)
     count = len(points) // 3
     for tile in range(tiles[0], tiles[1]):
         first = tile * at.TILE
@@ -204,15 +184,27 @@ def shade_tiles(
             else:
                 at.look(s, lights[0], used, options[at.EYE_PLACED], limits[at.TINY])
         if options[at.BOXES]:
-            at.enclose(s, used)
-            _judge(s, spread, verdicts, limits[at.SLACK], limits[at.TINY])
+            at.enclose(s, 0, used)
+            losses.judge(s, spread, verdicts, room, limits[at.SLACK], limits[at.TINY])
+            if options[at.LIMITED]:
+                losses.loop_at(options[at.REACH_LOOP], s)(s, spread, spare, room, limits, lost, flags)
         for c in range(3):
             s[at.SUM + c * at.TILE : at.SUM + c * at.TILE + used * at.BLOCK] = ambient[c]
+        if options[at.PATCHES]:
+            told[patches.FIRST], told[patches.INSIDE], told[patches.USED] = first, inside, used
+            patches.patch_at(options[at.PATCH_LOOP], s)(
+                s, lights, verdicts, visible, told, held, counts, lost, coefficients, table, limits, work
+            )
         for k in range(len(lights)):
             if verdicts[k] > 0:
                 counts[at.BEHIND if verdicts[k] < 2 else at.OUT] += inside
                 continue
             light, todo = lights[k], plan[k]
+            if options[at.PATCHES]:
+                if held[k] == (1 << used) - 1:
+                    continue
+                for b in range(used):
+                    flags[at.FLAGS + b] = at.HOLDS if held[k] >> b & 1 else 0
             if todo[at.SEEN_ROW] >= 0:
                 _shadow(s, visible[todo[at.SEEN_ROW]], first, used * at.BLOCK, count)
             loop_at(todo[at.FACING_LOOP], s)(s, light, flags)

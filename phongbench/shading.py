@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from phongbench import kernels, shade_loop
+from phongbench import kernels, losses, shade_loop
 from phongbench import tiles as at
 from phongbench.approximations import REGISTRY
 from phongbench.errors import CancelledError, InputError
@@ -50,6 +50,7 @@ class Ledger:
     dark_tail            the formula: exact Phong is below the threshold all over the block
     vectors_not_built    R or H: no specular term asks for it
     constant_directions  L, or V: it is the same everywhere; counts each of the two
+    constant_patches     the light was computed once for the whole block
     The same for the same input, whatever the number of threads.
     """
 
@@ -62,6 +63,7 @@ class Ledger:
     dark_tail: int = 0
     vectors_not_built: int = 0
     constant_directions: int = 0
+    constant_patches: int = 0
 
     def as_dict(self) -> dict[str, int]:
         """The `skipped` object of the service's answer."""
@@ -202,7 +204,7 @@ def _run(
     last = -(-len(out) // (3 * at.TILE))
     step = max(1, _PAIRS_AT_ONCE // (at.TILE * max(1, len(job.lights))))
     spread = np.ascontiguousarray(job.lights.T).reshape(-1)
-    limits = at.bounds(job.formula.precision)
+    limits = at.bounds(job.formula.precision, job.budget)
     values, row, table = job.formula.arguments()
     points, normals, visible = inputs
     towards = kernels.read_only(np.zeros(0, points.dtype))
@@ -211,13 +213,14 @@ def _run(
 
     def work() -> NDArray[np.int64]:
         counts, tile = np.zeros(at.COUNTS, np.int64), at.scratch(job.formula.precision)
+        lost = np.zeros(losses.LOSSES, points.dtype)
         while (first := next(pieces) * step) < last and not bad:
             if cancelled is not None and cancelled():
                 raise CancelledError("shading was cancelled")
             part = np.array([first, min(first + step, last)])
             found = shade_loop.shade_tiles(
                 points, normals, visible, towards, job.lights, spread, job.plan, ambient, values, row, table, limits,
-                job.options, part, out, counts, tile,
+                job.options, part, out, counts, lost, tile,
             )  # fmt: skip
             if found >= 0:
                 bad.append(int(found))
@@ -256,5 +259,6 @@ def _ledger(job: Job, counts: NDArray[np.int64], points: int, lights: int) -> Le
         lights_behind=int(counts[at.BEHIND]),
         vectors_not_built=int(counts[at.UNBUILT]),
         constant_directions=points * job.constant,
+        constant_patches=int(counts[at.HELD]),
         **{job.formula.ends: int(counts[at.UNLIT])},
     )

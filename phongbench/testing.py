@@ -159,6 +159,17 @@ def check_bounded_on_unit_vectors(spec: Approximation) -> None:
             _require(0 <= value <= highest, spec, f"{value} at {spec.coordinate} {where} in {precision.name}", setting)
 
 
+def check_falls_where_it_says_so(spec: Approximation) -> None:
+    """The value never grows away from the peak by more than rounding, if SPEC says that it falls."""
+    if not spec.falls:
+        return
+    cosines = 1 - np.concatenate([np.linspace(0, 1, 20001), np.logspace(-9, 0, 20001)])
+    apart = np.sort(cosines)[::-1] if spec.coordinate == "cosine" else np.sort(1 - cosines)
+    for setting in settings(spec):
+        rise = float(np.diff(kernels.evaluate(spec, setting, apart)).max())
+        _require(rise <= 1e-9, spec, f"grows by {rise:.3g} away from its peak", setting)
+
+
 def check_exactly_zero_beyond_cutoff(spec: Approximation) -> None:
     """Beyond the cutoff the value is 0 and nothing else; half way to it there is light."""
     if spec.cutoff is None:
@@ -255,6 +266,7 @@ CHECKS: tuple[Callable[[Approximation], None], ...] = (
     check_coefficients_are_finite,
     check_peak,
     check_bounded_on_unit_vectors,
+    check_falls_where_it_says_so,
     check_exactly_zero_beyond_cutoff,
     check_no_second_highlight,
     check_nan_and_infinity_do_not_raise,

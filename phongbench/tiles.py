@@ -39,28 +39,33 @@ NUMBERS = 19
 #: formula is evaluated; whether its diffuse and its specular term are added; the row that says what sees it, or -1
 FACING_LOOP, COORDINATE_LOOP, HAS_LOOP, EVALUATES, ADDS_DIFFUSE, ADDS_SPECULAR, SEEN_ROW = range(7)
 PLAN = 7
-#: what is counted: pairs left out behind, out of reach, in shadow, in the dark; pairs whose R or H was not built
-BEHIND, OUT, SHADE, UNLIT, UNBUILT = range(5)
-COUNTS = 5
+#: what is counted: pairs left out behind, out of reach, in shadow, in the dark; pairs whose R or H was not built;
+#: pairs held constant
+BEHIND, OUT, SHADE, UNLIT, UNBUILT, HELD = range(6)
+COUNTS = 6
 #: entries of the options
-COLUMNS, NORMALISE, EYE_PLACED, NEEDS_VIEW, BOXES, KEEP_BEHIND, KEEP_UNLIT = range(7)
-OPTIONS = 7
+COLUMNS, NORMALISE, EYE_PLACED, NEEDS_VIEW, BOXES, KEEP_BEHIND, KEEP_UNLIT, LIMITED, REACH_LOOP, PATCHES, PATCH_LOOP = (
+    range(11)
+)
+OPTIONS = 11
 #: a tile's flags: of each block how it faces the light, whether it has a highlight; then the number of its blocks
 FLAGS, LIT, USED = 0, BLOCKS, 2 * BLOCKS
-#: bits of a block's first flag: some point faces the light, lies within its reach, sees it
-FACES, REACHES, SEES = 1, 2, 4
-#: columns of the bounds: the largest coordinate, the smallest squared length that is not 0, room for rounding of boxes
-LARGEST, TINY, SLACK = range(3)
+#: bits of a block's first flag: some point faces the light, lies within its reach, sees it; the block holds the light
+#: constant, and is left out
+FACES, REACHES, SEES, HOLDS = 1, 2, 4, 8
+#: columns of the bounds: the largest coordinate, the smallest squared length that is not 0, room for rounding of boxes;
+#: what holding lights constant may take from a colour
+LARGEST, TINY, SLACK, BUDGET = range(4)
 
 #: no literals in it, so one lowered form serves every precision
 dot = lower(vectors.dot, FLOAT64)
 _entry, _put, _select = intrinsics.entry, intrinsics.put, intrinsics.select
 
 
-def bounds(precision: Precision) -> Array:
+def bounds(precision: Precision, budget: float = 0.0) -> Array:
     """The bounds for a precision. The square of the largest coordinate, three times over, is finite."""
     info = np.finfo(precision.carrier)
-    return np.array([np.sqrt(info.max) / 8, info.tiny, 1e3 * info.eps], precision.carrier)
+    return np.array([np.sqrt(info.max) / 8, info.tiny, 1e3 * info.eps, budget], precision.carrier)
 
 
 def scratch(precision: Precision) -> Array:
@@ -161,8 +166,8 @@ def _fold(s: Any, low_at: Any, high_at: Any, lanes: Any) -> None:
 
 
 @jit.inline
-def enclose(s: Any, blocks: Any) -> None:
-    """The box of a tile's points and that of its normals.
+def enclose(s: Any, first: Any, blocks: Any) -> None:
+    """The box of the points of some blocks of a tile, and that of their normals.
 
     Lowest and highest value of plane k stand at LOW + k * BLOCK and HIGH + k * BLOCK. Lanes first: LLVM does not
     vectorise a minimum of floats that may be NaN.
@@ -170,9 +175,10 @@ def enclose(s: Any, blocks: Any) -> None:
     for k in range(6):
         low_at, high_at = LOW + k * BLOCK, HIGH + k * BLOCK
         for j in range(BLOCK):
-            _put(s, low_at + j, _entry(s, k * TILE + j))
-            _put(s, high_at + j, _entry(s, k * TILE + j))
-        for b in range(1, blocks):
+            v = _entry(s, k * TILE + first * BLOCK + j)
+            _put(s, low_at + j, v)
+            _put(s, high_at + j, v)
+        for b in range(first + 1, first + blocks):
             for j in range(BLOCK):
                 v, low, high = _entry(s, k * TILE + b * BLOCK + j), _entry(s, low_at + j), _entry(s, high_at + j)
                 _put(s, low_at + j, _select(v < low, v, low))

@@ -51,7 +51,9 @@ def tile(asked: RenderRequest) -> int:
 def kinds(asked: RenderRequest) -> set[object]:
     """What decides which loops are compiled: of each material its formula, and the kinds of lights and objects."""
     lights = frozenset((light.position is None, tuple(light.attenuation)[1:] == (0, 0)) for light in asked.scene.lights)
-    shared = (asked.model, asked.scene.picture.shadows, lights, bool(asked.scene.of(Mesh)), asked.compare)
+    picture = asked.scene.picture
+    patches = picture.constant_patches > 0 and asked.thrift.shading.constant_patches is None
+    shared = (asked.model, picture.shadows, lights, bool(asked.scene.of(Mesh)), asked.compare, patches)
     return {("picture", _formula(asked, material), *shared) for material in asked.scene.materials}
 
 

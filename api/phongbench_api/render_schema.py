@@ -80,14 +80,18 @@ _SCENE = _object(
         "objects": {"type": "array", "items": {"oneOf": [_SPHERE, _PLANE, _MESH]}, "minItems": 1,
                     "maxItems": parts.MOST_OBJECTS},
         "background": _list(3, _number(0, BRIGHTEST)),
-        "picture": _object({"size": _SIZE, "depth": _DEPTH, "supersampling": _SAMPLES, "shadows": _FLAG}),
+        "picture": _object({"size": _SIZE, "depth": _DEPTH, "supersampling": _SAMPLES, "shadows": _FLAG,
+                            "constant_patches": _number(0, 1)}),
     },
     "camera", "materials", "objects",
 ) | {"description": "the data of a scene file"}  # fmt: skip
 _REQUEST = _object(
     {
         "scene": {"anyOf": [_named(*examples()), _SCENE]}, "size": _SIZE, "depth": _DEPTH, "supersampling": _SAMPLES,
-        "shadows": _FLAG, "specular": {"anyOf": [_FORMULA, _SPECULAR]}, "model": _named(*MODELS),
+        "shadows": _FLAG, "constant_patches": _number(0, 1) | {
+            "description": "what computing a light once for 64 neighbours may change in a colour at most"
+        },
+        "specular": {"anyOf": [_FORMULA, _SPECULAR]}, "model": _named(*MODELS),
         "skip": _named(*THRIFTS) | {"description": "what may be left out; exact: what changes no bit"},
         "compare": _FLAG | {"description": "draw exact Phong too"},
     },

@@ -36,4 +36,5 @@ SPEC = Approximation(
     cost=Cost("two conversions between integer and float, two multiplications, two additions", multiplies=2),
     lambda_forms=("none",),
     peak=1.0 - LOWERED / 2.0,
+    falls=True,
 )

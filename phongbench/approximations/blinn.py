@@ -54,4 +54,5 @@ SPEC = Approximation(
     lambda_forms=("none",),
     spaces=("half",),
     slopes=tuple(RATIOS),
+    falls=True,
 )

@@ -31,4 +31,5 @@ SPEC = Approximation(
     domain="alpha above about 20; the error falls like 0.27 / alpha (taylor), half of that with minimax",
     cost=Cost("one multiplication, one exponential", multiplies=1, transcendentals=1),
     slopes=tuple(slopes.OFFSETS),
+    falls=True,
 )

@@ -35,4 +35,5 @@ SPEC = Approximation(
     parameters=(WHOLE_ALPHA,),
     lambda_forms=("none",),
     accepts=lambda s: s.alpha == int(s.alpha),
+    falls=True,
 )

@@ -48,4 +48,5 @@ SPEC = Approximation(
     cost=Cost("one arc cosine (square root and polynomial), four multiplications", multiplies=4, transcendentals=1),
     parameters=(ALPHA_TO_64,),
     lambda_forms=("none",),
+    falls=True,
 )

@@ -40,4 +40,5 @@ SPEC = Approximation(
     spaces=("reflect", "half"),
     slopes=tuple(slopes.OFFSETS),
     cutoff=lambda s: 1 / beta(s),
+    falls=True,
 )

@@ -43,4 +43,5 @@ SPEC = Approximation(
     cost=Cost("one multiplication, one minimum, two fused multiply-adds, one maximum, n squarings"),
     parameters=(ALPHA, GAMMA),
     accepts=lambda s: s.alpha >= 1,
+    falls=True,
 )

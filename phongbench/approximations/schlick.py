@@ -33,4 +33,5 @@ SPEC = Approximation(
     domain="another shape, with a long tail: up to 0.2036 too bright in the limit of high alpha; unit vectors only",
     cost=Cost("two fused multiply-adds, one division", divisions=1),
     lambda_forms=("none",),
+    falls=True,
 )

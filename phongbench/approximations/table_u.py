@@ -64,4 +64,5 @@ SPEC = Approximation(
     cost=Cost("one multiplication, two fused multiply-adds, clamping, one conversion", multiplies=1, lookups=2),
     cutoff=cutoff,
     table=entries,
+    falls=True,
 )

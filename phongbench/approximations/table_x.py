@@ -43,4 +43,5 @@ SPEC = Approximation(
     cost=Cost("one multiplication, clamping, one conversion, one fused multiply-add", multiplies=1, lookups=2),
     lambda_forms=("none",),
     table=entries,
+    falls=True,
 )

@@ -64,6 +64,10 @@ class Bounds:
     @cached_property
     def _distances(self) -> Array:
         """(lights,) the distance to the nearest surface, or less; 0 for a light far away, where it does not matter."""
+        places = tuple(light.position for light in self.scene.lights)
+        return np.asarray(self.scene.kept.of("distances", places, self._measured))
+
+    def _measured(self) -> Array:
         scene = self.scene
         places = _rows((0.0, 0.0, 0.0) if light.position is None else light.position for light in scene.lights)
         nearest = np.full(len(places), np.inf)

@@ -64,10 +64,22 @@ class Geometry:
 
 
 def geometry(scene: Scene) -> Geometry:
-    """The arrays of a scene.
+    """The arrays of a scene, built once for all pictures of its objects, Embree's tree included.
 
     Raises InputError if its meshes have too many triangles, or if Embree is needed and not installed.
     """
+    found: Geometry = scene.kept.of("geometry", None, lambda: _ready(scene))
+    return found
+
+
+def _ready(scene: Scene) -> Geometry:
+    """The geometry with its tree, which threads that draw must not begin to build at once."""
+    found = _built(scene)
+    _ = found.embree
+    return found
+
+
+def _built(scene: Scene) -> Geometry:
     spheres: list[Sphere] = scene.of(Sphere)
     planes: list[Plane] = scene.of(Plane)
     meshes: tuple[Mesh, ...] = tuple(scene.of(Mesh))

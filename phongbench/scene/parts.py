@@ -1,6 +1,8 @@
 """What a scene is made of: frozen data, checked where it is read, the same for every renderer."""
 
+from collections.abc import Callable, Hashable
 from dataclasses import dataclass, field, replace
+from threading import Lock
 from typing import Any
 
 import numpy as np
@@ -88,7 +90,8 @@ class Mesh:
     normals    float64 (n, 3)  unit, at the vertices
     materials  int32 (m,)  a material for each face
     unit       bool  whether interpolated normals are scaled to length 1 again
-    smooth     "normals": Phong shading; "colours": Gouraud shading, which lights the vertices; "none": flat faces
+    smooth     "normals": Phong shading; "colours": Gouraud shading, which lights the vertices, see vertices.py;
+               "none": flat faces
     """
 
     vertices: NDArray[np.float64]
@@ -110,12 +113,43 @@ class Picture:
     depth          reflections in a row that are followed: 0 shows direct light only
     supersampling  samples along a pixel's side
     shadows        whether an object keeps a light from another
+    constant_patches  what computing a light once for 64 neighbouring samples may change in a colour at most; 0: it is
+                      computed at each (see phongbench/patches.py)
     """
 
     size: tuple[int, int] = (640, 360)
     depth: int = 3
     supersampling: int = 1
     shadows: bool = False
+    constant_patches: float = 0.0
+
+
+class Kept:
+    """What was computed from a scene's objects, the latest thing of each kind: it lives as long as the scenes do.
+
+    Scenes that `replace` makes of one another share it while their objects are the same, so that a picture in another
+    size, or of other materials, does not build them anew.
+    """
+
+    __slots__ = ("_lock", "_things", "objects")
+
+    def __init__(self, objects: tuple[Object, ...]) -> None:
+        self.objects = objects
+        self._lock, self._things = Lock(), {}  # type: tuple[Lock, dict[str, tuple[Hashable, Any]]]
+
+    def __reduce__(self) -> tuple[type["Kept"], tuple[tuple[Object, ...]]]:
+        """For another process, which computes its own: trees and locks do not travel."""
+        return Kept, (self.objects,)
+
+    def of(self, kind: str, key: Hashable, make: Callable[[], Any]) -> Any:
+        """The thing of this kind, made if there is none for this key; who asks meanwhile waits, and makes no second.
+
+        key  what it depends on besides the objects
+        """
+        with self._lock:
+            if kind not in self._things or self._things[kind][0] != key:
+                self._things[kind] = key, make()
+            return self._things[kind][1]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -125,6 +159,7 @@ class Scene:
     name           str  of the file, without its ending
     ambient_light  colour that reaches every surface
     background     colour of what no ray hits
+    kept           what was computed from the objects; nobody but `replace` gives it
     """
 
     name: str
@@ -135,6 +170,11 @@ class Scene:
     ambient_light: Vector = (0.1, 0.1, 0.1)
     background: Vector = (0.0, 0.0, 0.0)
     picture: Picture = field(default_factory=Picture)
+    kept: Kept = field(default_factory=lambda: Kept(()), repr=False)
+
+    def __post_init__(self) -> None:
+        if self.kept.objects is not self.objects:
+            object.__setattr__(self, "kept", Kept(self.objects))
 
     def exact(self) -> "Scene":
         """The scene with exact Phong for every material, whatever formula it names."""

@@ -157,6 +157,7 @@ def _picture(table: Table) -> Picture:
     picture = Picture(
         wanted_size(table, (640, 360)), table.whole("depth", 3, 0, MOST_DEPTH),
         table.whole("supersampling", 1, 1, MOST_SUPERSAMPLING), table.flag("shadows", False),
+        table.number("constant_patches", 0.0, 0.0, 1.0),
     )  # fmt: skip
     table.finish()
     return picture

@@ -2,9 +2,9 @@
 
 import os
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import count as counter
 from threading import Lock
 from typing import Any
@@ -12,14 +12,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from phongbench import tiles
+from phongbench import losses
 from phongbench.approximations import REGISTRY
 from phongbench.errors import CancelledError, InputError
 from phongbench.lighting import Specular, Viewer
 from phongbench.progress import Progress
-from phongbench.scene import views
+from phongbench.scene import vertices, views
 from phongbench.scene.bounds import Bounds
-from phongbench.scene.geometry import COLOURS, Geometry, geometry
+from phongbench.scene.geometry import geometry
 from phongbench.scene.parts import MOST_DEPTH, MOST_SUPERSAMPLING, Scene
 from phongbench.scene.reading import check_size
 from phongbench.scene.shader import Shader
@@ -81,7 +81,7 @@ def render(
     model      "phong" or "blinn-phong"
     thrift     what may be left out
     threads    None takes one for each core; the picture does not depend on it
-    tile       samples along a tile's side
+    tile       samples along a tile's side; the picture depends on it only where lights are held constant, within bounds
     cancelled  asked for each tile; True ends the work
     registry   the approximations that `specular` and materials may name
     Raises InputError for a size or depth beyond the limits and for a formula that does not fit a material, naming it;
@@ -97,11 +97,13 @@ def render(
         ),
         wanted.shadows if shadows is None else shadows, specular or Specular(), model, thrift, registry,
     )  # fmt: skip
+    tally = Tally()
+    job = replace(job, vertex=vertices.colours(job, tally))
     side = max(1, tile // job.samples)
     firsts = [(x, y) for y in range(0, height, side) for x in range(0, width, side)]
     progress.stage(f"render {scene.name}", len(firsts))
     picture = np.zeros((height, width, 3), np.float32)
-    tally = _draw(job, firsts, side, picture, threads or os.cpu_count() or 1, progress, cancelled)
+    tally.add(_draw(job, firsts, side, picture, threads or os.cpu_count() or 1, progress, cancelled))
     seconds = {"total": time.perf_counter() - started, "tracing": tally.tracing, "shading": tally.shading}
     return Rendered(picture, _ledger(job, tally), tally.rays, {k: round(v, 6) for k, v in seconds.items()})
 
@@ -117,41 +119,26 @@ def _job(
     thrift: Thrift, registry: Mapping[str, Approximation],
 ) -> Job:  # fmt: skip
     shaders = []
+    skips = thrift.shading
+    if skips.constant_patches is None:
+        skips = replace(skips, constant_patches=scene.picture.constant_patches)
     for material in scene.materials:
         try:
             shaders.append(
                 Shader(
                     material.reflection, scene.lights, Viewer(position=scene.camera.position),
                     ambient_light=scene.ambient_light, model=model, specular=material.specular or specular,
-                    skips=thrift.shading, shadowed=shadows, registry=registry,
+                    skips=skips, shadowed=shadows, registry=registry,
                 )
             )  # fmt: skip
         except InputError as problem:
             about = f"{problem.where}: {problem.what}" if problem.where else problem.what
             raise InputError(about, f"materials.{material.name}", problem.mend) from problem
     arrays = geometry(scene)
+    dark = np.zeros((9, len(arrays.modes)), np.float32)
     return Job(
-        scene, arrays, shaders, _vertex_colours(arrays, shaders), views.frame(scene.camera, *size), size, depth,
-        samples, shadows, thrift,
+        scene, arrays, shaders, dark, views.frame(scene.camera, *size), size, depth, samples, shadows, thrift
     )  # fmt: skip
-
-
-def _vertex_colours(arrays: Geometry, shaders: Sequence[Shader]) -> Array:
-    """The colours of the corners of triangles that are Gouraud shaded, seen from the camera; 0 elsewhere."""
-    colours = np.zeros((9, len(arrays.modes)), np.float32)
-    worn = arrays.materials[len(arrays.materials) - len(arrays.modes) :, 0]
-    for material, shader in enumerate(shaders):
-        mine = np.flatnonzero((arrays.modes == COLOURS) & (worn == material))
-        for corner in range(0, 9, 3):
-            if len(mine):
-                points, normals = (
-                    np.ascontiguousarray(rows[corner : corner + 3, mine].T) for rows in (arrays.corners, arrays.normals)
-                )
-                seen = np.ones((shader.lights, len(mine)), np.bool_) if shader.shadowed else None
-                lit = np.empty_like(points)
-                shader.shade(points, normals, lit, np.zeros(tiles.COUNTS, np.int64), visible=seen)
-                colours[corner : corner + 3, mine] = lit.T
-    return colours
 
 
 def _draw(
@@ -209,7 +196,8 @@ def _ledger(job: Job, tally: Tally) -> tuple[Skipped, ...]:
         Skipped("shadow_rays", "exact", "shadow rays", tally.shadow_rays, tally.shadow_rays_saved),
     ]
     bounded = {
-        "out_of_reach": bounds.beyond_reach if thrift.shading.reach else 0.0,
+        "out_of_reach": _beyond_reach(job, bounds, tally) if thrift.shading.reach else 0.0,
+        "constant_patches": tally.loss(losses.HOLDING, [m.reflectivity for m in job.scene.materials]),
         "dark_tail": bounds.dark_tail(thrift.shading) if thrift.shading.dark_tail else 0.0,
     }
     for name, skipped in pairs.items():
@@ -217,3 +205,10 @@ def _ledger(job: Job, tally: Tally) -> tuple[Skipped, ...]:
             kind = "bounded" if name in bounded else "exact"
             lines.append(Skipped(name, kind, "point-light pairs", pairs["pairs"], skipped, bounded.get(name, 0.0)))
     return tuple(lines)
+
+
+def _beyond_reach(job: Job, bounds: Bounds, tally: Tally) -> float:
+    """What lights out of reach would add: what was found out on the way if it was, else what holds anywhere."""
+    if not all(shader.boxes for shader in job.shaders):
+        return bounds.beyond_reach
+    return min(bounds.beyond_reach, tally.loss(losses.REACH, [m.reflectivity for m in job.scene.materials]))

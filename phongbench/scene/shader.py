@@ -27,7 +27,7 @@ class Shader:
     A scene calls it for every group of every tile and bounce. Its colours are those of `shade`, bit for bit.
 
     shadowed  whether `shade` will be told which points see which light
-    counts    of `tiles.COUNTS`: what was left out so far is added up by the caller
+    boxes     whether it is found out what lights out of reach would have added
     """
 
     def __init__(
@@ -46,8 +46,9 @@ class Shader:
         formula = formula_of(material, model, specular, registry, FLOAT32, skips)
         self.lights, self.shadowed, self.ends = len(lights), shadowed, formula.ends
         self._job = job_of(formula, material, lights, viewer, skips, FLOAT32, shadowed=shadowed)
+        self.boxes = bool(self._job.options[at.BOXES])
         self._spread = np.ascontiguousarray(self._job.lights.T).reshape(-1)
-        self._limits, self._formula = at.bounds(FLOAT32), formula.arguments()
+        self._limits, self._formula = at.bounds(FLOAT32, self._job.budget), formula.arguments()
         ambient = colour(ambient_light, "ambient_light")
         self._ambient = np.array([k * i for k, i in zip(material.ambient, ambient, strict=True)], np.float32)
 
@@ -57,6 +58,7 @@ class Shader:
         normals: Array,
         out: Array,
         counts: NDArray[np.int64],
+        lost: Array,
         *,
         towards: Array | None = None,
         visible: Array | None = None,
@@ -66,6 +68,7 @@ class Shader:
         points, normals  (n, 3) float32, C-contiguous   normals are taken as they are
         out              (n, 3) float32                 colours, not limited to 1
         counts           int64 (tiles.COUNTS,)          what is left out is added
+        lost             float32 (losses.LOSSES,)       raised to the most that a colour lost
         towards          (n, 3) float32                 unit directions to where each point is seen from, as of a
                                                         reflected ray; None: to the viewer
         visible          (lights, n) bool               which points see which light
@@ -77,7 +80,7 @@ class Shader:
             _NONE_SEEN if visible is None else kernels.read_only(visible.view(np.uint8)),
             _NOWHERE if towards is None else kernels.read_only(towards.reshape(-1)), self._job.lights, self._spread,
             self._job.plan, self._ambient, *self._formula, self._limits, self._job.options, tiles, out.reshape(-1),
-            counts, at.scratch(FLOAT32),
+            counts, lost, at.scratch(FLOAT32),
         )  # fmt: skip
         if bad >= 0:
             where = f"points[{bad}] = {points[bad].tolist()}, normal {normals[bad].tolist()}"
@@ -93,5 +96,6 @@ class Shader:
             "lights_behind": int(counts[at.BEHIND]),
             "vectors_not_built": int(counts[at.UNBUILT]),
             "constant_directions": points * self._job.constant,
+            "constant_patches": int(counts[at.HELD]),
             self.ends: int(counts[at.UNLIT]),
         }

@@ -7,6 +7,7 @@ from typing import Any
 
 from phongbench.approximations import REGISTRY
 from phongbench.errors import InputError
+from phongbench.lighting import Skips
 from phongbench.progress import Progress
 from phongbench.scene import formulas, pictures, race, worth
 from phongbench.scene.parts import Mesh, Scene
@@ -35,6 +36,7 @@ class Wish:
     shadows: bool | None = None
     skip: bool = True
     exact: bool = False
+    constant_patches: float | None = None
     compare: bool = False
     threads: int | None = None
     registry: Mapping[str, Approximation] = field(default_factory=lambda: REGISTRY)
@@ -48,7 +50,7 @@ class Wish:
         """What may be left out."""
         if not self.skip:
             return Thrift.none()
-        return Thrift.exact() if self.exact else Thrift()
+        return Thrift.exact() if self.exact else Thrift(shading=Skips(constant_patches=self.constant_patches))
 
     def arguments(self) -> dict[str, Any]:
         """Those of `render` that a picture and its measurements share."""

@@ -1,13 +1,20 @@
 """What a renderer may leave out, and the ledger of what it did leave out."""
 
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field, fields
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
+from phongbench import losses
 from phongbench.errors import InputError
 from phongbench.lighting import Skips
 
 #: the weight below which a reflection is not followed: half an 8-bit code of the brightest light
 CUTOFF = 1 / 510
+#: what holding lights constant may change where it is tried: the same
+PATCHES = 1 / 510
 
 
 @dataclass(frozen=True)
@@ -19,7 +26,7 @@ class Thrift:
     surfaces that reflect nothing; `shadow_rays` asking for shadows where a light does not reach or is behind.
     Bounded: `cutoff` reflections whose accumulated weight is below it change a sample by at most cutoff * brightest
     (0: all are followed).
-    shading  the same for light on surfaces; see there
+    shading  the same for light on surfaces; see there. Its `constant_patches` of None takes the scene's own
     """
 
     objects: bool = True
@@ -46,7 +53,10 @@ class Thrift:
 
 @dataclass
 class Tally:
-    """What one renderer's thread counts; see `Ledger` for the meaning."""
+    """What one renderer's thread counts; see the ledger's lines for the meaning.
+
+    lost  float32 (bounces, materials, losses.LOSSES)  the most that shading took from a colour, each time it was asked
+    """
 
     rays: int = 0
     tests: int = 0
@@ -60,18 +70,27 @@ class Tally:
     tracing: float = 0.0
     shading: float = 0.0
     pairs: dict[str, int] = field(default_factory=dict)
+    lost: NDArray[np.float32] = field(default_factory=lambda: np.zeros((1, 1, losses.LOSSES), np.float32))
 
     def add_pairs(self, pairs: dict[str, int]) -> None:
         """Add what the shading left out."""
         for name, number in pairs.items():
             self.pairs[name] = self.pairs.get(name, 0) + number
 
+    def loss(self, kind: int, reflectivities: Sequence[float]) -> float:
+        """The most that shading took from a picture's sample, which mixes (1 - k) direct + k reflected light."""
+        most = 0.0
+        for bounce in self.lost[::-1, :, kind].tolist():
+            most = max((1 - k) * mine + k * most for k, mine in zip(reflectivities, bounce, strict=True))
+        return most
+
     def add(self, other: "Tally") -> None:
         """Add what another thread counted."""
         for f in fields(self):
-            if f.name != "pairs":
+            if f.name not in ("pairs", "lost"):
                 setattr(self, f.name, getattr(self, f.name) + getattr(other, f.name))
         self.add_pairs(other.pairs)
+        self.lost = np.maximum(self.lost, other.lost)
 
 
 @dataclass(frozen=True)

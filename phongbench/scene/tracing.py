@@ -174,10 +174,10 @@ def sort(
     rays: Array, count: int, t: Array, which: Array, planes: Array, boards: Array, materials: Array, spheres: int,
     modes: Array, group: Array, sizes: Array,
 ) -> None:  # fmt: skip
-    """The group of each ray: its material, or after the materials: Gouraud's colours, then nothing hit.
+    """The group of each ray: its material; after the materials, the same again for Gouraud's colours; then nothing hit.
 
     group  int32 (capacity,)  out
-    sizes  int64 (m + 2,)     out: how many are in each of them
+    sizes  int64 (2m + 1,)    out: how many are in each of them
     """
     sizes[:] = 0
     nothing = len(sizes) - 1
@@ -195,7 +195,7 @@ def sort(
             odd = (u + v) - _TWO * np.floor((u + v) / _TWO)
             name = materials[hit, 1] if odd == _ONE else materials[hit, 0]
         elif modes[hit - spheres - planes.shape[1]] == 3:
-            name = np.int32(nothing - 1)
+            name = np.int32(nothing // 2 + materials[hit, 0])
         else:
             name = materials[hit, 0]
         group[i] = name
@@ -210,7 +210,7 @@ def gather(
     """What the rays found, each group's together.
 
     uv       float32 (2, capacity)  weights of a triangle's second and third corner; read where one is hit
-    starts   int64 (m + 2,)         in: where each group begins; out: where it ends
+    starts   int64 (2m + 1,)        in: where each group begins; out: where it ends
     found    float32 (capacity, 3)  out: the point
     shaded   float32 (capacity, 3)  out: the shading normal there, on the side of the ray
     seen     float32 (capacity, 3)  out: the unit direction to where the ray came from

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from phongbench import tiles
+from phongbench import losses, tiles
 from phongbench.scene import tracing, views
 from phongbench.scene.geometry import Geometry
 from phongbench.scene.parts import Scene
@@ -58,7 +58,8 @@ class Worker:
     """Draws tiles; its buffers are made once, for the largest tile."""
 
     def __init__(self, job: Job, capacity: int) -> None:
-        self.job, self.tally = job, Tally()
+        lost = np.zeros((job.depth + 1, len(job.shaders), losses.LOSSES), np.float32)
+        self.job, self.tally = job, Tally(lost=lost)
         self.here, self.next = Wave(capacity), Wave(capacity)
         # of a shadow ray, the weight is how far its light is, and the pixel the point it comes from
         self.shadow = Wave(capacity)
@@ -131,7 +132,7 @@ class Worker:
         self.tally.tests += count * len(self.every)
         self.tally.objects += count * (len(self.every) - len(objects))
         self._triangles(wave)
-        sizes = np.zeros(len(self.job.shaders) + 2, np.int64)
+        sizes = np.zeros(2 * len(self.job.shaders) + 1, np.int64)
         tracing.sort(
             wave.rays, count, self.t, self.which, g.planes, g.boards, g.materials, g.spheres.shape[1], g.modes,
             self.group, sizes,
@@ -163,10 +164,11 @@ class Worker:
         started = time.perf_counter()
         k = np.float32(0)
         colours = self.colours[part]
+        if group < 2 * names:
+            k = np.float32(job.scene.materials[group % names].reflectivity)
         if group < names:
-            k = np.float32(job.scene.materials[group].reflectivity)
             self._shade(group, part, bounce)
-        elif group == names:
+        elif group < 2 * names:
             offset = job.geometry.spheres.shape[1] + job.geometry.planes.shape[1]
             tracing.blend(job.vertex, self.which, offset, self.uv, self.ray_of, first, colours)
         else:
@@ -181,7 +183,7 @@ class Worker:
         )  # fmt: skip
         tally.shading += time.perf_counter() - started
         if bounce < job.depth:
-            self._reflect(first, count, k, reflects=group < names)
+            self._reflect(first, count, k, reflects=group < 2 * names)
 
     def _reflect(self, first: int, count: int, k: np.float32, *, reflects: bool) -> None:
         """Append the reflected rays of a group to the next wave."""
@@ -208,12 +210,12 @@ class Worker:
         counts = np.zeros(tiles.COUNTS, np.int64)
         shader = self.job.shaders[material]
         shader.shade(
-            points, normals, self.colours[part], counts, towards=self.seen[part] if bounce else None,
-            visible=self._visible(points, normals),
+            points, normals, self.colours[part], counts, self.tally.lost[bounce, material],
+            towards=self.seen[part] if bounce else None, visible=self.visible(points, normals),
         )  # fmt: skip
         self.tally.add_pairs(shader.pairs(len(points), counts))
 
-    def _visible(self, points: Array, normals: Array) -> Array | None:
+    def visible(self, points: Array, normals: Array) -> Array | None:
         """Which points see which light; None without shadows."""
         job, g, tally = self.job, self.job.geometry, self.tally
         if not job.shadows:

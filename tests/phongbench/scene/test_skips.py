@@ -16,7 +16,7 @@ from phongbench.scene.thrift import Thrift
 SIZE = (96, 54)
 FORMULAS = [Specular(), Specular("lyon", "difference", 8)]
 EXACT = [f.name for f in fields(Thrift) if f.name not in ("cutoff", "shading")]
-EXACT_SHADING = [f.name for f in fields(Skips) if f.name not in ("reach", "dark_tail", "tail")]
+EXACT_SHADING = [f.name for f in fields(Skips) if f.type is bool and f.name not in ("reach", "dark_tail")]
 
 
 @cache
