@@ -13,6 +13,7 @@ from urllib.parse import quote
 import pandas as pd
 
 from phongbench.errors import StorageError
+from phongbench.garbage import seldom_collected
 from phongbench_reports.behaviour import hostile, smoothness
 from phongbench_reports.claims import claims
 from phongbench_reports.drawing import Plate, ink, svg_pair
@@ -98,6 +99,7 @@ def write(path: Path, content: bytes) -> None:
         ) from error
 
 
+@seldom_collected()
 def build(run: Run, out: Path, *, single_file: bool = False) -> Path:
     """Writes the report of a run.
 
