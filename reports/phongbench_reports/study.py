@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
+from phongbench.edges import lyon
 from phongbench.front import CELL, front
 from phongbench.precisions import in_order
 from phongbench.results import EXACT
@@ -109,9 +110,9 @@ class Study:
 
     @cached_property
     def meshes(self) -> pd.DataFrame:
-        """Rows on interpolated normals in a fixed order; empty for a run without the probe."""
+        """Lyon's rows on interpolated normals in a fixed order, see `edges.lyon`; empty for a run without the probe."""
         keys = ["mesh", "edge_degrees", "normals", "pair", *CELL, "alpha", "truth"]
-        rows = plain(self.run.meshes)
+        rows = plain(lyon(self.run.meshes))
         return rows if rows.empty else rows.sort_values(keys, kind="stable").reset_index(drop=True)
 
     def at(self, rows: pd.DataFrame, **wanted: Any) -> pd.DataFrame:

@@ -99,7 +99,7 @@ def verdict(study: Study, precision: str, budget: float, name: str) -> Table | A
 
 
 def _verdict_row(alpha: float, choice: Choice) -> dict[str, Any]:
-    best = {} if choice.best is None else records(choice.best.drop("state").to_frame().T)[0]
+    best = {} if choice.best is None else {str(k): v for k, v in choice.best.items() if k != "state"}
     rival = None if choice.runner_up is None else label(choice.runner_up)
     miss = None if choice.nearest_miss is None else label(choice.nearest_miss)
     empty = dict.fromkeys([*CELL, "error", "ns", "ratio", "ratio_low", "ratio_high"])
