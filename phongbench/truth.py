@@ -11,7 +11,6 @@ from collections.abc import Sequence
 from functools import cache
 from typing import Any
 
-import mpmath
 import numpy as np
 from numpy.typing import NDArray
 
@@ -143,6 +142,8 @@ def exact_angle(
 
     NaN where an angle is undefined.
     """
+    import mpmath  # late: the twins alone use it, and every command would wait for it
+
     with mpmath.workdps(digits):
         u, v = [mpmath.mpf(float(c)) for c in a], [mpmath.mpf(float(c)) for c in b]
         length = mpmath.sqrt(product(u, u)) * mpmath.sqrt(product(v, v))
@@ -156,6 +157,8 @@ def exact_given(
     digits: int = 50,
 ) -> Any:  # fmt: skip
     """max(0, a.b)^alpha of the vectors as they are, by mpmath: the slow obvious twin."""
+    import mpmath
+
     with mpmath.workdps(digits):
         u, v = [mpmath.mpf(float(c)) for c in a], [mpmath.mpf(float(c)) for c in b]
         return phong_of_cosine(product(u, v), alpha, half_space)
