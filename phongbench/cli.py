@@ -17,6 +17,7 @@ from phongbench.commands.common import grid as _grid
 from phongbench.commands.common import show as _show
 from phongbench.commands.pictures import render
 from phongbench.commands.serving import serving
+from phongbench.commands.shaders import shader
 from phongbench.commands.shading import shade
 from phongbench.errors import (
     CorruptRunError,
@@ -82,7 +83,7 @@ def _serve(**wishes: Any) -> None:
     serve(Settings(**wishes))
 
 
-for command in (front, recommend, claims, bench, shade, render, serving(_serve)):
+for command in (front, recommend, claims, bench, shade, shader, render, serving(_serve)):
     main.add_command(command)
 
 

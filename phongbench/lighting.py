@@ -6,7 +6,7 @@ from dataclasses import dataclass, fields, replace
 from typing import Any
 
 from phongbench import materials
-from phongbench.approximations import REGISTRY, get
+from phongbench.approximations import REGISTRY, get, guarded
 from phongbench.errors import InputError, UnknownNameError
 from phongbench.spec import Approximation, Setting
 
@@ -193,7 +193,8 @@ class Specular:
             raise UnknownNameError(f"beta policy of {spec.name}", slope, spec.slopes, "specular.beta")
         setting = Setting(shininess, self.gamma, slope, spec.spaces[0])
         field = "specular.gamma" if spec.uses_gamma and _alpha_fits(spec, shininess) else "material.shininess"
-        _within(field, lambda: spec.check(setting))
+        with guarded(spec):
+            _within(field, lambda: spec.check(setting))
         return spec, form, setting, "half" if model == "blinn-phong" or setting.space == "half" else "reflect"
 
 

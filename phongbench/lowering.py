@@ -97,8 +97,10 @@ class _Lowering:
 
     def __init__(self, body: Body, precision: Precision, known: dict[str, int]) -> None:
         self.body, self.precision = body, precision
-        self.known: dict[str, Any] = dict(known)
+        self.given, self.known = known, dict[str, Any](known)
         self.kinds: dict[str, str] = {}
+        #: name in the lowered source -> the plain body that it calls
+        self.callees: dict[str, Body] = {}
         self.namespace: dict[str, Any] = {
             # without a name, numba's cache searches every module for the function: 10 ms a kernel
             "__name__": body.__module__,
@@ -141,6 +143,8 @@ class _Lowering:
         exec(compile(text, filename, "exec"), self.namespace)
         lowered: Body = self.namespace[name]
         lowered.__lowered_source__ = text  # type: ignore[attr-defined]
+        lowered.__callees__ = self.callees  # type: ignore[attr-defined]
+        lowered.__known__ = {n: self.given[n] for n in known_arguments(self.body)}  # type: ignore[attr-defined]
         return jit.inline(lowered)
 
     # statements
@@ -282,7 +286,7 @@ class _Lowering:
         else:
             target, rounds = self._implementation(callee, implementations, bound), self.precision.rounds
         name = f"{target.__name__}_{len(self.namespace)}"  # two modules may have helpers of the same name
-        self.namespace[name] = target
+        self.namespace[name], self.callees[name] = target, callee
         passed = [
             self._expression(a)[0] if self._is_table(a) else self._float(a)
             for n, a in zip(names, arguments, strict=True)

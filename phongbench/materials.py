@@ -85,8 +85,8 @@ def read_mtl(path: str | Path) -> tuple[Material, ...]:
     path = Path(path)
     try:
         lines = path.read_text(encoding="utf-8-sig", errors="replace").splitlines()
-    except OSError as problem:
-        what = f"cannot read the MTL file: {problem.strerror}"
+    except (OSError, ValueError) as problem:  # ValueError: a name that no file can have
+        what = f"cannot read the MTL file: {getattr(problem, 'strerror', None) or problem}"
         raise InputError(what, str(path), "give the path of a .mtl file") from problem
     found: list[Material] = []
     shiny = False

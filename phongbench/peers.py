@@ -203,9 +203,14 @@ def prepared(name: str, a: Array, b: Array, out: Array) -> Peer | str:
     try:
         with redirect_stdout(StringIO()):  # some greet; stdout is for data
             return PEERS[name](a, b, out)
-    except ModuleNotFoundError as problem:
-        if problem.name != name:
-            return f"cannot be imported: {problem}"
-        return f"not installed; pip install {name} brings it"
     except (ImportError, OSError, RuntimeError) as problem:
-        return f"cannot be used here: {str(problem).splitlines()[0]}"
+        return why_absent(name, problem)
+
+
+def why_absent(name: str, problem: Exception) -> str:
+    """What to tell of a package that could not be used, and how to mend it where that is known."""
+    if not isinstance(problem, ModuleNotFoundError):
+        return f"cannot be used here: {(str(problem).splitlines() or [type(problem).__name__])[0]}"
+    if problem.name != name:
+        return f"cannot be imported: {problem}"
+    return f"not installed; pip install {name} brings it"

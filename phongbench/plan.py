@@ -260,7 +260,7 @@ def read_toml(path: Path) -> Plan:
         raise InputError(
             f"cannot read the plan: {problem.strerror}", str(path), "give the path of a TOML file"
         ) from problem
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as problem:
+    except (ValueError, RecursionError) as problem:  # not TOML, not UTF-8, or a number without end
         raise InputError(
             f"not valid TOML: {problem}", str(path), "see `phongbench run --help` for an example plan"
         ) from problem

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from phongbench import jit, kernels, skipping
 from phongbench import tiles as at
+from phongbench.approximations import guarded
 from phongbench.errors import InputError
 from phongbench.light_loops import coordinate_loop, facing_loop
 from phongbench.lighting import CONSTANT, Light, Material, Skips, Specular, Viewer
@@ -47,9 +48,10 @@ class Formula:
     def arguments(self) -> tuple[int, Array, Array]:
         """Address of the loop, coefficients, table."""
         spec, setting, precision = self.spec, self.setting, self.precision
-        kernel = kernels.values_kernel(spec, precision, kernels.known_values(spec, setting))
-        row, table = kernels.coefficient_row(spec, setting, precision), kernels.table_row(spec, setting, precision)
-        return jit.address(kernel), row, table
+        with guarded(spec):
+            kernel = kernels.values_kernel(spec, precision, kernels.known_values(spec, setting))
+            row, table = kernels.coefficient_row(spec, setting, precision), kernels.table_row(spec, setting, precision)
+            return jit.address(kernel), row, table
 
     def loop(self, light_planes: bool, view_planes: bool) -> int:
         """Address of the loop that finds the coordinate."""
@@ -65,7 +67,8 @@ def formula_of(
     exact = spec.kind == "exact" and form == "none"
     dark = -np.inf if form == "none" else np.inf
     if skips.beyond_support and (exact or spec.cutoff is not None):
-        dark = skipping.limit(spec, setting, precision)
+        with guarded(spec):
+            dark = skipping.limit(spec, setting, precision)
     tail = 0.0
     if skips.dark_tail and exact:
         least = 4 * float(np.finfo(precision.carrier).eps) if skips.tail is None else skips.tail

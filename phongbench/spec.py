@@ -172,7 +172,9 @@ class Approximation:
         values: dict[str, Any] = {"alpha": setting.alpha, "gamma": setting.gamma}
         for p in self.parameters:
             value = values.get(p.name)
-            if value is None or not math.isfinite(value) or not p.low <= value <= p.high:
+            if value is None:
+                raise InputError(f"{self.name} needs a {p.name}", self.name, f"{p.name} is {p.meaning}")
+            if not math.isfinite(value) or not p.low <= value <= p.high:
                 raise InputError(
                     f"{p.name} = {value} is outside {p.low:g} .. {p.high:g}", self.name, f"{p.name} is {p.meaning}"
                 )

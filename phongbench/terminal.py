@@ -24,7 +24,7 @@ class TerminalProgress(Progress):
     def __init__(self, *, quiet: bool = False) -> None:
         self.console = Console(stderr=True, quiet=quiet)
         self.bars = Bars(
-            TextColumn("{task.description:<28}"),
+            TextColumn("{task.description:<28}", markup=False),
             BarColumn(),
             TextColumn("{task.percentage:>3.0f} %"),
             TimeElapsedColumn(),
@@ -52,7 +52,7 @@ class TerminalProgress(Progress):
             self.bars.remove_task(self.task)
         self.task = self.bars.add_task(text, total=total, rate="")
         if self.bars.disable:
-            self.console.print(text, style="dim", highlight=False)
+            self.console.print(text, style="dim", highlight=False, markup=False)
 
     def advance(self, steps: float = 1) -> None:
         """Move the bar; large steps are evaluations, whose rate is shown."""

@@ -28,6 +28,7 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
         with _heard(service):
             yield
         service.office.draining = True
+    service.cool_down()
 
 
 @contextmanager

@@ -9,6 +9,7 @@ from pydantic_core import CoreSchema, core_schema
 from phongbench import front, sampling, slopes, timing
 from phongbench.approximations import REGISTRY
 from phongbench.lowering import PRECISIONS
+from phongbench.shaders.languages import LANGUAGES
 from phongbench.spec import ALPHA, GAMMA, SPACES
 from phongbench.vectors import LAMBDA_FORMS
 
@@ -116,6 +117,12 @@ class CurveAsk(FormulaAsk):
     perturbation: Annotated[str, OneOf(["a", "both", "opposite"])] = Field(
         "a", description="whose length is wrong: one vector's, both alike, or one too long and the other too short"
     )
+
+
+class ShaderAsk(FormulaAsk):
+    """A formula in a language."""
+
+    language: Annotated[str, OneOf(LANGUAGES)] = Field("glsl", description="what it is written in")
 
 
 class FrontAsk(Ask):

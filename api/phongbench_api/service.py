@@ -1,5 +1,6 @@
 """What the routes of one server share: its settings, runs, kernels and cores."""
 
+import gc
 import logging
 import threading
 import time
@@ -29,12 +30,22 @@ class Service:
     answers: Answers = field(default_factory=Answers)
 
     def warm_up(self) -> None:
-        """Compile and time the kernels; stops between two of them once the server goes down."""
+        """Compile and time the kernels; stops between two of them once the server goes down.
+
+        What lives by then lives as long as the server, so the garbage collector need not look at it again: a full
+        collection of it stops every thread, health included, for some 100 ms.
+        """
         started = time.perf_counter()
         if self.kernels.warm(lambda: self.office.draining):
+            gc.collect()
+            gc.freeze()
             self.office.open = True
             self.warm.set()
             log.info("ready: kernels warm after %.1f s", time.perf_counter() - started)
+
+    def cool_down(self) -> None:
+        """Give back to the garbage collector what `warm_up` took from it."""
+        gc.unfreeze()
 
     @cached_property
     def store(self) -> Store:

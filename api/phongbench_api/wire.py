@@ -16,7 +16,7 @@ from phongbench_api.errors import MalformedError, NotAcceptableError, RequestErr
 
 JSON, OCTETS, NPY = "application/json", "application/octet-stream", "application/x-npy"
 CSV, SVG, PARQUET, PNG = "text/csv", "image/svg+xml", "application/vnd.apache.parquet", "image/png"
-HTML, MULTIPART = "text/html", "multipart/form-data"
+HTML, TEXT, MULTIPART = "text/html", "text/plain", "multipart/form-data"
 #: dtypes of binary bodies, by the name a query gives them
 DTYPES: dict[str, np.dtype[Any]] = {"f4": np.dtype("<f4"), "f8": np.dtype("<f8")}
 _NPY_MAGIC = b"\x93NUMPY"

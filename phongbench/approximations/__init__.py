@@ -3,7 +3,8 @@
 import re
 import sys
 import traceback
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from importlib import import_module
 from importlib.util import module_from_spec, spec_from_file_location
 from itertools import product
@@ -74,6 +75,21 @@ def registry_with(files: Iterable[str | Path]) -> Mapping[str, Approximation]:
     return MappingProxyType(known)
 
 
+@contextmanager
+def guarded(spec: Approximation) -> Iterator[None]:
+    """Whatever a user's formula raises inside is an InputError that names its file and line; ours raise what they do.
+
+    The file is named without its folder: what failed is stored with the results.
+    """
+    try:
+        yield
+    except Exception as problem:
+        if isinstance(problem, PhongbenchError) or spec.name in REGISTRY:
+            raise
+        path = Path(spec.kernel.__code__.co_filename)
+        _blame(problem, path, path.name)
+
+
 def _run(path: Path) -> ModuleType:
     if not path.is_file():
         raise InputError("no such file", str(path), "--with takes a Python file that defines SPEC = Approximation(...)")
@@ -124,11 +140,15 @@ def example(spec: Approximation) -> Setting:
     raise InputError(f"{spec.name!r} accepts no alpha of {alphas}", spec.name, "check its parameters and accepts")
 
 
-def _blame(problem: Exception, path: Path) -> NoReturn:
-    """Raise an InputError naming the last line of the user's file that led to the problem."""
+def _blame(problem: Exception, path: Path, name: str | None = None) -> NoReturn:
+    """Raise an InputError naming the last line of the user's file that led to the problem.
+
+    name  what to call the file; None: its path
+    """
+    called = name or str(path)
     if isinstance(problem, SyntaxError):
-        raise InputError(problem.msg, f"{path}:{problem.lineno}", "the file must be valid Python") from problem
+        raise InputError(problem.msg, f"{called}:{problem.lineno}", "the file must be valid Python") from problem
     lines = [frame.lineno for frame in traceback.extract_tb(problem.__traceback__) if Path(frame.filename) == path]
     what = problem.what if isinstance(problem, PhongbenchError) else f"{type(problem).__name__}: {problem}"
     mend = (isinstance(problem, PhongbenchError) and problem.mend) or "this line of the file raised it"
-    raise InputError(what, f"{path}:{lines[-1]}" if lines else str(path), mend) from problem
+    raise InputError(what, f"{called}:{lines[-1]}" if lines else called, mend) from problem

@@ -22,6 +22,7 @@ from phongbench.scene import formulas
 from phongbench.scene.parts import Scene
 from phongbench.scene.reading import examples, read_scene
 from phongbench.scene.rendering import render
+from phongbench.spec import Approximation
 
 #: pictures of studies with at least so many samples
 SIZES = {1 << 17: (640, 360), 1 << 14: (320, 180), 0: (64, 36)}
@@ -35,9 +36,7 @@ _NUMBERS = (
 def measure(probing: Probing) -> Mapping[str, pd.DataFrame]:
     """The tables scenes, skips, scene_times and far."""
     plan = probing.plan
-    chosen = drawn(plan)
-    if own := [name for name in plan.approximations if name not in REGISTRY]:
-        probing.note(f"scenes are drawn by shipped formulas only, so without {', '.join(own)}")
+    chosen = drawn(plan, probing.registry)
     scenes = [read_scene(name) for name in examples()]
     share = 1 / (len(scenes) + 1)  # and one for polygons and vectors
     errors: list[dict[str, Any]] = []
@@ -45,10 +44,12 @@ def measure(probing: Probing) -> Mapping[str, pd.DataFrame]:
     times: list[dict[str, Any]] = []
     for scene in scenes:
         wishes: dict[str, Any] = {"size": size(plan), "threads": probing.jobs}
-        errors += [_row(scene, plan, row) for row in formulas.compare(scene, chosen, rounds=0, **wishes)]
+        rows = formulas.compare(scene, chosen, rounds=0, registry=probing.registry, **wishes)
+        errors += [_row(scene, plan, row, probing.registry) for row in rows]
         probing.advance(share / 4)
         if plan.timing:
-            times += _times(scene, chosen, plan, wishes)
+            fitting = [formula for formula, row in zip(chosen, rows, strict=True) if row["left_out"] is None]
+            times += _times(scene, fitting, plan, wishes | {"registry": probing.registry})
         probing.advance(share / 4)
         found, seconds = skips.measure(scene, plan, wishes)
         probing.violations += skips.violations(found)
@@ -58,6 +59,7 @@ def measure(probing: Probing) -> Mapping[str, pd.DataFrame]:
     if plan.timing:
         times += infinity.measure(plan)
     probing.advance(share)
+    _tell(probing, errors)
     return {"scenes": _errors(errors), "skips": _skips(saved), "scene_times": _all_times(times), "far": polygons}
 
 
@@ -73,19 +75,38 @@ def size(plan: Plan) -> tuple[int, int]:
     return next(size for least, size in SIZES.items() if plan.samples >= least)
 
 
-def drawn(plan: Plan) -> list[Specular]:
-    """Of the usual formulas of pictures those that the plan measures: its names, lambda forms, gammas and slopes."""
+def drawn(plan: Plan, registry: Mapping[str, Approximation] = REGISTRY) -> list[Specular]:
+    """Of the usual formulas of pictures, and the user's own, those that the plan measures.
+
+    A slope that an own formula has by itself is drawn, whatever the plan's: so is it measured.
+    """
     return [
-        s for s in formulas.USUAL
+        s for s in (*formulas.USUAL, *formulas.own(registry))
         if s.approximation in plan.approximations and (s.lambda_form is None or s.lambda_form in plan.lambda_forms)
-        and (s.gamma is None or s.gamma in plan.gammas) and (s.beta is None or s.beta in plan.slopes)
+        and (s.gamma is None or s.gamma in plan.gammas)
+        and (s.beta is None or s.beta in plan.slopes or s.approximation not in REGISTRY)
     ]  # fmt: skip
 
 
-def _row(scene: Scene, plan: Plan, row: dict[str, Any]) -> dict[str, Any]:
+def _tell(probing: Probing, errors: list[dict[str, Any]]) -> None:
+    """A note for each of the user's own formulas that is missing in pictures: in how many, and why in the first."""
+    missing: dict[str, list[dict[str, Any]]] = {}
+    for row in errors:
+        if row["left_out"] and row["approximation"] not in REGISTRY:
+            missing.setdefault(row["approximation"], []).append(row)
+    for name, rows in missing.items():
+        drawn = sum(row["approximation"] == name for row in errors)
+        probing.note(
+            f"{name} is left out of {len(rows)} of {drawn} pictures; {rows[0]['scene']}: {rows[0]['left_out']}"
+        )
+
+
+def _row(
+    scene: Scene, plan: Plan, row: dict[str, Any], registry: Mapping[str, Approximation] = REGISTRY
+) -> dict[str, Any]:
     """A row of the table from one of `formulas.compare`."""
     width, height = size(plan)
-    spec = REGISTRY[row["approximation"]]
+    spec = registry[row["approximation"]]
     alike = not row["left_out"] and row["max_abs"] == 0
     return {
         **row, "scene": scene.name, "width": width, "height": height, "depth": scene.picture.depth,
@@ -94,9 +115,9 @@ def _row(scene: Scene, plan: Plan, row: dict[str, Any]) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _times(scene: Scene, chosen: list[Specular], plan: Plan, wishes: dict[str, Any]) -> list[dict[str, Any]]:
-    """Times of the formulas' pictures, rays included, over that of exact Phong; those that fit the scene."""
-    fitting = [Specular(), *(s for s in chosen if formulas.why_not(scene, s) is None)]
+def _times(scene: Scene, fitting: list[Specular], plan: Plan, wishes: dict[str, Any]) -> list[dict[str, Any]]:
+    """Times of the pictures of formulas that fit the scene, rays included, over that of exact Phong."""
+    fitting = [Specular(), *fitting]
     calls = [partial(render, scene, specular=formula, **wishes) for formula in fitting]
     for call in calls:
         call()

@@ -16,9 +16,10 @@ from numpy.typing import NDArray
 from phongbench.errors import InputError, UnknownNameError
 from phongbench.lighting import MODELS, Specular
 from phongbench.scene import pictures
-from phongbench.scene.documents import Source, Table
-from phongbench.scene.parts import MOST_DEPTH, MOST_PIXELS, MOST_SUPERSAMPLING, MOST_TRIANGLES, Mesh, Scene
-from phongbench.scene.reading import check_size, examples, read_scene, scene_of, specular_of
+from phongbench.scene.documents import Table
+from phongbench.scene.parts import MOST_DEPTH, MOST_SUPERSAMPLING, MOST_TRIANGLES, Mesh, Scene
+from phongbench.scene.places import Source
+from phongbench.scene.reading import examples, read_scene, scene_of, specular_of, wanted_size
 from phongbench.scene.rendering import TILE, Rendered, render
 from phongbench.scene.thrift import Thrift
 
@@ -98,13 +99,8 @@ class RenderRequest:
             "model": self.model, "thrift": self.thrift, "threads": threads, "tile": tile, "cancelled": cancelled,
         }  # fmt: skip
         done = render(self.scene, specular=self.specular, **wishes)
-        exact = render(plain(self.scene), specular=_PHONG, **wishes) if self.compare else None
+        exact = render(self.scene.exact(), specular=_PHONG, **wishes) if self.compare else None
         return Drawn(self.scene.name, done, exact)
-
-
-def plain(scene: Scene) -> Scene:
-    """The scene with exact Phong for every material, whatever formula it names."""
-    return replace(scene, materials=tuple(replace(material, specular=None) for material in scene.materials))
 
 
 def render_request(document: Any, most_triangles: int = MOST_TRIANGLES) -> RenderRequest:
@@ -151,13 +147,8 @@ def _scene(top: Table, most_triangles: int) -> Scene:
 def _with_wishes(scene: Scene, top: Table) -> Scene:
     """The scene with the size, depth, supersampling and shadows that are asked for."""
     wanted = scene.picture
-    width, height = top.numbers("size", 2, wanted.size, 1, MOST_PIXELS)
-    if width % 1 or height % 1:
-        raise top.fault("a size is two whole numbers", "size", "write [width, height]")
-    with top.blamed("size"):
-        size = check_size(int(width), int(height))
     return replace(scene, picture=replace(
-        wanted, size=size, depth=top.whole("depth", wanted.depth, 0, MOST_DEPTH),
+        wanted, size=wanted_size(top, wanted.size), depth=top.whole("depth", wanted.depth, 0, MOST_DEPTH),
         supersampling=top.whole("supersampling", wanted.supersampling, 1, MOST_SUPERSAMPLING),
         shadows=top.flag("shadows", wanted.shadows),
     ))  # fmt: skip

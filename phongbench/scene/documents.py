@@ -11,67 +11,13 @@ from pathlib import Path
 from typing import Any
 
 from phongbench.errors import InputError, UnknownNameError
+from phongbench.scene.places import Source, Steps, shown
 
 Vector = tuple[float, float, float]
-#: where a value stands in a document: keys and indices, outermost first
-Steps = tuple[str | int, ...]
 #: largest number a document may hold: its square is still far from float32's end
 LARGEST = 1e9
 #: bytes a document may have
 LARGEST_FILE = 4 << 20
-
-
-@dataclass(frozen=True, slots=True)
-class Source:
-    """Where a document came from, so that an error can say file and line.
-
-    name    str    the file as the user named it; "" for a document that came as data
-    text    str    its TOML text; "" where lines mean nothing
-    prefix  Steps  where the document stands in a larger one
-    afar    bool   whether a stranger sent it: then errors repeat nothing of it, and count what its author named
-    """
-
-    name: str = ""
-    text: str = ""
-    prefix: Steps = ()
-    afar: bool = False
-
-    def where(self, steps: Steps) -> str:
-        """File, line and key of a value; only the key for data."""
-        key = ""
-        for step in (*self.prefix, *steps):
-            key += f"[{step}]" if isinstance(step, int) else f".{step}" if key else step
-        if not self.name:
-            return key or "document"
-        place = f"{self.name}:{line_of(self.text, steps)}" if self.text else self.name
-        return f"{place}: {key}" if key else place
-
-
-_HEADER, _KEY = re.compile(r"^\s*(\[\[?)\s*([^\]#]+?)\s*\]"), re.compile(r"^\s*([\w.\"'-]+)\s*=")
-
-
-def line_of(text: str, steps: Steps) -> int:
-    """The line (from 1) of a TOML text that holds the value at these steps, or the nearest thing around it."""
-    best, found, prefix = 0, 1, ()  # type: tuple[int, int, Steps]
-    counted: dict[str, int] = {}
-    for number, line in enumerate(text.splitlines(), 1):
-        here = prefix
-        if header := _HEADER.match(line):
-            name = header[2]
-            prefix = _steps(name)
-            if header[1] == "[[":
-                counted[name] = counted.get(name, -1) + 1
-                prefix = (*prefix, counted[name])
-            here = prefix
-        elif key := _KEY.match(line):
-            here = (*prefix, *_steps(key[1]))
-        if here == steps[: len(here)] and len(here) > best:
-            best, found = len(here), number
-    return found
-
-
-def _steps(name: str) -> Steps:
-    return tuple(part.strip().strip("\"'") for part in name.split("."))
 
 
 def load(path: Path) -> tuple[dict[str, Any], Source]:
@@ -81,23 +27,40 @@ def load(path: Path) -> tuple[dict[str, Any], Source]:
             raise InputError(
                 f"the file has more than {LARGEST_FILE >> 20} MB", str(path), "meshes belong into OBJ files"
             )
-        text = path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as problem:
-        what = getattr(problem, "strerror", None) or "not UTF-8"
-        raise InputError(f"cannot read the scene: {what}", str(path), "give the path of a TOML file") from problem
+        text = path.read_text(encoding="utf-8-sig")  # Windows' editors put a byte order mark first
+    except OSError as problem:
+        what = f"cannot read the scene: {problem.strerror}"
+        raise InputError(what, str(path), "give the path of a TOML file") from problem
+    except UnicodeDecodeError as problem:
+        line = problem.object.count(b"\n", 0, problem.start) + 1
+        raise InputError("cannot read the scene: not UTF-8", f"{path}:{line}", "save it as text in UTF-8") from problem
     if path.suffix.lower() == ".json":
         try:
             data = json.loads(text)
         except (ValueError, RecursionError) as problem:
-            raise InputError(f"not valid JSON: {problem}", str(path)) from problem
+            raise _malformed("JSON", problem, path, text) from problem
         if not isinstance(data, dict):
             raise InputError("not a JSON object", str(path), "a scene is an object with camera, materials, objects")
         return data, Source(str(path))
     try:
         return tomllib.loads(text), Source(str(path), text)
-    except (tomllib.TOMLDecodeError, RecursionError) as problem:
-        line = re.search(r"line (\d+)", str(problem))
-        raise InputError(f"not valid TOML: {problem}", f"{path}:{line[1]}" if line else str(path)) from problem
+    except (ValueError, RecursionError) as problem:
+        raise _malformed("TOML", problem, path, text) from problem
+
+
+#: Python reads no integer of more digits
+_MOST_DIGITS = 4300
+
+
+def _malformed(kind: str, problem: Exception, path: Path, text: str) -> InputError:
+    """The error to raise about a text that cannot be parsed, with its line if anything tells it."""
+    what, told = str(problem), re.search(r"line (\d+)", str(problem))
+    line = told[1] if told else None
+    if isinstance(problem, RecursionError):
+        what = "lists or tables within one another, too deep to read"
+    elif line is None and (endless := re.search(rf"\d{{{_MOST_DIGITS}}}", text)):
+        what, line = "a number with thousands of digits", text.count("\n", 0, endless.start()) + 1
+    return InputError(f"not valid {kind}: {what}", f"{path}:{line}" if line else str(path))
 
 
 @dataclass(slots=True)
@@ -174,19 +137,14 @@ class Table:
         low: float = -LARGEST, high: float = LARGEST,
     ) -> tuple[float, ...]:  # fmt: skip
         """So many numbers in low .. high."""
-        value = self.value(key, default)
-        if not isinstance(value, list | tuple) or len(value) != count:
-            raise self.fault(f"{self._told(key, value)} is not a list of {count} numbers", key)
-        return tuple(self._number(v, f"{key}[{i}]", low, high, key) for i, v in enumerate(value))
+        return self._row(self.value(key, default), key, count, low, high, key)
 
     def rows(self, key: str, counts: tuple[int, ...], length: int) -> list[tuple[float, ...]]:
         """Lists of `length` numbers each, as many as one of `counts`."""
         value = self.value(key)
         if not isinstance(value, list) or len(value) not in counts:
             raise self.fault(f"{key} is not a list of {' or '.join(map(str, counts))} rows", key)
-        named = Table({f"{key}[{i}]": row for i, row in enumerate(value)}, self.source, self.steps)
-        with self.blamed(key):
-            return [named.numbers(name, length) for name in named.data]
+        return [self._row(row, f"{key}[{i}]", length, -LARGEST, LARGEST, key) for i, row in enumerate(value)]
 
     def vector(self, key: str, default: Vector | None = None) -> Vector:
         """Three numbers."""
@@ -232,7 +190,10 @@ class Table:
         """The error to raise about a name of the document's own that this value refers to, and that is not there."""
         if self.source.afar:
             return InputError(f"there is no {kind} of that name", self.where(key), f"add it to {kind}s")
-        return UnknownNameError(kind, name, known, self.where(key))
+        names = [shown(each) for each in known]
+        if not names:
+            return InputError(f"there is no {kind} {name!r}, nor any other", self.where(key), f"add one to {kind}s")
+        return UnknownNameError(kind, name, names, self.where(key))
 
     def finish(self) -> None:
         """Refuse the first key that nobody asked for."""
@@ -253,6 +214,11 @@ class Table:
         if self.source.afar:
             return "it" if isinstance(step, int) else key
         return f"{key} = {_shown(value)}"
+
+    def _row(self, value: Any, name: str, count: int, low: float, high: float, key: str) -> tuple[float, ...]:
+        if not isinstance(value, list | tuple) or len(value) != count:
+            raise self.fault(f"{self._told(name, value)} is not a list of {count} numbers", key)
+        return tuple(self._number(v, f"{name}[{i}]", low, high, key) for i, v in enumerate(value))
 
     def _number(self, value: Any, name: str, low: float, high: float, key: str | None = None) -> float:
         if isinstance(value, bool) or not isinstance(value, int | float):

@@ -102,13 +102,18 @@ def _mode(mesh: Mesh) -> int:
     return COLOURS if mesh.smooth == "colours" else FLAT
 
 
-def _board(plane: Plane) -> tuple[float, ...]:
-    """Two directions along the plane, as near to the world's axes as can be, in units of a square."""
+def axes(plane: Plane) -> tuple[Array, Array]:
+    """Two unit directions along a plane, as near to the world's axes as can be; their cross product is its normal."""
     normal = np.array(plane.normal)
     least = np.eye(3)[int(np.argmin(np.abs(normal)))]
     across = np.cross(normal, least)
     across /= np.linalg.norm(across)
-    along = np.cross(normal, across)
+    return across, np.cross(normal, across)
+
+
+def _board(plane: Plane) -> tuple[float, ...]:
+    """The directions in units of a square, and the plane's own point along them."""
+    across, along = axes(plane)
     side = plane.pattern.side if plane.pattern else 1.0
     point = np.array(plane.point)
     return (*across / side, *along / side, np.dot(across, point) / side, np.dot(along, point) / side)

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from phongbench import objfile, surfaces
 from phongbench.errors import InputError
 from phongbench.lighting import Material as Reflection
+from phongbench.lighting import Specular
 from phongbench.materials import Material as Named
 from phongbench.materials import read_mtl
 from phongbench.scene.documents import Table
@@ -97,6 +98,8 @@ def _from_file(
     name = table.text("file")
     if folder is None:
         raise table.fault("a scene from afar cannot name files", "file", f"use a surface: {_known()}")
+    if "\0" in name:
+        raise table.fault("no file has such a name", "file", "give the path of an OBJ file")
     path = folder / name
     with table.blamed("file"):
         checked = objfile.load(path)
@@ -121,10 +124,10 @@ def _with_materials(path: Path, materials: list[Material]) -> tuple[Array, Array
     vertices, faces, normals, worn = [], [], [], []
     shift = 0
     for part in found.geometry.values():
-        name = getattr(getattr(part.visual, "material", None), "name", None)
+        name = _name(getattr(getattr(part.visual, "material", None), "name", None) or "")
         if name not in library:
-            mend = "define it there, or give the object a material"
-            raise InputError(f"the material {name!r} of some faces is not in the MTL file", str(path), mend)
+            mend = "write usemtl before the first face, or give the object a material"
+            raise InputError("some faces have no material", str(path), mend)
         vertices.append(np.asarray(part.vertices, float))
         faces.append(np.asarray(part.faces, np.int64) + shift)
         normals.append(np.asarray(part.vertex_normals, float))
@@ -140,17 +143,31 @@ def _with_materials(path: Path, materials: list[Material]) -> tuple[Array, Array
 
 
 def _library(path: Path, lines: list[str]) -> dict[str, Named]:
-    """The materials of the MTL files that an OBJ names."""
+    """The materials of the MTL files that an OBJ names; InputError for a line that uses another."""
     names = [line.split(maxsplit=1)[1].strip() for line in lines if line.startswith("mtllib ")]
     if not names:
         mend = "add a line like: mtllib scene.mtl, or give the object a material"
         raise InputError("the OBJ file names no MTL file", str(path), mend)
-    return {m.name: m for name in names for m in read_mtl(path.parent / name)}
+    found = {m.name: m for name in names for m in read_mtl(path.parent / name)}
+    for number, line in enumerate(lines, 1):
+        if line.startswith("usemtl ") and _name(line[7:]) not in found:
+            mend = f"define it there, or give the object a material; known: {', '.join(found)}"
+            raise InputError(f"the material {line[7:].strip()!r} is not in the MTL file", f"{path}:{number}", mend)
+    return found
+
+
+def _name(text: str) -> str:
+    """A material's name as `read_mtl` gives it."""
+    return "-".join(text.split())
 
 
 def _index(named: Named, materials: list[Material]) -> int:
     """Where the material stands in the scene's list, which it is appended to if it is new."""
     new = Material(named.name, Reflection.of(named))
     if new not in materials:
+        try:
+            Specular().resolved("phong", new.reflection.highlight_exponent)
+        except InputError as problem:  # a shininess near 0
+            raise InputError(f"material {named.name!r}: {problem.what}", None, problem.mend) from problem
         materials.append(new)
     return materials.index(new)

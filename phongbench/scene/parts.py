@@ -1,6 +1,6 @@
 """What a scene is made of: frozen data, checked where it is read, the same for every renderer."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -135,6 +135,10 @@ class Scene:
     ambient_light: Vector = (0.1, 0.1, 0.1)
     background: Vector = (0.0, 0.0, 0.0)
     picture: Picture = field(default_factory=Picture)
+
+    def exact(self) -> "Scene":
+        """The scene with exact Phong for every material, whatever formula it names."""
+        return replace(self, materials=tuple(replace(material, specular=None) for material in self.materials))
 
     def of(self, kind: type[Any]) -> list[Any]:
         """The objects of one kind, in their order."""

@@ -1,14 +1,18 @@
 """Pictures as people see them: sRGB codes, how far two pictures are apart, and files."""
 
 import math
+import os
 from dataclasses import asdict, dataclass
+from importlib.util import find_spec
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from phongbench.errors import InputError
+from phongbench import __version__
+from phongbench.errors import InputError, StorageError
 
 Array = NDArray[Any]
 
@@ -16,7 +20,9 @@ Array = NDArray[Any]
 _LINEAR, _LUMINANCE = 0.0031308, np.array([0.2126, 0.7152, 0.0722])
 #: gap between the pictures of a triple, in pixels, and its grey
 _GAP, _GREY = 8, 128
-SUFFIXES = (".png", ".npy")
+#: of an EXR: what its numbers mean to who opens it, linear light of sRGB's primaries and white
+_CHROMATICITIES = (0.64, 0.33, 0.30, 0.60, 0.15, 0.06, 0.3127, 0.3290)
+_INTEROP = "lin_rec709_scene"
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,8 +50,8 @@ class PictureError:
     highlight_area: float
 
     def as_dict(self) -> dict[str, Any]:
-        """For JSON, where an infinite PSNR is None."""
-        return {**asdict(self), "psnr": self.psnr if math.isfinite(self.psnr) else None}
+        """For JSON, where what is infinite is None: the PSNR of equal pictures, a ratio to nothing at all."""
+        return {k: None if isinstance(v, float) and not math.isfinite(v) else v for k, v in asdict(self).items()}
 
 
 def encoded(linear: Array) -> Array:
@@ -65,9 +71,12 @@ def compare(exact: Array, other: Array, *, flip: bool = True) -> PictureError:
     """The error of a picture against the exact one; linear light, both (height, width, 3).
 
     flip  whether FLIP is asked for, which takes a second for a million pixels; None comes back without it
+    Raises InputError for pictures of different shapes, and where one is not finite: then no error tells anything.
     """
     if exact.shape != other.shape or exact.ndim != 3 or exact.shape[2] != 3:
         raise InputError(f"pictures of shape {exact.shape} and {other.shape}", None, "both (height, width, 3)")
+    for picture in (exact, other):
+        _refuse(~np.isfinite(picture), "are not finite")
     difference = np.abs(other.astype(np.float64) - exact)
     shown = (encoded(other.astype(np.float64)) - encoded(exact.astype(np.float64))) ** 2
     off = np.abs(codes(other).astype(np.int16) - codes(exact))
@@ -78,6 +87,15 @@ def compare(exact: Array, other: Array, *, flip: bool = True) -> PictureError:
         flip_error(exact, other) if flip else None, _ratio(other.sum(dtype=float), exact.sum(dtype=float)),
         _highlight_area(exact, other),
     )  # fmt: skip
+
+
+def _refuse(bad: NDArray[np.bool_], are: str) -> None:
+    """Raise InputError, saying how many and which is the first, if some channel of some pixel is bad."""
+    pixels = bad.any(axis=2)
+    if pixels.any():
+        row, column = (int(i) for i in np.argwhere(pixels)[0])
+        what = f"{int(pixels.sum())} of {pixels.size} pixels {are}, the first in column {column} of row {row}"
+        raise InputError(what, None, "a formula is not finite everywhere, or a light is brighter than any number")
 
 
 def flip_error(exact: Array, other: Array) -> float | None:
@@ -112,31 +130,50 @@ def triple(exact: Array, other: Array, factor: float | None = None) -> NDArray[n
     return np.concatenate([codes(exact), gap, codes(other), gap, apart], axis=1)
 
 
-def save(path: Path, picture: Array) -> None:
-    """Write a picture: .png as 8-bit sRGB, .npy as linear float32.
+def check_writable(path: Path) -> None:
+    """To be asked before a picture is drawn: raise what would keep it from being written.
 
-    picture  linear light, or codes (uint8), which .png takes as they are
-    Raises InputError for another suffix, StorageError if the disk refuses.
+    InputError for a suffix that no picture has, or an EXR without its library; StorageError for a folder's name, and
+    for a place that cannot be written to.
     """
-    from phongbench.results import storage, write_whole
+    from phongbench.results import storage
 
     suffix = path.suffix.lower()
     if suffix not in SUFFIXES:
-        raise InputError(f"a picture is not written as {suffix or 'such a file'}", str(path), "use .png or .npy")
+        mend = f"use one of {', '.join(SUFFIXES)}"
+        raise InputError(f"a picture is not written as {suffix or 'a file without suffix'}", str(path), mend)
+    if suffix == ".exr" and find_spec("OpenEXR") is None:
+        mend = "install it: pip install 'phongbench[scene]', or write .npy"
+        raise InputError(".exr is written by OpenEXR, which is not installed", str(path), mend)
+    with storage(path):
+        if path.is_dir():
+            raise StorageError("cannot write: it is a folder", str(path), "name a file in it")
+        home = next(folder for folder in path.absolute().parents if folder.exists())
+        if not (home.is_dir() and os.access(home, os.W_OK | os.X_OK)):
+            raise StorageError(f"cannot write: nothing can be put into {home}", str(path), "choose another folder")
+
+
+def save(path: Path, picture: Array) -> None:
+    """Write a picture: .png as 8-bit sRGB, .npy and .exr as linear float32.
+
+    picture  linear light, or codes (uint8), which .png takes as they are
+    Raises InputError as `check_writable` does, and for pixels of a .png that are no numbers; StorageError if the disk
+    refuses.
+    """
+    from phongbench.results import storage, write_whole
+
+    check_writable(path)
+    data = _AS[path.suffix.lower()](picture)
     with storage(path):
         path.parent.mkdir(parents=True, exist_ok=True)
-        if suffix == ".npy":
-            write_whole(path, lambda temporary: _write_array(temporary, picture))
-        else:
-            write_whole(path, lambda temporary: _write_bytes(temporary, png(picture)))
+        write_whole(path, lambda temporary: _write_bytes(temporary, data))
 
 
 def png(picture: Array) -> bytes:
-    """A picture as the bytes of a PNG; linear light, or codes (uint8)."""
-    from io import BytesIO
-
+    """A picture as the bytes of a PNG; linear light, or codes (uint8). InputError for light that is no number."""
     from PIL import Image
 
+    _refuse(np.isnan(picture), "are no numbers")
     data = BytesIO()
     Image.fromarray(picture if picture.dtype == np.uint8 else codes(picture)).save(data, "PNG", optimize=False)
     return data.getvalue()
@@ -146,9 +183,33 @@ def _write_bytes(path: Path, data: bytes) -> None:
     path.write_bytes(data)
 
 
-def _write_array(path: Path, picture: Array) -> None:
-    with path.open("wb") as file:
-        np.save(file, picture.astype(np.float32))
+def exr(picture: Array) -> bytes:
+    """A picture in linear light as the bytes of an OpenEXR file: channels R, G, B of float32, without loss.
+
+    It is made in memory: the library's own writing to files tells a full disk by its words only.
+    """
+    import OpenEXR
+
+    header = {
+        "type": OpenEXR.scanlineimage, "compression": OpenEXR.ZIP_COMPRESSION, "chromaticities": _CHROMATICITIES,
+        "colorInteropID": _INTEROP, "software": f"phongbench {__version__}",
+    }  # fmt: skip
+    data = BytesIO()
+    with OpenEXR.File(header, {"RGB": np.ascontiguousarray(picture, np.float32)}) as file:
+        file.write(data)
+    return data.getvalue()
+
+
+def npy(picture: Array) -> bytes:
+    """A picture in linear light as the bytes of a .npy file of float32."""
+    data = BytesIO()
+    np.save(data, picture.astype(np.float32))
+    return data.getvalue()
+
+
+_AS = {".png": png, ".npy": npy, ".exr": exr}
+#: what a picture may be written as
+SUFFIXES = tuple(_AS)
 
 
 def _highlight_area(exact: Array, other: Array) -> float:

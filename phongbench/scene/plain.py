@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phongbench.errors import InputError
-from phongbench.scene.parts import Mesh, Plane, Scene, Sphere
+from phongbench.scene.parts import Camera, Mesh, Plane, Scene, Sphere
 
 Array = NDArray[Any]
 
@@ -37,6 +37,25 @@ def trace(
     return picture.reshape(height, width, 3), tracer.rays
 
 
+def distances(scene: Scene, size: tuple[int, int]) -> Array:
+    """How far away what each pixel's middle shows is: float64 (height, width), infinite where there is nothing."""
+    tracer = _Tracer(scene, shadows=False, dtype=np.float64)
+    width, height = size
+    return tracer.nearest(*tracer.camera(width, height))[0].reshape(height, width)
+
+
+def directions(camera: Camera, width: int, height: int) -> Array:
+    """Where the pixels' middles are, seen from the camera: float64 unit vectors (height, width, 3)."""
+    forward = _unit(np.subtract(camera.target, camera.position))
+    right = _unit(np.cross(forward, camera.up))
+    up = np.cross(right, forward)
+    half = np.tan(np.radians(camera.field_of_view) / 2)
+    y, x = np.mgrid[0:height, 0:width]
+    across = ((2 * x + 1) / width - 1) * half * width / height
+    along = (1 - (2 * y + 1) / height) * half
+    return _unit(forward + across[..., None] * right + along[..., None] * up)
+
+
 @dataclass
 class _Tracer:
     scene: Scene
@@ -45,17 +64,8 @@ class _Tracer:
     rays: int = 0
 
     def camera(self, width: int, height: int) -> tuple[Array, Array]:
-        camera = self.scene.camera
-        position = np.array(camera.position)
-        forward = _unit(np.array(camera.target) - position)
-        right = _unit(np.cross(forward, camera.up))
-        up = np.cross(right, forward)
-        half = np.tan(np.radians(camera.field_of_view) / 2)
-        y, x = np.mgrid[0:height, 0:width]
-        across = ((2 * x + 1) / width - 1) * half * width / height
-        along = (1 - (2 * y + 1) / height) * half
-        directions = _unit((forward + across[..., None] * right + along[..., None] * up).reshape(-1, 3))
-        return np.broadcast_to(position, directions.shape).astype(self.dtype), directions.astype(self.dtype)
+        towards = directions(self.scene.camera, width, height).reshape(-1, 3).astype(self.dtype)
+        return np.broadcast_to(np.array(self.scene.camera.position, self.dtype), towards.shape), towards
 
     def follow(self, origins: Array, directions: Array, depth: int) -> Array:
         """The colours along these rays: direct light, and what is reflected."""

@@ -7,13 +7,14 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
+from phongbench.approximations import REGISTRY
 from phongbench.errors import InputError, UnknownNameError
 from phongbench.lighting import Light, Specular
 from phongbench.lighting import Material as Reflection
 from phongbench.materials import OPENGL
 from phongbench.materials import Material as Named
 from phongbench.scene import meshes
-from phongbench.scene.documents import Source, Table, load
+from phongbench.scene.documents import Table, load
 from phongbench.scene.parts import (
     MOST_DEPTH,
     MOST_LIGHTS,
@@ -31,7 +32,9 @@ from phongbench.scene.parts import (
     Scene,
     Sphere,
 )
+from phongbench.scene.places import Source
 from phongbench.scene.views import check_camera
+from phongbench.spec import Approximation
 
 #: brightest that a light's colour times its intensity may be
 BRIGHTEST = 1e6
@@ -47,17 +50,20 @@ def examples() -> dict[str, str]:
     return {name: texts[name].splitlines()[0].lstrip("# ") for name in sorted(texts)}
 
 
-def read_scene(name: str | Path) -> Scene:
+def read_scene(name: str | Path, registry: Mapping[str, Approximation] = REGISTRY) -> Scene:
     """A scene from a TOML or JSON file, or a shipped one by its name.
 
+    registry  the approximations that its materials may name
     Raises InputError, with file, line and key, for what is unknown, missing, malformed, or cannot be drawn.
     """
     path = Path(name)
     if path.suffix.lower() in (".toml", ".json"):
         data, source = load(path)
-        return scene_of(data, path.stem, source, path.parent)
+        return scene_of(data, path.stem, source, path.parent, registry=registry)
     if str(name) not in examples():
-        raise UnknownNameError("scene", name, examples(), "give a shipped scene, or a file that ends in .toml or .json")
+        problem = UnknownNameError("scene", name, examples())
+        problem.mend = f"{problem.mend}; or give a file whose name ends in .toml or .json"
+        raise problem
     with resources.as_file(resources.files(__package__) / "examples" / f"{name}.toml") as shipped:
         data, source = load(shipped)
         return scene_of(data, str(name), Source(f"{name}.toml", source.text), shipped.parent)
@@ -65,16 +71,17 @@ def read_scene(name: str | Path) -> Scene:
 
 def scene_of(
     data: Mapping[str, Any], name: str, source: Source | None = None, folder: Path | None = None,
-    most_triangles: int = MOST_TRIANGLES,
+    most_triangles: int = MOST_TRIANGLES, registry: Mapping[str, Approximation] = REGISTRY,
 ) -> Scene:  # fmt: skip
     """A scene from a document's data.
 
     source          where the data came from; None for data that is no file's
     folder          where its mesh files lie; None forbids files: a document from afar names none
     most_triangles  of all its meshes; what goes beyond is refused as soon as it is made
+    registry        the approximations that its materials may name
     """
     top = Table(data, source or Source())
-    materials, palette = _materials(top.named("materials"))
+    materials, palette = _materials(top.named("materials"), registry)
     found: list[Object] = []
     for table in top.tables("objects", MOST_OBJECTS):
         found += _object(table, materials, palette, folder)
@@ -120,7 +127,18 @@ def check_size(width: int, height: int) -> tuple[int, int]:
     return width, height
 
 
+def wanted_size(table: Table, default: tuple[int, int]) -> tuple[int, int]:
+    """The `size` of a table, if a picture may have it."""
+    width, height = table.numbers("size", 2, default, 1, MOST_PIXELS)
+    if width % 1 or height % 1:
+        raise table.fault("a size is two whole numbers", "size", "write [width, height]")
+    with table.blamed("size"):
+        return check_size(int(width), int(height))
+
+
 def _camera(table: Table) -> Camera:
+    if not table.data:
+        raise table.fault("position and target of the camera are missing", None, "add: [camera]")
     position, target = table.vector("position"), table.vector("target")
     camera = Camera(
         position, target, table.direction("up", (0.0, 1.0, 0.0)), table.number("field_of_view", 45.0, 1, 170)
@@ -136,11 +154,8 @@ def _camera(table: Table) -> Camera:
 
 
 def _picture(table: Table) -> Picture:
-    width, height = (int(n) for n in table.numbers("size", 2, (640, 360), 1, MOST_PIXELS))
-    with table.blamed("size"):
-        check_size(width, height)
     picture = Picture(
-        (width, height), table.whole("depth", 3, 0, MOST_DEPTH),
+        wanted_size(table, (640, 360)), table.whole("depth", 3, 0, MOST_DEPTH),
         table.whole("supersampling", 1, 1, MOST_SUPERSAMPLING), table.flag("shadows", False),
     )  # fmt: skip
     table.finish()
@@ -161,23 +176,23 @@ def _light(table: Table) -> Light:
         light = Light(direction=table.direction("direction"), diffuse=diffuse, specular=specular)
     else:
         reach = table.number("reach", None, 1e-6) if table.has("reach") else None
+        position, attenuation = table.vector("position"), table.numbers("attenuation", 3, (1.0, 0.0, 0.0), 0.0)
         with table.blamed("attenuation"):
             light = Light(
-                position=table.vector("position"), attenuation=table.numbers("attenuation", 3, (1.0, 0.0, 0.0), 0.0),
-                reach=reach, diffuse=diffuse, specular=specular,
+                position=position, attenuation=attenuation, reach=reach, diffuse=diffuse, specular=specular
             )  # fmt: skip
     table.finish()
     return light
 
 
-def _materials(tables: dict[str, Table]) -> tuple[list[Material], Palette]:
+def _materials(tables: dict[str, Table], registry: Mapping[str, Approximation]) -> tuple[list[Material], Palette]:
     """The plain materials and, by name, what an object may ask for."""
     materials: list[Material] = []
     palette: Palette = {}
     for name, table in tables.items():
         if not table.has("chequerboard"):
             palette[name] = len(materials)
-            materials.append(_material(name, table))
+            materials.append(_material(name, table, registry))
             table.finish()
     for name, table in tables.items():
         if table.has("chequerboard"):
@@ -186,19 +201,34 @@ def _materials(tables: dict[str, Table]) -> tuple[list[Material], Palette]:
     return materials, palette
 
 
-def _material(name: str, table: Table) -> Material:
+def _material(name: str, table: Table, registry: Mapping[str, Approximation]) -> Material:
     base = _CLASSIC[table.text("like", among=_CLASSIC)] if table.has("like") else Named(name)
     specular = None
     if table.has("approximation"):
+        text = table.text("approximation")
         with table.blamed("approximation"):
-            specular = specular_of(table.text("approximation"))
+            specular = specular_of(text)
     reflection = Reflection(
         table.colour("ambient", base.ambient), table.colour("diffuse", base.diffuse),
         table.colour("specular", base.specular), table.number("shininess", base.shininess, 0.0, 1e5),
     )  # fmt: skip
     if max(reflection.specular) > 0 and reflection.shininess == 0:
         raise table.fault("a highlight needs a shininess", "specular", "add e.g.: shininess = 50")
-    return Material(name, reflection, table.number("reflectivity", 0.0, 0.0, 1.0), specular)
+    made = Material(name, reflection, table.number("reflectivity", 0.0, 0.0, 1.0), specular)
+    _check_formula(made, table, registry)
+    return made
+
+
+def _check_formula(material: Material, table: Table, registry: Mapping[str, Approximation]) -> None:
+    """Raise InputError, naming the line, for a formula that is unknown or does not take the material's shininess."""
+    try:
+        (material.specular or Specular()).resolved("phong", material.reflection.highlight_exponent, registry)
+    except InputError as problem:
+        key = "shininess" if problem.where == "material.shininess" else "approximation"
+        if (problem.where or "").startswith(("material.", "specular.")):
+            problem.where = None  # its place is the line
+        with table.blamed(key):
+            raise problem
 
 
 def _chequerboard(table: Table, palette: Palette) -> Chequerboard:

@@ -2,7 +2,7 @@
 
 import os
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from itertools import count as counter
@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phongbench import tiles
+from phongbench.approximations import REGISTRY
 from phongbench.errors import CancelledError, InputError
 from phongbench.lighting import Specular, Viewer
 from phongbench.progress import Progress
@@ -24,6 +25,7 @@ from phongbench.scene.reading import check_size
 from phongbench.scene.shader import Shader
 from phongbench.scene.thrift import Skipped, Tally, Thrift
 from phongbench.scene.wavefront import Job, Worker
+from phongbench.spec import Approximation
 
 Array = NDArray[Any]
 
@@ -70,6 +72,7 @@ def render(
     tile: int = TILE,
     progress: Progress = _SILENT,
     cancelled: Callable[[], bool] | None = None,
+    registry: Mapping[str, Approximation] = REGISTRY,
 ) -> Rendered:
     """Draw a scene.
 
@@ -80,6 +83,7 @@ def render(
     threads    None takes one for each core; the picture does not depend on it
     tile       samples along a tile's side
     cancelled  asked for each tile; True ends the work
+    registry   the approximations that `specular` and materials may name
     Raises InputError for a size or depth beyond the limits and for a formula that does not fit a material, naming it;
     CancelledError if the work was given up.
     """
@@ -91,7 +95,7 @@ def render(
         _within(
             "supersampling", wanted.supersampling if supersampling is None else supersampling, 1, MOST_SUPERSAMPLING
         ),
-        wanted.shadows if shadows is None else shadows, specular or Specular(), model, thrift,
+        wanted.shadows if shadows is None else shadows, specular or Specular(), model, thrift, registry,
     )  # fmt: skip
     side = max(1, tile // job.samples)
     firsts = [(x, y) for y in range(0, height, side) for x in range(0, width, side)]
@@ -110,7 +114,7 @@ def _within(name: str, value: int, low: int, high: int) -> int:
 
 def _job(
     scene: Scene, size: tuple[int, int], depth: int, samples: int, shadows: bool, specular: Specular, model: str,
-    thrift: Thrift,
+    thrift: Thrift, registry: Mapping[str, Approximation],
 ) -> Job:  # fmt: skip
     shaders = []
     for material in scene.materials:
@@ -119,7 +123,7 @@ def _job(
                 Shader(
                     material.reflection, scene.lights, Viewer(position=scene.camera.position),
                     ambient_light=scene.ambient_light, model=model, specular=material.specular or specular,
-                    skips=thrift.shading, shadowed=shadows,
+                    skips=thrift.shading, shadowed=shadows, registry=registry,
                 )
             )  # fmt: skip
         except InputError as problem:

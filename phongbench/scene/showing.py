@@ -1,23 +1,29 @@
 """What `phongbench render` does: a scene's name and wishes in, a picture and what to tell about it out."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from phongbench.approximations import REGISTRY
 from phongbench.errors import InputError
 from phongbench.progress import Progress
-from phongbench.scene import formulas, pictures, worth
+from phongbench.scene import formulas, pictures, race, worth
 from phongbench.scene.parts import Mesh, Scene
 from phongbench.scene.reading import examples, read_scene, specular_of
 from phongbench.scene.rendering import render
 from phongbench.scene.thrift import Thrift
+from phongbench.spec import Approximation
 
 _SILENT = Progress()
 
 
 @dataclass(frozen=True)
 class Wish:
-    """What a user asks for; None takes the scene's own, or what is usual."""
+    """What a user asks for; None takes the scene's own, or what is usual.
+
+    registry  the approximations that it may name, the user's own among them
+    """
 
     scene: str
     out: Path | None = None
@@ -31,6 +37,11 @@ class Wish:
     exact: bool = False
     compare: bool = False
     threads: int | None = None
+    registry: Mapping[str, Approximation] = field(default_factory=lambda: REGISTRY)
+
+    def read(self) -> Scene:
+        """The scene."""
+        return read_scene(self.scene, self.registry)
 
     @property
     def thrift(self) -> Thrift:
@@ -43,7 +54,7 @@ class Wish:
         """Those of `render` that a picture and its measurements share."""
         return {
             "size": self.size, "depth": self.depth, "supersampling": self.supersampling, "shadows": self.shadows,
-            "model": self.model, "threads": self.threads,
+            "model": self.model, "threads": self.threads, "registry": self.registry,
         }  # fmt: skip
 
 
@@ -57,10 +68,11 @@ def draw(wish: Wish, progress: Progress = _SILENT) -> dict[str, Any]:
 
     Raises InputError for what cannot be drawn, StorageError if it cannot be written.
     """
-    scene = read_scene(wish.scene)
+    scene = wish.read()
     out = wish.out or Path(f"{scene.name}.png")
-    if out.suffix.lower() not in pictures.SUFFIXES:
-        raise InputError(f"a picture is not written as {out.suffix or 'such a file'}", str(out), "use .png or .npy")
+    pictures.check_writable(out)
+    if wish.compare and out.suffix.lower() != ".png":
+        raise InputError("a comparison is three pictures to look at", str(out), "write it as .png")
     specular = None if wish.specular is None else specular_of(wish.specular)
     done = render(scene, specular=specular, thrift=wish.thrift, progress=progress, **wish.arguments())
     told: dict[str, Any] = {"scene": scene.name, "specular": wish.specular or "phong", "picture": str(out)}
@@ -69,7 +81,7 @@ def draw(wish: Wish, progress: Progress = _SILENT) -> dict[str, Any]:
     if not wish.compare:
         pictures.save(out, done.picture)
         return told
-    exact = render(scene, thrift=wish.thrift, progress=progress, **wish.arguments())
+    exact = render(scene.exact(), thrift=wish.thrift, progress=progress, **wish.arguments())
     told["error"] = pictures.compare(exact.picture, done.picture).as_dict()
     told["amplification"] = pictures.amplification(exact.picture, done.picture)
     pictures.save(out, pictures.triple(exact.picture, done.picture))
@@ -77,21 +89,26 @@ def draw(wish: Wish, progress: Progress = _SILENT) -> dict[str, Any]:
 
 
 def measure(wish: Wish, progress: Progress = _SILENT) -> dict[str, Any]:
-    """What each skip saves in a scene, and our tracer beside a plain one, where that can draw the scene."""
-    scene = read_scene(wish.scene)
+    """What each skip saves in a scene, and our tracer beside a plain one and peers, where those can draw the scene."""
+    scene = wish.read()
     told: dict[str, Any] = {"scene": scene.name}
     told["skips"] = worth.skips(scene, progress=progress, **wish.arguments(), **_formula(wish))
-    told["tracers"] = [] if _beyond_the_plain(scene) else worth.tracers(scene, progress=progress, **wish.arguments())
+    told["tracers"], told["absent"] = [], []
+    if not _beyond_the_plain(scene):
+        told["tracers"], told["absent"] = race.tracers(scene, progress=progress, **wish.arguments())
     return told
 
 
 def judge(wish: Wish, progress: Progress = _SILENT) -> dict[str, Any]:
-    """Every usual formula's picture beside that of exact Phong, or that of the one formula asked for."""
-    scene = read_scene(wish.scene)
-    asked = formulas.USUAL if wish.specular is None else (specular_of(wish.specular),)
+    """Every usual and own formula's picture beside that of exact Phong, or that of the one formula asked for."""
+    scene = wish.read()
+    usual = (*formulas.USUAL, *formulas.own(wish.registry))
+    asked = usual if wish.specular is None else (specular_of(wish.specular),)
     arguments = {name: value for name, value in wish.arguments().items() if name != "model"}
     rows = formulas.compare(scene, asked, progress=progress, **arguments)
     drawn = [{k: v for k, v in row.items() if k != "left_out"} for row in rows if not row["left_out"]]
+    if wish.specular is not None and not drawn:
+        raise InputError(rows[0]["left_out"], None, "ask for another formula, or leave --specular away")
     left_out = [{"formula": formulas.name_of(row), "why": row["left_out"]} for row in rows if row["left_out"]]
     return {"scene": scene.name, "formulas": drawn, "left_out": left_out}
 
@@ -101,5 +118,5 @@ def _formula(wish: Wish) -> dict[str, Any]:
 
 
 def _beyond_the_plain(scene: Scene) -> bool:
-    """The plain tracer knows neither meshes nor other formulas."""
+    """The plain tracer and the peers know neither meshes nor other formulas."""
     return bool(scene.of(Mesh)) or any(m.specular is not None for m in scene.materials)

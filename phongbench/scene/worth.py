@@ -1,15 +1,13 @@
-"""What each skip of a scene is worth, and our tracer beside a plain one: measured in one run, interleaved."""
+"""What each skip of a scene is worth, measured in one run, interleaved."""
 
 import statistics
-import time
 from dataclasses import fields, replace
 from typing import Any
 
 import numpy as np
 
-from phongbench.lighting import Skips, Specular
+from phongbench.lighting import Skips
 from phongbench.progress import Progress
-from phongbench.scene import plain
 from phongbench.scene.parts import Scene
 from phongbench.scene.rendering import Rendered, render
 from phongbench.scene.thrift import Thrift
@@ -63,7 +61,7 @@ def skips(scene: Scene, *, rounds: int = ROUNDS, progress: Progress = _SILENT, *
     rows = []
     for name in chosen:
         ratios = [mine / full for mine, full in zip(seconds[name], seconds["all"], strict=True)]
-        low, middle, high = _quartiles(ratios)
+        low, middle, high = quartiles(ratios)
         change = float(np.abs(pictures[name] - pictures["none"]).max())
         rows.append({
             "variant": name, "seconds": round(min(seconds[name]), 6), "ratio": middle, "ratio_low": low,
@@ -73,47 +71,7 @@ def skips(scene: Scene, *, rounds: int = ROUNDS, progress: Progress = _SILENT, *
     return rows
 
 
-def tracers(scene: Scene, *, rounds: int = 5, progress: Progress = _SILENT, **wishes: Any) -> list[dict[str, Any]]:
-    """A row for ours, exact Phong with the shipped skips, and one for the plain NumPy tracer of the same scene.
-
-    The same rays but those that the cutoff leaves out; both in float32, ours on every core, NumPy as NumPy does it.
-    mrays_per_second  million rays, shadow rays not counted
-    ratio             median over the rounds of its time over ours
-    largest_difference, pixels_off  against ours: the largest, and the share of pixels that differ by more than a code
-    """
-    progress.stage(f"tracers of {scene.name}", 2 * rounds)
-    size, depth, shadows = (wishes.get(name) for name in ("size", "depth", "shadows"))
-    ours: list[float] = []
-    theirs: list[float] = []
-    render(scene, specular=Specular(), size=size, depth=depth, shadows=shadows)
-    for _ in range(rounds):
-        fast = render(scene, specular=Specular(), size=size, depth=depth, shadows=shadows)
-        ours.append(fast.seconds["total"])
-        progress.advance()
-        started = time.perf_counter()
-        slow, rays = plain.trace(scene, size=size, depth=depth, shadows=shadows, dtype=np.float32)
-        theirs.append(time.perf_counter() - started)
-        progress.advance()
-    off = np.abs(slow - fast.picture).max(axis=2)
-    _, ratio, _ = _quartiles([b / a for a, b in zip(ours, theirs, strict=True)])
-    height, width = off.shape
-    return [
-        _tracer("phongbench", width, height, fast.rays, min(ours), 1.0, 0.0, 0.0),
-        _tracer(
-            "plain NumPy", width, height, rays, min(theirs), ratio, float(off.max()), float((off > 1 / 255).mean())
-        ),
-    ]
-
-
-def _tracer(
-    name: str, width: int, height: int, rays: int, seconds: float, ratio: float, difference: float, off: float
-) -> dict[str, Any]:
-    return {
-        "tracer": name, "size": f"{width}x{height}", "rays": rays, "seconds": round(seconds, 6),
-        "mrays_per_second": rays / seconds / 1e6, "ratio": ratio, "largest_difference": difference, "pixels_off": off,
-    }  # fmt: skip
-
-
-def _quartiles(values: list[float]) -> tuple[float, float, float]:
+def quartiles(values: list[float]) -> tuple[float, float, float]:
+    """The quartiles of measured values; of a single one, itself."""
     low, middle, high = statistics.quantiles(values, n=4) if len(values) > 1 else (values[0],) * 3
     return low, middle, high

@@ -31,7 +31,7 @@ from phongbench_reports.readme import PICTURES, Wall
 from phongbench_reports.study import Study
 
 NAMES = (
-    "verdict", "front", "claims", "speed", "peers", "alarms", "throughput", "scenes", "service", "machine",
+    "verdict", "front", "shader", "claims", "speed", "peers", "alarms", "throughput", "scenes", "service", "machine",
 )  # fmt: skip
 CHECKOUT = Path(__file__).resolve().parents[2]
 README = "README.md"
@@ -96,6 +96,7 @@ def fill(
     bodies = {
         "verdict": readme.verdict(study),
         "front": shown,
+        "shader": readme.shader(study),
         "claims": readme.claims(run),
         "speed": readme.speed(study),
         "peers": readme_measured.peers(compared),

@@ -95,13 +95,16 @@ def lobe_law(study: Study) -> Plate | Absent:
     data = data[(data["max_abs"] > 0) & (data["lobe_max"] > 0)] if len(data) else data
     if data.empty:
         return MISSING
-    data = data.assign(share=data["max_abs"] / data["lobe_max"]).reset_index(drop=True)
+    half = _of_half_space(study)
+    data = data.assign(
+        share=data["max_abs"] / data["lobe_max"], lawful=~data["approximation"].isin(half)
+    ).reset_index(drop=True)  # fmt: skip
     figure, (axes,) = sheet(4.2, left=0.085, right=0.8, top=0.95, bottom=0.19)
     names = sorted(data["scene"].unique())
     ends = []
     for scene, (colour, marker, _) in zip(names, STYLES, strict=False):
         mine = data[data["scene"] == scene].sort_values("lobe_max", kind="stable")
-        kept = mine["approximation"] != "blinn"
+        kept = mine["lawful"]
         axes.plot(mine["lobe_max"], mine["max_abs"], marker, color=colour, fillstyle="none", zorder=2)
         axes.plot(mine.loc[kept, "lobe_max"], mine.loc[kept, "max_abs"], marker, color=colour, zorder=3)
         last = mine.iloc[-1]
@@ -110,7 +113,9 @@ def lobe_law(study: Study) -> Plate | Absent:
     end_labels(axes, ends, gap=0.07)
     axes.set_xlabel("lobe's largest error × highlight's brightness")
     axes.set_ylabel("picture's largest error, linear light")
-    footnote(figure, f"{_basis(data)}; line: the law; hollow: blinn, of (N, H), which is no approximation of (R, V)")
+    outside = sorted(set(data.loc[~data["lawful"], "approximation"]))
+    hollow = f"; hollow: {listed(outside)}, of (N, H), for which it is no law" if outside else ""
+    footnote(figure, f"{_basis(data)}; line: the law{hollow}")
     return Plate(figure, data, _law_sentence(data), _law_alt(data), _basis(data), COMMAND)
 
 
@@ -213,11 +218,19 @@ def _diagonal(axes: Axes, data: pd.DataFrame) -> None:
     )  # fmt: skip
 
 
+def _of_half_space(study: Study) -> set[str]:
+    """Formulas that exist for (N, H) only, by the run's own rows: a user's own is in no registry of ours."""
+    spaces = plain(study.run.accuracy[["approximation", "space"]].drop_duplicates())
+    reflect = set(spaces.loc[spaces["space"] == "reflect", "approximation"])
+    return set(spaces["approximation"]) - reflect if reflect else {"blinn"}
+
+
 def _law_sentence(data: pd.DataFrame) -> str:
-    kept = data[data["approximation"] != "blinn"]
+    kept = data[data["lawful"]]
     met = kept[kept["share"] > 0.95]
     broken = kept[kept["max_abs"] > 1.001 * kept["lobe_max"] + 1e-6]
-    others = " but those by blinn" if len(kept) < len(data) else ""
+    outside = sorted(set(data.loc[~data["lawful"], "approximation"]))
+    others = f" but those by {listed(outside)}" if outside else ""
     start = f"No picture{others} errs" if broken.empty else f"{len(broken)} of {len(kept)} pictures err"
     scenes_met = listed(sorted(met["scene"].unique()))
     return (

@@ -11,11 +11,14 @@ from typing import Any, cast
 
 import pandas as pd
 
+from phongbench import shaders
+from phongbench.approximations import REGISTRY
 from phongbench.claims import judge
 from phongbench.claims.claim import UNMEASURED
 from phongbench.errors import InputError
 from phongbench.plan import preset
 from phongbench.results import Run
+from phongbench.spec import Setting
 from phongbench_reports.drawing import Plate, ink, svg_pair
 from phongbench_reports.figures import front as front_figure
 from phongbench_reports.figures import speed as speed_figure
@@ -75,6 +78,19 @@ def verdict(study: Study) -> str:
     rows = [row for row, alpha in zip(found.rows, found.data["alpha"], strict=True) if alpha in wanted]
     shown = table(found.headings, rows, right=sorted(found.numeric))
     return f"{shown}\n\n{found.takeaway}\n({found.basis}.)"
+
+
+def shader(study: Study) -> str:
+    """The verdict for one exponent as shader code."""
+    found = verdict_table(study, study.precision, *BUDGETS[0])
+    alpha = nearest(study.alphas, HEADLINE_ALPHA)
+    best = {} if isinstance(found, Absent) else records(found.data[found.data["alpha"] == alpha])[0]
+    if not best.get("approximation"):
+        return f"No formula is within {BUDGETS[0][1]} at α = {alpha:g}."
+    gamma = None if pd.isna(best["gamma"]) else int(best["gamma"])
+    setting = Setting(alpha, gamma, best["beta_policy"], best["space"])
+    written = shaders.shader(REGISTRY[best["approximation"]], best["lambda_form"], setting)
+    return f"```glsl\n{written.text}```"
 
 
 def claims(run: Run) -> str:

@@ -7,7 +7,7 @@ from typing import Any
 
 from phongbench.alarms import ALLOWED, Alarms
 from phongbench.progress import Progress
-from phongbench.scene import worth
+from phongbench.scene import race, worth
 from phongbench.scene.reading import read_scene
 from phongbench_reports.readme import table
 from phongbench_reports.text import listed, number
@@ -54,19 +54,17 @@ RACE, DEPTH, SIZE, LARGE = "chequerboard", 3, (1280, 720), (1920, 1080)
 
 
 def measured_scenes(progress: Progress) -> dict[str, Any]:
-    """What leaving out saves in every shipped scene, and our tracer beside a plain one in NumPy."""
+    """What leaving out saves in every shipped scene, and our tracer beside others."""
     skips = {
         name: worth.skips(read_scene(name), rounds=5, size=SIZE, depth=depth, progress=progress)
         for name, depth in SCENES.items()
     }
-    return {
-        "skips": skips,
-        "tracers": worth.tracers(read_scene(RACE), rounds=3, size=LARGE, depth=DEPTH, progress=progress),
-    }
+    tracers, absent = race.tracers(read_scene(RACE), rounds=3, size=LARGE, depth=DEPTH, progress=progress)
+    return {"skips": skips, "tracers": tracers, "absent": absent}
 
 
 def scenes(found: Mapping[str, Any]) -> str:
-    """What `measured_scenes` found, as a table and a sentence."""
+    """What `measured_scenes` found: a table of skips, and one of tracers with what is compared."""
     lines = []
     for name, rows in found["skips"].items():
         full, exact, none = ({row["variant"]: row for row in rows}[v] for v in ("all", "exact", "none"))
@@ -76,11 +74,41 @@ def scenes(found: Mapping[str, Any]) -> str:
             number(full["largest_change"]),
         ))  # fmt: skip
     headings = ("scene", "depth", "time", "all skips", "exact ones alone", "which change no bit", "all change at most")
-    ours, plain = found["tracers"]
     return (
         f"{table(headings, lines, right=(1, 2, 3, 4, 6))}\n\n({SIZE[0]} × {SIZE[1]} pixels, exact Phong, every core; "
         "gains over nothing left out, from interleaved rounds; changes in linear light, where white is 1.)\n\n"
-        f"{RACE} at {ours['size']}, depth {DEPTH}: {ours['mrays_per_second']:.1f} million rays a second, "
-        f"{plain['ratio']:.1f} times as fast as the same scene in plain vectorised NumPy; "
-        f"{100 * plain['pixels_off']:.2g} % of the pixels, at edges, differ by more than a code."
+        f"{_tracers(found['tracers'], found['absent'])}"
     )
+
+
+def _tracers(rows: Sequence[Mapping[str, Any]], absent: Sequence[Mapping[str, str]]) -> str:
+    """Who drew the same scene in which time, how alike the pictures are, and what is compared."""
+    lines = [
+        (
+            row["tracer"], row["draws"], f"{1e3 * row['seconds']:.0f} ms", number(row["mpixels_per_second"]),
+            number(row["mrays_per_second"]), number(row["ratio"]),
+            "–" if row["tracer"] == race.OURS else _share(row["pixels_off"]), _share(row["surfaces_agree"]),
+        )
+        for row in rows
+    ]  # fmt: skip
+    headings = (
+        "tracer", "draws", "time", "million pixels / s", "million rays / s", "time / ours drawing the same",
+        "pixels off by a code", "pixels as far away",
+    )  # fmt: skip
+    told = {row["tracer"]: f"- {row['tracer']} {row['version']}: {row['note']}." for row in rows}
+    told |= {row["tracer"]: f"- {row['tracer']} is absent: {row['why']}." for row in absent}
+    notes = "\n".join(told.values())
+    return (
+        f"{RACE} at {rows[0]['size']}, drawn by others in the same run, in interleaved rounds:\n\n"
+        f"{table(headings, lines, right=range(2, len(headings)))}\n\n"
+        "(Least time; a ratio is the median over the rounds. Rays count mirrored ones, not those for shadows. Pixels "
+        "off are those that differ from ours by more than 1/255; pixels as far away show something at the distance "
+        f"that a plain float64 tracer finds, to 1 %, or nothing as it does.)\n\n{notes}"
+    )
+
+
+def _share(value: float | None) -> str:
+    """A share in percent that does not round to all or nothing."""
+    if value is None:
+        return "–"
+    return f"{100 * value:.2g} %" if value < 0.5 else f"{100 * value:.4f} %".replace("100.0000", "100")

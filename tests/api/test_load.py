@@ -81,6 +81,23 @@ def scripted(answers: list[bytes]) -> Iterator[int]:
     thread.join()
 
 
+def test_a_line_that_the_server_closed_meanwhile_is_not_used_again() -> None:
+    ok = b"HTTP/1.1 200 OK\r\nContent-Length: 3\r\n\r\nabc"
+
+    async def run(first: int, second: int) -> tuple[int, int]:
+        lines = Lines(first)
+        before = await lines.ask(b"x")
+        while not lines._idle[0][0].at_eof():
+            await asyncio.sleep(0.001)
+        lines.port = second
+        after = await lines.ask(b"x")
+        lines.close()
+        return before, after
+
+    with scripted([ok]) as first, scripted([ok]) as second:
+        assert asyncio.run(run(first, second)) == (200, 200)
+
+
 def test_lines_are_kept_and_one_that_breaks_is_counted() -> None:
     ok = b"HTTP/1.1 200 OK\r\nContent-Length: 3\r\n\r\nabc"
     busy = b"HTTP/1.1 503 Busy\r\ncontent-length: 0\r\n\r\n"

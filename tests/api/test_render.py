@@ -173,9 +173,9 @@ WRONG = [
     ("materials.white.like", SECRET, "scene.materials[0].like", 0, "unknown like"),
     ("materials.board.chequerboard", [SECRET, "white"], "scene.materials[2].chequerboard", 2, "no material"),
     ("materials.board.chequerboard", [[SECRET], "white"], "scene.materials[2].chequerboard", 2, "two materials"),
-    ("materials.white.approximation", SECRET, "scene.materials[0]", 0, "unknown"),
-    ("materials.white.approximation", "lyon:dot", "scene.materials[0]", 0, "gamma"),
-    ("materials.white.approximation", f"lyon:{SECRET}:8", "scene.materials[0]", 0, "lambda form"),
+    ("materials.white.approximation", SECRET, "scene.materials[0].approximation", 0, "unknown"),
+    ("materials.white.approximation", "lyon:dot", "scene.materials[0].approximation", 0, "gamma"),
+    ("materials.white.approximation", f"lyon:{SECRET}:8", "scene.materials[0].approximation", 0, "lambda form"),
     ("materials.white.approximation", f"lyon:dot:8:{SECRET}", "scene.materials[0].approximation", 0, "three parts"),
     ("materials.white.approximation", "lyon:dot:" + "9" * 5000, "scene.materials[0].approximation", 0, "whole number"),
     ("objects.0.material", SECRET, "scene.objects[0].material", 0, "no material of that name"),
@@ -185,6 +185,7 @@ WRONG = [
     ("objects.0.shape", SECRET, "scene.objects[0].shape", 0, "unknown shape"),
     ("objects.2.scale", [1, 0, 1], "scene.objects[2].scale", 2, "singular"),
     ("objects.2.matrix", [[1, 0, 0, 0], [1, 0, 0, 0], [0, 0, 1, 0]], "scene.objects[2].matrix", 2, "singular"),
+    ("objects.2.matrix", [[1, 0, 0, 0], SECRET, [0, 0, 1, 0]], "scene.objects[2].matrix", 2, "list of 4 numbers"),
     ("objects.2.degrees", 0.5, "scene.objects[2].degrees", 2, "outside"),
     ("objects", [], "scene.objects", None, "needs an object"),
     ("objects", SECRET, "scene.objects", None, "list of tables"),
@@ -194,7 +195,10 @@ WRONG = [
     ("camera.position", [3, 1, 0], "scene.camera.position", None, "inside or on the mesh objects[2]"),
     ("camera!", None, "scene.camera", None, "missing"),
     ("lights.0.direction", [0, 0, 0], "scene.lights[0].direction", 0, "no direction"),
+    ("lights.1.position", [1e300, 0, 0], "scene.lights[1].position", 1, "outside"),
+    ("materials.white.shininess", 1e-9, "scene.materials[0].shininess", 0, "alpha"),
     ("lights.1.attenuation", [0, 0, 0], "scene.lights[1].attenuation", 1, "attenuation"),
+    ("picture", {"size": [8.5, 4]}, "scene.picture.size", None, "two whole numbers"),
     ("picture", {"size": [1 << 20, 1 << 20]}, "scene.picture.size", None, "pixels"),
 ]
 
@@ -243,6 +247,14 @@ def test_a_scene_that_is_sent_reads_no_file(client: TestClient, file: str) -> No
     assert told == {
         "field": "scene.objects[2].file", "detail": "a scene from afar cannot name files", "index": 2,
     }  # fmt: skip
+
+
+def test_a_picture_brighter_than_any_number_is_white_and_has_no_error(client: TestClient) -> None:
+    blinding = {"position": [0, 0.5, 3], "attenuation": [0, 0, 1e-45], "intensity": 1e6}
+    scene = changed("lights.1", blinding)
+    assert decoded(ask(client, scene)).max() == 255
+    told = refused(ask(client, scene, wire.JSON, specular="lyon:dot:8", compare=True))
+    assert "not finite" in told["detail"]
 
 
 @pytest.mark.parametrize("body", [b"", b"{", b"[]", b"null", b'"chequerboard"', b"NaN"])

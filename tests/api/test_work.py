@@ -1,6 +1,7 @@
 """Who may use a core: cost decides, the rest is told when to come back, and who is gone frees what was his."""
 
 import asyncio
+import gc
 import threading
 from collections.abc import Callable
 from typing import Any
@@ -13,6 +14,7 @@ from phongbench.lowering import FLOAT32, FLOAT64
 from phongbench_api import highlight, wire
 from phongbench_api.errors import BusyError, TooLargeError
 from phongbench_api.highlight import Cancelled, Formula
+from phongbench_api.service import Service
 from phongbench_api.settings import Settings
 from phongbench_api.work import Office
 
@@ -180,3 +182,13 @@ def test_warming_up_stops_when_told() -> None:
     from phongbench_api.warm import Kernels
 
     assert Kernels().warm(lambda: True) is False
+
+
+def test_collections_of_garbage_pass_over_what_a_warm_server_holds(monkeypatch: pytest.MonkeyPatch) -> None:
+    place = Service(Settings())
+    place.cool_down()  # servers of other tests may be warm in this process
+    monkeypatch.setattr(place.kernels, "warm", lambda stop: True)
+    place.warm_up()
+    assert gc.get_freeze_count() > 10_000
+    place.cool_down()
+    assert gc.get_freeze_count() == 0

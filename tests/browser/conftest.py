@@ -58,7 +58,11 @@ def browser() -> Iterator[Any]:
 
     with sync_playwright() as playwright:
         # A container's root cannot set up Chromium's own sandbox, and its /dev/shm is small; the only page is ours.
-        opened = playwright.chromium.launch(executable_path=found, args=["--no-sandbox", "--disable-dev-shm-usage"])
+        # Shaders are run by the browser's own software: no machine of ours has a graphics card.
+        software = ["--enable-unsafe-swiftshader", "--enable-unsafe-webgpu", "--use-webgpu-adapter=swiftshader"]
+        opened = playwright.chromium.launch(
+            executable_path=found, args=["--no-sandbox", "--disable-dev-shm-usage", *software]
+        )
         yield opened
         opened.close()
 

@@ -125,7 +125,7 @@ def test_what_may_be_left_out_has_a_default() -> None:
         (("specular", "gamma"), 9, "specular.gamma", "power of two"),
         (("specular", "gamma"), 8.0, "specular.gamma", "a number instead of a whole number"),
         (("specular", "gamma"), 2**70, "specular.gamma", "outside"),
-        (("specular", "gamma"), None, "specular.gamma", "outside"),
+        (("specular", "gamma"), None, "specular.gamma", "needs a gamma"),
         (("specular", "beta"), "steep", "specular.beta", "unknown beta policy"),
         (("specular", "beta"), -2, "specular.beta", "finite number"),
         (("normalise",), 1, "normalise", "a number instead of true or false"),
@@ -227,6 +227,18 @@ def test_the_command_takes_a_formula_of_the_users_own(tmp_path: Path) -> None:
     assert theirs.exit_code == 0, theirs.output
     ours = shading_request(changed(("specular",), {"approximation": "schlick"})).shade()
     assert json.loads(theirs.stdout)["colours"] == json.loads(shaded_json(ours))["colours"]
+
+
+@compiled
+def test_what_the_users_formula_raises_is_told_with_its_line(tmp_path: Path) -> None:
+    text = Path(sys.modules["phongbench.approximations.schlick"].__file__ or "").read_text()
+    text = text.replace('name="schlick"', 'name="own"').replace("lambda s: {", "lambda s: 1 / (s.alpha == 10) and {")
+    line = 1 + text.split("1 / (s.alpha")[0].count("\n")
+    (tmp_path / "own.py").write_text(text)
+    document = json.dumps(changed(("specular",), {"approximation": "own"}))
+    found = CliRunner().invoke(main, ["shade", "-", "--with", str(tmp_path / "own.py")], input=document)
+    assert (found.exit_code, found.stdout) == (2, "")
+    assert f"own.py:{line}: ZeroDivisionError" in found.stderr
 
 
 @pytest.mark.parametrize(

@@ -9,6 +9,7 @@ import pytest
 
 from phongbench import results, study
 from phongbench.approximations import REGISTRY
+from phongbench.lighting import Specular
 from phongbench.plan import PRESETS, PROBE_NAMES, compose
 from phongbench.probes import far, infinity, scenes, skips
 from phongbench.probes.probing import Probing
@@ -29,6 +30,12 @@ def two_scenes():
 
 
 @pytest.fixture
+def one_scene(monkeypatch):
+    """The one that takes least."""
+    monkeypatch.setattr(scenes, "examples", lambda: {PAIR[0]: ""})
+
+
+@pytest.fixture
 def tiny(small_plan):
     return replace(
         small_plan, approximations=("phong", "lyon", "gaussian", "blinn"), alphas=(10.0, 50.0), gammas=(4, 8),
@@ -36,11 +43,11 @@ def tiny(small_plan):
     ).validated()  # fmt: skip
 
 
-def tables(plan):
-    """What the probe answers; it asks nothing of the sweep but its plan."""
-    sweep = type("Sweep", (), {"plan": plan, "registry": REGISTRY})()
+def tables(plan, registry=REGISTRY, note=lambda text: None):
+    """What the probe answers; it asks nothing of the sweep but its plan and registry."""
+    sweep = type("Sweep", (), {"plan": plan, "registry": registry})()
     shares = []
-    probing = Probing(sweep, pd.DataFrame(), pd.DataFrame(), 2, advance=shares.append)
+    probing = Probing(sweep, pd.DataFrame(), pd.DataFrame(), 2, advance=shares.append, note=note)
     found = scenes.measure(probing)
     assert probing.violations == []
     assert math.isclose(sum(shares), 1.0)
@@ -88,6 +95,35 @@ def test_a_formula_that_does_not_fit_a_scene_is_left_out_with_the_reason(two_sce
     for row in out.to_dict("records"):
         assert "materials." in row["left_out"]
         assert math.isnan(row["max_abs"])
+
+
+def own(name, **changes):
+    """Lyon's formula as a user's of this name."""
+    return replace(REGISTRY["lyon"], name=name, **changes)
+
+
+def test_the_users_own_formulas_are_drawn_like_ours_and_one_that_fails_leaves_its_own_rows_alone(one_scene, tiny):
+    mine, fails = own("mine"), own("fails", cutoff=lambda s: 1 / (s.alpha - s.alpha))
+    registry = {**REGISTRY, "mine": mine, "fails": fails}
+    plan = replace(tiny, approximations=("phong", "lyon", "mine", "fails")).validated(registry)
+    notes = []
+    rows = tables(plan, registry, notes.append)["scenes"].set_index("approximation")
+    ours, theirs, failed = (rows.loc[name].reset_index(drop=True) for name in ("lyon", "mine", "fails"))
+    pd.testing.assert_frame_equal(ours[ours["beta_policy"] == "taylor"], theirs)
+    assert failed["left_out"].str.fullmatch(r"materials\..*: ZeroDivisionError: float division by zero").all()
+    assert failed["max_abs"].isna().all()
+    (note,) = notes
+    assert note.startswith(f"fails is left out of {len(failed)} of {len(failed)} pictures; test-card: ")
+    assert "ZeroDivisionError" in note
+
+
+def test_the_users_own_formula_is_timed_like_ours(tiny):
+    registry = {**REGISTRY, "mine": own("mine")}
+    card = reading.read_scene("test-card")
+    wishes = {"size": (16, 9), "registry": registry}
+    exact, mine = scenes._times(card, [Specular("mine", "dot", 4)], tiny, wishes)
+    assert (exact["name"], mine["name"]) == ("phong", "mine:dot:4")
+    assert mine["ratio_low"] <= mine["ratio"] <= mine["ratio_high"]
 
 
 # skips

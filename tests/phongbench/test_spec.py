@@ -32,7 +32,7 @@ def test_half_space_asks_for_four_times_the_exponent() -> None:
         ("phong", Setting(-1.0), "alpha = -1.0 is outside"),
         ("phong", Setting(float("nan")), "alpha = nan is outside"),
         ("phong", Setting(float("inf")), "alpha = inf is outside"),
-        ("lyon", Setting(10.0, slope="taylor"), "gamma = None is outside"),
+        ("lyon", Setting(10.0, slope="taylor"), "needs a gamma"),
         ("lyon", Setting(10.0, 6, "taylor"), "gamma = 6 is not a power of two"),
         ("lyon", Setting(10.0, 512, "taylor"), "gamma = 512 is outside 1 .. 256"),
         ("lyon", Setting(10.0, 8, "steep"), r"(?s)unknown beta policy 'steep'.*known: taylor, minimax, energy"),

@@ -27,6 +27,12 @@ def timed(by: str, work: str, ratio: float, verdict: str) -> dict[str, Any]:
             "ratio_low": ratio - 0.1, "ratio_high": ratio + 0.1, "verdict": verdict, "rounds": 24}  # fmt: skip
 
 
+def drawn(tracer: str, seconds: float, **what: Any) -> dict[str, Any]:
+    return {"tracer": tracer, "version": "1.2", "draws": "depth 3, shadows", "size": "64x36", "seconds": seconds,
+            "mpixels_per_second": 0.002304 / seconds, "mrays_per_second": None, "pixels_off": 0.0,
+            "surfaces_agree": None, "note": f"what {tracer} does", **what}  # fmt: skip
+
+
 COMPARED = {
     "alpha": 50.0, "gamma": 8, "absent": {"jax": "not installed"}, "sweep": RATES, "rows": [
         timed("phongbench", "exact Phong", 1.0, "baseline"), timed("numpy", "exact Phong", 4.8, "slower"),
@@ -38,7 +44,12 @@ PICTURES = {
         {"variant": v, "seconds": 0.1, "ratio": r, "same_bits": v != "all", "largest_change": c}
         for v, r, c in (("all", 1.0, 0.02), ("exact", 2.0, 0.0), ("none", 5.0, 0.0))
     ]},
-    "tracers": [{"size": "64x36", "mrays_per_second": 20.0}, {"ratio": 25.0, "pixels_off": 0.001}],
+    "tracers": [
+        drawn("phongbench", 0.01, mrays_per_second=20.0, ratio=1.0),
+        drawn("plain NumPy", 0.25, mrays_per_second=0.8, ratio=25.0, pixels_off=0.001),
+        drawn("mitsuba", 0.02, ratio=2.0, pixels_off=0.002, surfaces_agree=0.99999),
+    ],
+    "absent": [{"tracer": "pyvista", "why": "not installed; pip install pyvista brings it"}],
 }  # fmt: skip
 BESIDE = {"scenes": "of scenes", "service": "of the service"}
 DOCUMENT = {"cells": 5000, "evaluations": 23_456_000_000, "seconds": {"accuracy": 30.04, "timing": 8, "report": 2.5}}
@@ -79,6 +90,7 @@ def test_every_part_is_filled_and_the_rest_stays(made: Any, checkout: Path) -> N
     )
     text = (checkout / "README.md").read_text()
     assert all(docs.parts_of(text).values())
+    assert "float highlight(vec3 r, vec3 v)" in docs.parts_of(text)["shader"]
     assert docs.problems(checkout) == []
     assert re.sub(r"(?s)(<!-- generated: \w+ -->\n).*?(<!-- /)", r"\1\2", text) == EMPTY
 
@@ -206,9 +218,19 @@ def test_false_alarms_are_told_with_what_is_allowed() -> None:
 
 def test_scenes_are_told_by_what_leaving_out_saves() -> None:
     part = readme_measured.scenes(PICTURES)
-    assert lines_of(part)[2:] == [["many-lights", "2", "100 ms", "5.00 ×", "2.50 ×", "yes", "0.0200"]]
-    assert "25.0 times as fast" in part
-    assert "0.1 % of the pixels" in part
+    assert lines_of(part)[2] == ["many-lights", "2", "100 ms", "5.00 ×", "2.50 ×", "yes", "0.0200"]
+
+
+def test_tracers_are_told_with_what_is_compared() -> None:
+    part = readme_measured.scenes(PICTURES)
+    assert lines_of(part)[-3:] == [
+        ["phongbench", "depth 3, shadows", "10 ms", "0.230", "20", "1", "–", "–"],
+        ["plain NumPy", "depth 3, shadows", "250 ms", "0.00922", "0.800", "25", "0.1 %", "–"],
+        ["mitsuba", "depth 3, shadows", "20 ms", "0.115", "–", "2", "0.2 %", "99.9990 %"],
+    ]
+    assert "chequerboard at 64x36" in part
+    assert "- mitsuba 1.2: what mitsuba does." in part
+    assert "- pyvista is absent: not installed; pip install pyvista brings it." in part
 
 
 def test_claims_are_told_with_verdict_and_reason(made: Any) -> None:

@@ -73,6 +73,19 @@ def test_the_law_is_drawn_for_every_picture_and_told_in_numbers(study: Study) ->
     assert "1 of 2 pictures (card)" in found.takeaway
 
 
+def test_a_formula_of_half_vectors_is_outside_the_law_whoever_wrote_it(study: Study) -> None:
+    """By the run's rows: lyon is measured in both spaces there, the user's own in half space only."""
+    rows = pd.concat([study.run.scenes, frame("scenes", [picture("card", 8, 0.3, 0.1, approximation="halfway")])])
+    swept = study.run.accuracy
+    own = swept.iloc[:1].assign(approximation="halfway", space="half")
+    run = replace(study.run, scenes=rows.astype({"gamma": "Int64"}), accuracy=pd.concat([swept, own]))  # type: ignore[type-var]
+    with ink():
+        found = lobe_law(Study(run))
+    assert isinstance(found, Plate)
+    assert "No picture but those by halfway errs by more" in found.takeaway
+    assert "1 of 2 pictures (card)" in found.takeaway
+
+
 def test_a_picture_beyond_the_law_is_told(study: Study) -> None:
     rows = study.run.scenes.assign(max_abs=[0.03, 0.001, np.nan])
     with ink():

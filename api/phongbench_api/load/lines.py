@@ -26,7 +26,7 @@ class Lines:
         """The status of the answer, all of which is read; 0 where the connection broke."""
         line = None
         try:
-            line = self._idle.pop() if self._idle else await asyncio.open_connection("127.0.0.1", self.port)
+            line = self._kept() or await asyncio.open_connection("127.0.0.1", self.port)
             line[1].write(request)
             answered = (await line[0].readuntil(b"\r\n\r\n")).lower()
             length = answered.partition(b"content-length:")[2].partition(b"\r\n")[0]
@@ -40,6 +40,15 @@ class Lines:
         finally:
             if line is not None:
                 line[1].close()
+
+    def _kept(self) -> _Line | None:
+        """A connection that the server has not closed meanwhile, as it does after some idle seconds."""
+        while self._idle:
+            reader, writer = self._idle.pop()
+            if not reader.at_eof():
+                return reader, writer
+            writer.close()
+        return None
 
     def close(self) -> None:
         """Close what is kept."""

@@ -1,6 +1,19 @@
 """Every family of routes, in the order of the documentation: one module each, one name here."""
 
-from phongbench_api.routes import answers, curve, figures, formulas, health, pages, render, rows, runs, shade, specular
+from phongbench_api.routes import (
+    answers,
+    curve,
+    figures,
+    formulas,
+    health,
+    pages,
+    render,
+    rows,
+    runs,
+    shade,
+    shader,
+    specular,
+)
 
 ROUTERS = (
     health.router,
@@ -9,6 +22,7 @@ ROUTERS = (
     shade.router,
     render.router,
     curve.router,
+    shader.router,
     answers.router,
     runs.router,
     rows.router,

@@ -60,8 +60,10 @@ export function reproduce(state, asked, question) {
   const wanted = wish(state);
   const pick = ['phongbench recommend', `--alpha ${wanted.alpha}`, `--max-error ${wanted.max_error}`, `--precision ${wanted.precision}`];
   if (wanted.length_error) pick.push(`--length-error ${wanted.length_error}`);
+  const formula = Object.fromEntries(['approximation', 'lambda', 'gamma', 'alpha', 'beta', 'space'].filter((name) => name in question).map((name) => [name, question[name]]));
   const lines = [
     ['This curve, from the service', quoted('/v1/curve', question)],
+    ['The formula as shader code (or hlsl, wgsl, c)', quoted('/v1/shader', { ...formula, language: 'glsl' })],
     ['Its error and time, measured on this machine', run.join(' ')],
     ['The recommendation', pick.join(' ')],
   ];

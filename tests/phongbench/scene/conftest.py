@@ -1,5 +1,6 @@
 """Small scenes, written as a user writes them."""
 
+import sys
 from collections.abc import Callable
 from pathlib import Path
 
@@ -73,3 +74,17 @@ def written(tmp_path: Path) -> Callable[[str], Scene]:
         return read_scene(path)
 
     return read
+
+
+@pytest.fixture
+def own(tmp_path: Path) -> Callable[..., Path]:
+    """A user's file with Lyon's formula under another name, by (name, and what of its text is replaced by what)."""
+    ours = Path(sys.modules["phongbench.approximations.lyon"].__file__ or "").read_text()
+
+    def write(name: str, old: str = "", new: str = "") -> Path:
+        assert old in ours
+        path = tmp_path / f"{name}.py"
+        path.write_text(ours.replace('name="lyon"', f'name="{name}"').replace(old, new, 1 if old else 0))
+        return path
+
+    return write

@@ -61,6 +61,11 @@ def test_the_numbers_of_a_picture_that_is_off() -> None:
     assert error.psnr == pytest.approx(10 * math.log10(1 / shown.mean()))
 
 
+def test_light_where_there_was_none_has_no_ratio() -> None:
+    told = pictures.compare(grey(0, 0), grey(0, 0.5), flip=False).as_dict()
+    assert told["energy"] is None
+
+
 def test_flip_sees_what_people_see() -> None:
     pytest.importorskip("flip_evaluator")
     rng = np.random.default_rng(3)
@@ -100,9 +105,46 @@ def test_files_hold_what_was_drawn(tmp_path: Path) -> None:
     assert Image.open(io.BytesIO(pictures.png(pictures.codes(picture)))).size == (6, 4)
 
 
+def test_an_exr_holds_every_bit_and_says_what_its_numbers_are(tmp_path: Path) -> None:
+    library = pytest.importorskip("OpenEXR", reason="OpenEXR (extra `scene`) is not installed")
+    picture = np.random.default_rng(2).random((5, 7, 3), np.float32) * 1e3
+    picture[0, :5, 1] = [np.inf, -np.inf, np.nan, -0.0, 1e-42]
+    pictures.save(tmp_path / "new" / "A.EXR", picture)
+    assert [path.name for path in (tmp_path / "new").iterdir()] == ["A.EXR"]
+    with library.File(str(tmp_path / "new" / "A.EXR"), separate_channels=True) as file:
+        header, names = dict(file.header()), set(file.channels())
+        back = np.stack([file.channels()[name].pixels for name in "RGB"], axis=2)
+    assert names == {"R", "G", "B"}
+    assert back.dtype == np.float32
+    assert (back.view(np.uint32) == picture.view(np.uint32)).all()
+    assert header["colorInteropID"] == "lin_rec709_scene"
+    assert header["chromaticities"] == pytest.approx((0.64, 0.33, 0.3, 0.6, 0.15, 0.06, 0.3127, 0.329))
+    assert pictures.exr(picture) == (tmp_path / "new" / "A.EXR").read_bytes()
+
+
+def test_without_openexr_it_is_said_what_to_install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(pictures, "find_spec", lambda name: None)
+    with pytest.raises(InputError, match=r"OpenEXR.*\n.*phongbench\[scene\]"):
+        pictures.save(tmp_path / "a.exr", grey(0))
+    pictures.save(tmp_path / "a.npy", grey(0))
+    assert [path.name for path in tmp_path.iterdir()] == ["a.npy"]
+
+
 def test_what_cannot_be_written_is_said(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=r"\.jpg"):
+    with pytest.raises(InputError, match=r"\.jpg.*\n.*\.png, \.npy, \.exr"):
         pictures.save(tmp_path / "a.jpg", grey(0))
     (tmp_path / "file").write_text("")
-    with pytest.raises(StorageError):
-        pictures.save(tmp_path / "file" / "a.png", grey(0))
+    (tmp_path / "folder.png").mkdir()
+    for name in ("file/a.png", "folder.png", f"{'a' * 300}.png"):
+        with pytest.raises(StorageError, match="cannot write"):
+            pictures.save(tmp_path / name, grey(0))
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["file", "folder.png"]
+
+
+def test_pixels_that_are_no_numbers_are_counted_and_not_drawn(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="1 of 3 pixels are no numbers, the first in column 2 of row 0"):
+        pictures.save(tmp_path / "a.png", grey(0, np.inf, np.nan))
+    assert not list(tmp_path.iterdir())
+    assert pictures.codes(grey(np.inf)).tolist() == [[[255] * 3]]
+    with pytest.raises(InputError, match="not finite"):
+        pictures.compare(grey(0, 1), grey(0, np.inf))

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from phongbench.errors import InputError
-from phongbench.scene.documents import line_of
 from phongbench.scene.parts import Mesh, Plane, Scene, Sphere
+from phongbench.scene.places import line_of
 from phongbench.scene.reading import examples, read_scene, scene_of, specular_of
 
 Written = Callable[[str], Scene]
@@ -85,6 +85,17 @@ WRONG = [
     ("attenuation = [0.5, 0.2, 0.1]", "attenuation = [0, 0, 0]", 0, "attenuation"),
     ("background = [0.1, 0.2, 0.3]", "backdrop = [0.1, 0.2, 0.3]", 0, "unknown key 'backdrop'"),
     ("background = [0.1, 0.2, 0.3]", "background = = 3", 0, "not valid TOML"),
+    ("radius = 0.8", f"radius = {'9' * 5000}", 0, "thousands of digits"),
+    ("radius = 0.8", '"a.b" = 1\nradius = 0.8', 0, 'objects[0]."a.b"'),
+    ("radius = 0.8", '"a b\\n" = 1\nradius = 0.8', 0, r'objects[0]."a b\n"'),
+    ("shininess = 20", "shininess = 1e-9", 0, "alpha"),
+    ("shininess = 20", 'shininess = 20\napproximation = "lion:dot:8"', 1, "did you mean 'lyon'"),
+    ("shininess = 20", 'shininess = 20\napproximation = "lyon:dot"', 1, "lyon needs a gamma"),
+    ("shininess = 20", 'shininess = 20.5\napproximation = "integer-power"', 0, "does not take"),
+    ("shininess = 20", "shininess = 20\napproximation = 8", 1, "approximation: approximation = 8 is not a string"),
+    ("position = [1.0, 2.0, 2.0]", "position = [inf, 2.0, 2.0]", 0, "lights[1].position: position[0] = Infinity"),
+    ("size = [48, 32]", "size = [48.5, 32]", 0, "two whole numbers"),
+    ("size = [48, 32]", "size = [-48, 32]", 0, "outside"),
 ]
 
 
@@ -113,7 +124,10 @@ MESH_WRONG = [
     ("degrees = 40", "scale = [1, 1, 0]", "singular"),
     ("degrees = 40", "matrix = [[1, 0, 0, 0], [2, 0, 0, 0], [0, 0, 1, 0]]", "singular"),
     ("degrees = 40", "matrix = [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 1, 1]]", "last row"),
-    ("degrees = 40", "matrix = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]", "list of 4 numbers"),
+    ("degrees = 40", "matrix = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]", ".matrix: matrix[0] = [1, 0, 0] is not a list of 4"),
+    ("degrees = 40", "matrix = [[1, 0, 0, 0], [0, nan, 0, 0], [0, 0, 1, 0]]", ".matrix: matrix[1][1] = NaN"),
+    ('surface = "icosphere"', 'file = "a\\u0000b"', "no file has such a name"),
+    ('surface = "icosphere"', 'file = "."', "Is a directory"),
     ("degrees = 40", 'smooth = "very"', "unknown smooth"),
     ('material = "white"', 'material = "board"', "only a plane"),
     ("translate = [3.0, 1.0, 0.0]", "translate = [0.0, 1.0, 5.2]", "inside or on the mesh objects[2]"),
@@ -127,6 +141,48 @@ def test_what_is_no_mesh_is_refused(small: str, written: Written, old: str, new:
         written(small + MESH.replace(old, new, 1))
     assert words in str(refused.value)
     assert "scene.toml" in str(refused.value.where)
+
+
+@pytest.mark.parametrize("ends", ["\n", "\r\n"])
+@pytest.mark.parametrize("mark", ["", "\ufeff"])
+def test_a_file_as_windows_writes_it_is_read(small: str, tmp_path: Path, ends: str, mark: str) -> None:
+    path = tmp_path / "żółć ☃.toml"
+    text = mark + small.replace("\n", ends)
+    path.write_bytes(text.replace('"white"', '"weiß ☃"').replace("materials.white", 'materials."weiß ☃"').encode())
+    scene = read_scene(path)
+    assert (scene.name, scene.materials[0].name) == ("żółć ☃", "weiß ☃")
+    path.write_bytes(text.replace("radius = 0.8", "radius = -1").encode())
+    line = small.splitlines().index("radius = 0.8") + 1
+    with pytest.raises(InputError, match=f":{line}: .*radius = -1"):
+        read_scene(path)
+
+
+GARBAGE = {
+    "bytes": (b"a = 1\nb = \xff", "2: cannot read the scene: not UTF-8"),
+    "utf-16": ("a = 1".encode("utf-16"), "1: cannot read the scene: not UTF-8"),
+    "nul": (b"a = 1\n\0", "2: not valid TOML"),
+    "deep": (b"a = " + b"[" * 9999, "too deep to read"),
+    "nothing": (b"", "a scene needs an object"),
+}
+
+
+@pytest.mark.parametrize("kind", GARBAGE)
+def test_what_is_no_text_is_refused_by_its_line(tmp_path: Path, kind: str) -> None:
+    data, words = GARBAGE[kind]
+    path = tmp_path / "scene.toml"
+    path.write_bytes(data)
+    with pytest.raises(InputError) as refused:
+        read_scene(path)
+    assert words in str(refused.value)
+    assert str(refused.value.where).startswith(str(path))
+
+
+def test_names_that_could_move_a_cursor_are_quoted(small: str, written: Written) -> None:
+    named = small.replace("materials.white", r'materials."\u001b[2J"').replace('"white"', r'"\u001b[2J"')
+    for text in (named.replace("shininess = 20", "shininess = -20"), named.replace('= "mirror"', '= "chrome"')):
+        with pytest.raises(InputError) as refused:
+            written(text)
+        assert "\x1b" not in str(refused.value)
 
 
 def test_a_mesh_without_faces_is_refused(small: str, written: Written, tmp_path: Path) -> None:
@@ -158,6 +214,33 @@ def test_an_obj_wears_the_materials_of_its_mtl(small: str, written: Written, tmp
     assert (red.ambient, red.diffuse, red.specular, red.shininess) == ((0.1, 0, 0), (0.8, 0.1, 0.1), (0.5,) * 3, 96.08)
     assert blue.diffuse == (0.123, 0.1, 0.8)  # not through the 8 bits that trimesh keeps
     assert blue.specular == (0, 0, 0)
+
+
+@pytest.mark.parametrize(
+    ("uses", "defines", "words"),
+    [
+        ("usemtl blue\n", "newmtl red\nNs 10\n", "two.obj:5: the material 'blue' is not in the MTL file"),
+        ("", "newmtl red\nNs 10\n", "some faces have no material"),
+        ("usemtl red\n", "newmtl red\nKs 1 1 1\nNs 1e-9\n", "material 'red': alpha"),
+        ("usemtl red\n", "newmtl red\nNs shiny\n", "two.mtl:2: Ns is 'shiny'"),
+    ],
+)
+def test_a_material_that_an_obj_lacks_is_named(
+    small: str, written: Written, tmp_path: Path, uses: str, defines: str, words: str
+) -> None:
+    (tmp_path / "two.mtl").write_text(defines)
+    (tmp_path / "two.obj").write_text(f"mtllib two.mtl\nv 2 0 0\nv 3 0 0\nv 3 1 0\n{uses}f 1 2 3\n")
+    with pytest.raises(InputError) as refused:
+        written(small + '[[objects]]\nshape = "mesh"\nfile = "two.obj"\n')
+    assert words in str(refused.value)
+    assert "objects[2].file" in str(refused.value)
+
+
+def test_a_material_of_an_mtl_may_have_blanks_in_its_name(small: str, written: Written, tmp_path: Path) -> None:
+    (tmp_path / "two.mtl").write_text("newmtl my red\nKd 1 0 0\nNs 10\n")
+    (tmp_path / "two.obj").write_text("mtllib two.mtl\nv 2 0 0\nv 3 0 0\nv 3 1 0\nusemtl my red\nf 1 2 3\n")
+    scene = written(small + '[[objects]]\nshape = "mesh"\nfile = "two.obj"\n')
+    assert scene.materials[scene.of(Mesh)[0].materials[0]].reflection.diffuse == (1, 0, 0)
 
 
 def test_a_mesh_is_moved_as_its_transform_says(small: str, written: Written) -> None:

@@ -9,6 +9,8 @@ from click.testing import CliRunner, Result
 from PIL import Image
 
 from phongbench.cli import main
+from phongbench.scene import showing
+from phongbench.scene.peers import PEERS
 from phongbench.scene.reading import examples
 
 
@@ -66,13 +68,45 @@ def test_the_bench_tells_what_each_skip_saves() -> None:
     assert rows["none"]["same_bits"]
     assert rows["exact"]["same_bits"]
     assert rows["all"]["ratio"] == 1
-    assert [row["tracer"] for row in told["tracers"]] == ["phongbench", "plain NumPy"]
+    assert [row["tracer"] for row in told["tracers"][:2]] == ["phongbench", "plain NumPy"]
+    drew, absent = ({row["tracer"] for row in told[name]} for name in ("tracers", "absent"))
+    assert set(PEERS) <= drew | absent
+    assert not drew & absent
     assert told["tracers"][1]["pixels_off"] < 0.02
+
+
+def test_people_read_once_what_a_tracer_does(monkeypatch: pytest.MonkeyPatch) -> None:
+    row = dict.fromkeys(("seconds", "mpixels_per_second", "ratio", "pixels_off", "rays"), 0.5)
+    row |= {"tracer": "ours", "version": "1.2", "draws": "depth 0", "size": "4x3", "note": "all that is compared"}
+    rows = [row | {"mrays_per_second": None, "surfaces_agree": 0.25, "draws": draws} for draws in ("much", "little")]
+    found = {"scene": "s", "tracers": rows, "absent": [{"tracer": "theirs", "why": "not installed"}], "skips": []}
+    monkeypatch.setattr(showing, "measure", lambda *_: found)
+    shown = render("chequerboard", "--bench").stdout
+    assert shown.count("all that is compared") == 1
+    assert all(word in shown for word in ("much", "little", "0.25", "theirs", "not installed"))
 
 
 def test_the_shipped_scenes_are_listed() -> None:
     done = render("--list", "--json")
     assert {row["scene"] for row in json.loads(done.stdout)} == set(examples())
+
+
+def test_exr_holds_what_npy_holds(tmp_path: Path) -> None:
+    library = pytest.importorskip("OpenEXR", reason="OpenEXR (extra `scene`) is not installed")
+    for name in ("a.npy", "a.exr"):
+        assert render("test-card", "--size", "32x18", "--out", tmp_path / name).exit_code == 0
+    with library.File(str(tmp_path / "a.exr")) as file:
+        assert np.array_equal(file.channels()["RGB"].pixels, np.load(tmp_path / "a.npy"))
+
+
+@pytest.mark.parametrize("out", ["folder.png", "file/a.png"])
+def test_where_nothing_can_be_written_nothing_is_drawn(tmp_path: Path, out: str) -> None:
+    (tmp_path / "folder.png").mkdir()
+    (tmp_path / "file").write_text("")
+    done = render("test-card", "--size", "8x8", "--out", tmp_path / out)
+    assert done.exit_code == 5
+    assert "cannot write" in done.stderr
+    assert "render test-card" not in done.stderr
 
 
 @pytest.mark.parametrize(
@@ -88,7 +122,12 @@ def test_the_shipped_scenes_are_listed() -> None:
         (("test-card", "--supersampling", "0"), "supersampling"),
         (("test-card", "--specular", "lion"), "did you mean 'lyon'"),
         (("test-card", "--specular", "lyon:dot:7"), "not a power of two"),
+        (("test-card", "--specular", "lyon:dot"), "lyon needs a gamma"),
         (("test-card", "--specular", "lyon:diff:8"), "unknown lambda form of lyon 'diff'"),
+        (("test-card", "--formulas", "--specular", "lion"), "unknown approximation 'lion'"),
+        (("test-card", "--formulas", "--model", "blinn-phong"), "leave --model away"),
+        (("test-card", "--compare", "--out", "a.npy"), "write it as .png"),
+        (("test-card", "--with", "absent.py"), "absent.py"),
         (("test-card", "--skip", "--exact", "--bench", "--compare"), "--bench"),
     ],
 )

@@ -1,0 +1,44 @@
+"""A formula as source text."""
+
+from functools import partial
+from typing import Annotated
+
+from fastapi import APIRouter, Query, Request
+from starlette.responses import Response
+
+from phongbench import shaders
+from phongbench.precisions import FLOAT32
+from phongbench_api import highlight, wire
+from phongbench_api.models import ShaderAsk
+from phongbench_api.openapi import described
+from phongbench_api.service import service
+
+router = APIRouter(prefix="/v1", tags=["shading"])
+FAMILY = (wire.TEXT, wire.JSON)
+EXAMPLE = {"language": "glsl", "text": "float highlight(vec3 r, vec3 v) { .. }", "max_error": 0.0299}
+#: predicted seconds of writing one and looking for its largest error
+SECONDS = 0.01
+
+
+@router.get("/shader", summary="A formula as GLSL, HLSL, WGSL or C",
+            **described(EXAMPLE, 406, 422, 503, also=(wire.TEXT,)))  # fmt: skip
+async def shader(request: Request, ask: Annotated[ShaderAsk, Query()]) -> Response:
+    """The source of a function of two directions, in float32, with its constants filled in."""
+    spans = wire.Spans()
+    media = wire.negotiate(request.headers.get("accept"), FAMILY)
+    formula, here = highlight.asked(ask), service(request)
+    spans.mark("parse")
+
+    def work(_gone: object) -> shaders.Shader:
+        here.kernels.compile_curve(formula, FLOAT32)
+        return shaders.shader(formula.spec, formula.form, formula.setting, ask.language)
+
+    cost = SECONDS + here.kernels.curve_cost(formula, shaders.ANGLES, FLOAT32)
+    return await here.office.do(request, cost, work, partial(_answer, media), spans)
+
+
+def _answer(media: str, found: shaders.Shader, spans: wire.Spans) -> Response:
+    if media == wire.JSON:
+        return wire.json(found.as_dict(), spans)
+    spans.mark("encode")
+    return Response(found.text, headers=spans.header(), media_type=media)

@@ -1,0 +1,75 @@
+"""A formula as source text, to be pasted into a shader or a program."""
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from phongbench.commands.common import ROOT, show
+from phongbench.errors import InputError
+
+
+@click.command(short_help="A formula as GLSL, HLSL, WGSL or C.")
+@click.argument("formula", metavar="[NAME[:form[:gamma]]]", required=False)
+@click.option("--alpha", required=True, type=float, metavar="A", help="Exponent of the exact Phong to stand for.")
+@click.option("--max-error", metavar="E", help="Without a NAME: the cheapest formula within this error, e.g. 1/255.")
+@click.option("--language", metavar="NAME", help="glsl, hlsl, wgsl or c.  [default: by the end of --out, or glsl]")
+@click.option("--beta", metavar="POLICY", help="Of the slope.  [default: the formula's first]")
+@click.option("--space", metavar="SPACE", help="reflect (R, V) or half (N, H).  [default: the formula's first]")
+@click.option(
+    "--with", "files", multiple=True, type=click.Path(path_type=Path), metavar="FILE.py", help="Add your own formula."
+)
+@click.option("--out", type=click.Path(path_type=Path), help="A file.  [default: stdout]")
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON document.")
+def shader(
+    formula: str | None, alpha: float, max_error: str | None, language: str | None, beta: str | None, space: str | None,
+    files: tuple[Path, ...], out: Path | None, as_json: bool,
+) -> None:  # fmt: skip
+    """Write a formula as a function of two directions, in float32, with its constants filled in.
+
+    It computes what was measured, operation by operation; powers, exponentials and arc cosines are the language's own.
+
+    \b
+    Examples:
+      phongbench shader lyon:dot:8 --alpha 50
+      phongbench shader --alpha 50 --max-error 1/255 --language hlsl
+      phongbench shader table-u:cross --alpha 20 --out highlight.c
+    """
+    from phongbench import shaders
+    from phongbench.approximations import get, registry_with
+    from phongbench.results import write_whole
+    from phongbench.scene.reading import specular_of
+    from phongbench.spec import Setting
+
+    if (formula is None) == (max_error is None):
+        raise InputError("a formula is named, or chosen by its error", None, "give either NAME or --max-error")
+    if max_error is not None:
+        wanted, beta = _recommended(alpha, max_error, space)
+    else:
+        wanted = specular_of(formula or "")
+    spec = get(wanted.approximation, registry_with(files))
+    form = wanted.lambda_form or spec.lambda_forms[0]
+    language = language or (out.suffix.lstrip(".") if out is not None else "") or "glsl"
+    setting = Setting(alpha, wanted.gamma, beta or spec.slopes[0], space or spec.spaces[0])
+    found = shaders.shader(spec, form, setting, language, files=[file.name for file in files])
+    if out is not None:
+        write_whole(out, lambda path: _write(path, found.text))
+    show({**found.as_dict(), "formula": spec.name}, as_json, lambda: click.echo(out or found.text, nl=out is not None))
+
+
+def _recommended(alpha: float, max_error: str, space: str | None) -> tuple[Any, str]:
+    """The formula and its slope's policy that `recommend` chooses; InputError where nothing is within the error."""
+    from phongbench.lighting import Specular
+    from phongbench.recommend import recommend, run_for
+
+    found = recommend(run_for(None, ROOT), alpha=f"{alpha:g}", max_error=max_error, space=space or "reflect")
+    if not found["choices"]:
+        mend = f"allow more; phongbench recommend --alpha {alpha:g} --max-error {max_error} tells the nearest miss"
+        raise InputError("no formula is within this error", "--max-error", mend)
+    best = found["choices"][0]
+    form = None if best["lambda"] == "none" else best["lambda"]
+    return Specular(best["approximation"], form, best["gamma"]), best["beta_policy"]
+
+
+def _write(path: Path, text: str) -> None:
+    path.write_text(text, encoding="utf-8", newline="\n")
