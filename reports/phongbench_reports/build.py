@@ -34,8 +34,8 @@ if TYPE_CHECKING:
     from phongbench.results import Run
 
 
-#: what a second process draws, if there is one: as much as is left when it is ready
-LATER = tuple(entry.name for entry in FIGURES[len(FIGURES) // 2 :])
+#: what a second process draws, if there is one: the last figures, as many as are left when it is ready
+LATER = tuple(entry.name for entry in FIGURES[-5:])
 #: figure -> name, heading and maker of the folded table that follows it
 BESIDE = {"meshes": ("mesh_edges", "How wide edges may be", mesh_edges)}
 
@@ -140,7 +140,7 @@ def build(run: Run, out: Path, *, single_file: bool = False, processes: int = 1)
     run          phongbench.results.Run
     out          Path     folder of the report; made if missing, its former report replaced
     single_file  bool     one index.html with everything in it, no figures/, data/ or style.css
-    processes    int      from 2 on, where there are as many cores, another process draws half of the figures
+    processes    int      from 2 on, where there are as many cores, another process draws some of the figures
     returns      Path     of index.html
     """
     study = Study(run)

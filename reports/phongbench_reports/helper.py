@@ -21,6 +21,8 @@ from phongbench_reports.drawing import Plate, ink, svg_pair
 from phongbench_reports.figures import FIGURES, Drawing
 from phongbench_reports.study import Absent, Study
 
+#: not `-m`: what is pickled would be of __main__, which is another module over here
+_CHILD = "import sys; from phongbench_reports import helper; sys.stdout.buffer.write(helper.answer(*sys.argv[1:]))"
 #: name of a figure -> what was drawn
 Found = Mapping[str, "Drawn"]
 
@@ -49,7 +51,7 @@ def beside(path: Path, names: Iterable[str]) -> Iterator[Callable[[], Found]]:
 
     What is yielded waits for them; it gives those that came, none if the process failed.
     """
-    words = [sys.executable, "-m", "phongbench_reports.helper", str(path), *names]
+    words = [sys.executable, "-c", _CHILD, str(path), *names]
     with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL) as process:
         try:
             yield lambda: _received(process)
@@ -63,9 +65,9 @@ def _received(process: subprocess.Popen[bytes]) -> Found:
     return found
 
 
-def answer(path: Path, names: list[str]) -> bytes:
-    """What the other process writes: what it drew, by name."""
-    study, found = Study(results.load(path)), {}
+def answer(path: str, *names: str) -> bytes:
+    """What the other process writes: what it drew of the run in this folder, by name."""
+    study, found = Study(results.load(Path(path))), {}
     with ink():
         for entry in FIGURES:
             if entry.name in names:
@@ -74,9 +76,3 @@ def answer(path: Path, names: list[str]) -> bytes:
                 bare = replace(one.content, figure=Figure()) if isinstance(one.content, Plate) else one.content
                 found[entry.name] = replace(one, content=bare)
     return pickle.dumps(found)
-
-
-if __name__ == "__main__":
-    from phongbench_reports import helper  # noqa: PLW0406  what is pickled must not be __main__'s, unknown over there
-
-    sys.stdout.buffer.write(helper.answer(Path(sys.argv[1]), sys.argv[2:]))

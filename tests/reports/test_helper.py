@@ -50,7 +50,7 @@ def _contents(index: Path) -> dict[str, bytes]:
 
 def test_the_answer_of_the_other_process_holds_what_was_asked(stored: results.Run) -> None:
     names = [FIGURES[0].name, FIGURES[-1].name]
-    found = pickle.loads(helper.answer(stored.path, names))
+    found = pickle.loads(helper.answer(str(stored.path), *names))
     study = Study(stored)
     with ink():
         for entry in (FIGURES[0], FIGURES[-1]):
