@@ -58,7 +58,7 @@ class Tally:
         self.worst = np.zeros((rows, WORST_FIELDS))
         self.worst[:, 0] = -1.0
         self.samples: int | Array = 0
-        self._cumulated: Array | None = None
+        self._cumulated: tuple[Array, Array, Array] | None = None
 
     @staticmethod
     def stacked(tallies: Sequence["Tally"]) -> "Tally":
@@ -94,20 +94,27 @@ class Tally:
         """The q-quantile of |error|, linear within its histogram bin; never above the largest error."""
         octave, step = np.divmod(np.arange(BINS), BINS_PER_OCTAVE)
         edges = np.concatenate([[0.0], np.ldexp(1 + step / BINS_PER_OCTAVE, LOWEST_EXPONENT + octave)])
-        reached = self._reached()
-        wanted = q * reached[:, -1]
-        index = np.minimum((reached < wanted[:, None]).sum(axis=1), BINS - 1)
-        rows = np.arange(len(index))
+        reached, before, total = self._reached()
+        wanted = q * total
+        rows = np.arange(len(total))
+        # one search in all rows at once: counts never fall from one row to the next
+        index = np.clip(np.searchsorted(reached, before + np.ceil(wanted).astype(np.int64)) - BINS * rows, 0, BINS - 1)
         inside = self.bins[rows, index]
-        before = reached[rows, index] - inside
-        share = np.where(inside > 0, (wanted - before) / np.maximum(inside, 1), 0.0)
+        below = reached[BINS * rows + index] - before - inside
+        share = np.where(inside > 0, (wanted - below) / np.maximum(inside, 1), 0.0)
         value = edges[index] + share * (edges[index + 1] - edges[index])
-        return np.where(reached[:, -1] > 0, np.minimum(value, self.max_abs), np.nan)
+        return np.where(total > 0, np.minimum(value, self.max_abs), np.nan)
 
-    def _reached(self) -> Array:
-        """Errors counted up to and including each bin; kept, since three quantiles ask for it."""
+    def _reached(self) -> tuple[Array, Array, Array]:
+        """Errors counted up to and including each bin, row after row, those of the rows before each, and of each row.
+
+        Kept, since three quantiles ask for them.
+        """
         if self._cumulated is None:
-            self._cumulated = np.cumsum(self.bins, axis=1)
+            counted = np.cumsum(self.bins)
+            ends = counted[BINS - 1 :: BINS]
+            total = np.diff(ends, prepend=0)
+            self._cumulated = counted, ends - total, total
         return self._cumulated
 
     @property

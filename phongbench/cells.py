@@ -48,8 +48,9 @@ class CellArrays:
                 jit.address(kernels.values_kernel(spec, FLOAT64, known)),
                 len(tables[i]),
             )
-        longest = max((len(t) for t in tables), default=1)
-        padded = np.array([np.pad(t, (0, longest - len(t))) for t in tables]).reshape(len(chosen), longest)
+        padded = np.zeros((len(chosen), max((len(t) for t in tables), default=1)))
+        for i, table in enumerate(tables):
+            padded[i, : len(table)] = table
         return CellArrays(
             rows,
             _stacked(precision, chosen),

@@ -186,13 +186,13 @@ def report(run_name: str, out: Path | None, single_file: bool) -> None:
     from phongbench_reports import build
 
     found = results.find(run_name, ROOT)
-    click.echo(build(found, out or found.path / "report", single_file=single_file))
+    click.echo(build(found, out or found.path / "report", single_file=single_file, processes=2))
 
 
 def _build_report(found: Any, folder: Path) -> Path:
     from phongbench_reports import build
 
-    return build(found, folder)
+    return build(found, folder, processes=2)
 
 
 def _told(outcome: Any) -> None:

@@ -49,8 +49,13 @@ def reaches(meshes: pd.DataFrame, limit: float = CODE) -> pd.DataFrame:
 
 def raw_lyon(meshes: pd.DataFrame, normals: str = "raw") -> pd.DataFrame:
     """Lyon's rows at the gamma nearest to GAMMA, against the interpolated normal made unit."""
-    wanted = {"approximation": "lyon", "truth": "interpolated", "normals": normals}
-    rows: pd.DataFrame = meshes[(meshes[list(wanted)] == pd.Series(wanted)).all(axis=1)]
+    rows = lyon(meshes)
+    return rows[rows["normals"] == normals]
+
+
+def lyon(meshes: pd.DataFrame) -> pd.DataFrame:
+    """Lyon's rows at the gamma nearest to GAMMA, against the interpolated normal made unit, whatever the normals."""
+    rows = meshes[(meshes["approximation"] == "lyon") & (meshes["truth"] == "interpolated")]
     if rows.empty:
         return rows
     gamma = min(sorted(rows["gamma"].unique()), key=lambda g: abs(np.log2(float(g) / GAMMA)))

@@ -250,9 +250,10 @@ def choose(cells: pd.DataFrame, max_error: float) -> Choice:
 
     Variants of one kernel (beta policies) take the same time; only the most accurate of them stands for it.
     """
-    one_each = cells.sort_values(["ratio", "error", *CELL], kind="stable").drop_duplicates(KERNEL)
+    ordered = cells.sort_values(["ratio", "error", *CELL], kind="stable")
+    one_each = ordered.drop_duplicates(KERNEL)
     fits = one_each[one_each["error"] <= max_error]
-    misses = cells[cells["error"] > max_error].sort_values(["error", "ratio", *CELL], kind="stable")
+    misses = ordered[ordered["error"] > max_error].sort_values("error", kind="stable")
     best = fits.iloc[0] if len(fits) else None
     if best is not None:
         misses = misses[misses["ratio"] < best["ratio"]]

@@ -90,19 +90,21 @@ def _keys(sweep: Sweep, numbers: pd.DataFrame) -> pd.DataFrame:
 
 def of_cells(sweep: Sweep, cell: NDArray[Any]) -> pd.DataFrame:
     """The columns that tell cells apart, CELL_COLUMNS, for each of these positions in the sweep's cells."""
-    settings = [c.setting for c in sweep.cells]
+    known, index = np.unique(cell, return_inverse=True)  # often few of the sweep's
+    found = [sweep.cells[position] for position in known]
+    settings = [c.setting for c in found]
     cells: dict[str, Any] = {
-        "approximation": [c.approximation for c in sweep.cells],
-        "lambda_form": [c.lambda_form for c in sweep.cells],
+        "approximation": [c.approximation for c in found],
+        "lambda_form": [c.lambda_form for c in found],
         "space": [s.space for s in settings],
         "beta_policy": [s.slope for s in settings],
-        "precision": [c.precision for c in sweep.cells],
+        "precision": [c.precision for c in found],
     }
-    frame = pd.DataFrame({name: _looked_up(values, cell) for name, values in cells.items()})
-    frame["alpha"] = np.array([s.alpha for s in settings])[cell]
-    frame["gamma"] = pd.array([s.gamma for s in settings], dtype="Int64")[cell]
-    frame["beta"] = np.array([_beta(sweep, position) for position in range(len(sweep.cells))])[cell]
-    frame["gated"] = np.array([c.gated for c in sweep.cells])[cell]
+    frame = pd.DataFrame({name: _looked_up(values, index) for name, values in cells.items()})
+    frame["alpha"] = np.array([s.alpha for s in settings])[index]
+    frame["gamma"] = pd.array([s.gamma for s in settings], dtype="Int64")[index]
+    frame["beta"] = np.array([_beta(sweep, int(position)) for position in known])[index]
+    frame["gated"] = np.array([c.gated for c in found])[index]
     return frame
 
 

@@ -16,6 +16,7 @@ import pandas as pd
 from phongbench import engine, interrupts, probes, replicas, results, rows, skipping, timing, warm
 from phongbench.approximations import REGISTRY
 from phongbench.errors import BudgetError, InputError, InterruptedStudyError, MeasurementError
+from phongbench.garbage import seldom_collected
 from phongbench.lowering import precision_named
 from phongbench.plan import Plan
 from phongbench.probes import invariants
@@ -95,6 +96,7 @@ def default_jobs() -> int:
     return timing.cores()
 
 
+@seldom_collected()
 def run_study(
     plan: Plan,
     out: Path | None = None,

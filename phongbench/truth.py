@@ -11,7 +11,6 @@ from collections.abc import Sequence
 from functools import cache
 from typing import Any
 
-import mpmath
 import numpy as np
 from numpy.typing import NDArray
 
@@ -151,6 +150,8 @@ def exact_angle(
     digits   decimal digits       that are computed with
     returns  mpmath number        in [0, 1]; NaN where an angle is undefined: a zero, infinite or NaN vector
     """
+    import mpmath  # late: the twins alone use it, and every command would wait for it
+
     with mpmath.workdps(digits):
         u, v = [mpmath.mpf(float(c)) for c in a], [mpmath.mpf(float(c)) for c in b]
         length = mpmath.sqrt(product(u, u)) * mpmath.sqrt(product(v, v))
@@ -164,6 +165,8 @@ def exact_given(
     digits: int = 50,
 ) -> Any:  # fmt: skip
     """max(0, a.b)^alpha of the vectors as they are, by mpmath: the slow obvious twin. Arguments as `exact_angle`."""
+    import mpmath
+
     with mpmath.workdps(digits):
         u, v = [mpmath.mpf(float(c)) for c in a], [mpmath.mpf(float(c)) for c in b]
         return phong_of_cosine(product(u, v), alpha, half_space)

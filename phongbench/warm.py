@@ -13,6 +13,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from phongbench import engine, jit, skipping, timing
+from phongbench.garbage import seldom_collected
 from phongbench.lowering import precision_named
 from phongbench.plan import Plan
 
@@ -52,6 +53,7 @@ def beside(plan: Plan) -> "Iterator[subprocess.Popen[bytes] | None]":
         raise
 
 
+@seldom_collected()
 def compile_for(plan: Plan) -> None:
     """Compile the drivers and timed kernels of a plan's own approximations.
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 
 import pandas as pd
@@ -16,6 +17,8 @@ from phongbench.sources import WIKIPEDIA_PHONG
 COARSE = 10.0
 #: the form, and the way to R, that the textbooks mean
 MEANT = {"lambda_form": "cross", "pair": "classic"}
+#: what a record is made from, its key first
+_READ = ["pair", "lambda_form", "alpha", "gamma", "edge_degrees", "length_max"]
 _WAYS = {"classic": "classic R", "lengthwise": "lengthwise R", "half": "(N, H)"}
 
 
@@ -28,12 +31,9 @@ def judge(rows: Rows) -> Finding:
     conditions if so at some exponent, or if smaller edges, another form or another way are good enough; else fails.
     """
     cells = _source(rows)
+    parts = dict(list(cells[_READ].groupby(_READ[:3], observed=True)))
     told = [
-        _record(mine)
-        for pair in PAIRS
-        for form in FORMS
-        for alpha in sorted(cells["alpha"].unique())
-        if len(mine := at(cells, pair=pair, lambda_form=form, alpha=alpha))
+        _record(parts[key]) for key in itertools.product(PAIRS, FORMS, sorted(cells["alpha"].unique())) if key in parts
     ]
     meant = [one for one in told if all(one[k] == v for k, v in MEANT.items())]
     fine = [one["alpha"] for one in meant if (one["edge_degrees_to"] or 0.0) >= COARSE]

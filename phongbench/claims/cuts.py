@@ -124,10 +124,11 @@ def ordered(rows: pd.DataFrame, keys: list[str]) -> pd.DataFrame:
 
 def at(rows: pd.DataFrame, **wanted: Any) -> pd.DataFrame:
     """The rows whose columns equal the wanted values; a tuple or list means any of its values."""
-    mask = pd.Series(True, index=rows.index)
+    mask = np.ones(len(rows), bool)
     for column, value in wanted.items():
-        values = list(value) if isinstance(value, (tuple, list)) else [value]
-        mask &= rows[column].isin(values).fillna(False).astype(bool)
+        held = rows[column]
+        same = held.isin(list(value)) if isinstance(value, (tuple, list)) else held == value
+        mask &= same.to_numpy(bool, na_value=False)
     return rows[mask]
 
 

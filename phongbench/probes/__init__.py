@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import pandas as pd
 
 from phongbench.plan import Plan
-from phongbench.probes import certify, cosines, hostile, meshes, recheck, scenes, search, smoothness
+from phongbench.probes import certify, cosines, hostile, meshes, recheck, search, smoothness
 from phongbench.probes.probing import Probing
 
 
@@ -30,6 +30,18 @@ class Probe:
     seconds: Callable[[Plan, int], float]
 
 
+def _drawn(probing: Probing) -> Mapping[str, pd.DataFrame]:
+    from phongbench.probes import scenes  # late: few plans ask for it, and all that draws comes with it
+
+    return scenes.measure(probing)
+
+
+def _drawing_seconds(plan: Plan, jobs: int) -> float:
+    from phongbench.probes import scenes
+
+    return scenes.seconds(plan, jobs)
+
+
 #: in the order in which they run
 PROBES: tuple[Probe, ...] = (
     Probe("cosines", "measuring every cosine", cosines.measure, cosines.seconds),
@@ -38,7 +50,7 @@ PROBES: tuple[Probe, ...] = (
     Probe("meshes", "measuring interpolated normals", meshes.measure, meshes.seconds),
     Probe("hostile", "hostile inputs", hostile.measure, hostile.seconds),
     Probe("smoothness", "smoothness of the lobes", smoothness.measure, smoothness.seconds),
-    Probe("scenes", "drawing scenes", scenes.measure, scenes.seconds),
+    Probe("scenes", "drawing scenes", _drawn, _drawing_seconds),
     # the last: it looks at the worst inputs that all others left
     Probe("recheck", "checking the truth at 50 digits", recheck.measure, recheck.seconds),
 )

@@ -175,23 +175,35 @@ def _measure(task: Callable[[], Part], work: dict[float, list[_Group]], plan: Pl
     part = task()
     found = points(part.surface, part.triangles, plan.seed, _samples(plan))
     truths = 1 if found.true is None else 2
-    frames = []
+    sets: list[tuple[str, str, tuple[int, ...]]] = []
+    tallies: list[Tally] = []
     for alpha, groups in work.items():
         seen = lit(found, alpha)
         for group, pair in itertools.product(groups, PAIRS):
             if (pair == "half") != (group.space == "half"):
                 continue
             for normals, tally in _tallies(seen, group, pair, truths):
-                columns: dict[str, Any] = {"cell": np.repeat(group.cells, truths)}
-                columns["truth"] = np.tile(np.arange(truths), len(group.cells))
-                columns |= {name: METRICS[name].of(tally) for name in _NUMBERS}
-                frames.append(pd.DataFrame(columns).assign(normals=normals, pair=pair))
-    frame = pd.concat(frames, ignore_index=True) if frames else pd.DataFrame(columns=["cell", "truth", *_NUMBERS])
+                sets.append((normals, pair, group.cells))
+                tallies.append(tally)
     surface = part.surface
-    return frame.assign(
+    return _numbers(sets, tallies, truths).assign(
         mesh=surface.name, edge_degrees=part.edge_degrees, triangles=len(part.triangles), left_out=surface.left_out,
         samples=_samples(plan),
     )  # fmt: skip
+
+
+def _numbers(sets: list[tuple[str, str, tuple[int, ...]]], tallies: list[Tally], truths: int) -> pd.DataFrame:
+    """The rows of all sets of pairs (normals, pair, cells) as one frame: a frame each took longer than measuring."""
+    if not sets:
+        return pd.DataFrame(columns=["cell", "truth", *_NUMBERS])
+    cells, sizes = [c for _, _, each in sets for c in each], [truths * len(each) for _, _, each in sets]
+    whole = Tally.stacked(tallies)
+    columns: dict[str, Any] = {"cell": np.repeat(cells, truths), "truth": np.tile(np.arange(truths), len(cells))}
+    columns |= {name: METRICS[name].of(whole) for name in _NUMBERS}
+    columns["normals"], columns["pair"] = (
+        _taken(names, np.repeat(np.arange(len(sets)), sizes)) for names in ([s[0] for s in sets], [s[1] for s in sets])
+    )
+    return pd.DataFrame(columns)
 
 
 def _tallies(seen: Lit, group: _Group, pair: str, truths: int) -> Iterator[tuple[str, Tally]]:

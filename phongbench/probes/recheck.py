@@ -13,7 +13,6 @@ from dataclasses import dataclass
 from importlib.util import find_spec
 from typing import Any
 
-import mpmath
 import numpy as np
 import pandas as pd
 
@@ -147,5 +146,7 @@ def _digits(with_flint: bool) -> Iterator[Callable[[float], Any]]:
         with flint.ctx.workdps(DIGITS):
             yield flint.arb
     else:
+        import mpmath
+
         with mpmath.workdps(DIGITS):
             yield mpmath.mpf

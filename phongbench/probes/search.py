@@ -94,21 +94,23 @@ def measure(probing: Probing) -> Mapping[str, pd.DataFrame]:
 
 def seconds(plan: Plan, jobs: int) -> float:
     """What the searches take."""
-    return SECONDS * sum(1 for cell in plan.cells() if _wanted(plan, cell)) / jobs
+    closely = exponents(plan)
+    return SECONDS * sum(1 for cell in plan.cells() if _wanted(plan, cell, closely)) / jobs
 
 
-def _wanted(plan: Plan, cell: Cell) -> bool:
+def _wanted(plan: Plan, cell: Cell, closely: Sequence[float]) -> bool:
     """False for ungated cells, and for float64, whose rounding is the truth's own; quick searches float32 if it can."""
     only = FLOAT32.name if plan.preset == "quick" and FLOAT32.name in plan.precisions else cell.precision
-    chosen = cell.setting.alpha in exponents(plan) and cell.setting.space in plan.length_spaces
+    chosen = cell.setting.alpha in closely and cell.setting.space in plan.length_spaces
     return chosen and cell.gated and cell.precision != FLOAT64.name and cell.precision == only
 
 
 def _families(probing: Probing) -> list[list[int]]:
     """Positions of the cells that differ in alpha alone, ascending: each is seeded by the one before it."""
     found: dict[tuple[Any, ...], list[int]] = {}
+    closely = exponents(probing.plan)
     for position, cell in enumerate(probing.sweep.cells):
-        if _wanted(probing.plan, cell) and position not in probing.sweep.failures:
+        if _wanted(probing.plan, cell, closely) and position not in probing.sweep.failures:
             key = (cell.approximation, cell.lambda_form, cell.precision, replace(cell.setting, alpha=0.0))
             found.setdefault(key, []).append(position)
     return [sorted(family, key=lambda p: probing.sweep.cells[p].setting.alpha) for family in found.values()]

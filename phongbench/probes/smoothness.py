@@ -52,10 +52,12 @@ def along(precision: Precision, space: str, angles: Array) -> Array:
 
 def rises(values: Array) -> tuple[int, float]:
     """(places where values grow, largest growth above what was reached before); NaN counts as 0."""
-    known = np.nan_to_num(np.asarray(values, np.float64), nan=0.0, posinf=np.inf)
+    known = np.array(values, np.float64)
+    known[np.isnan(known)] = 0.0
+    np.maximum(known, np.finfo(np.float64).min, out=known)
     lowest = np.minimum.accumulate(known)
-    with np.errstate(invalid="ignore"):
-        return int(np.count_nonzero(np.diff(known) > 0)), float(np.nanmax(known - lowest))
+    with np.errstate(invalid="ignore"):  # inf - inf, which fmax passes over
+        return int(np.count_nonzero(known[1:] > known[:-1])), float(np.fmax.reduce(known - lowest))
 
 
 def strained(precision: Precision, coordinate: Array, values: Array) -> tuple[int, int]:

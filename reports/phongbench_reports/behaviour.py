@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import pandas as pd
 
 from phongbench_reports.study import Absent, Study, nearest
@@ -33,8 +35,10 @@ def hostile(study: Study) -> Table | Absent:
     for _, cell in named.groupby([*KEY[:-1], "open"], sort=True, observed=True):
         first = records(cell.iloc[:1])[0]
         name = label({**first, "gamma": None, "beta_policy": "none"}) + ("" if first["gated"] else ", ungated")
-        found = (worst(cell.loc[cell["short"] == case, "outcome"]) for case in cases)
-        body.append((name, *found))
+        found: dict[str, set[str]] = {}
+        for case, outcome in zip(cell["short"], cell["outcome"], strict=True):
+            found.setdefault(case, set()).add(outcome)
+        body.append((name, *(worst(found.get(case, ())) for case in cases)))
     bad = mine[mine["outcome"].isin(BAD)]
     sure = len(named.drop_duplicates(KEY)) - len(bad.drop_duplicates(KEY))
     precision = str(mine["precision"].iloc[0])
@@ -55,7 +59,7 @@ def nearest_precision(study: Study, rows: pd.DataFrame) -> str:
     return study.precision if study.precision in found else sorted(found)[0]
 
 
-def worst(outcomes: pd.Series) -> str:
+def worst(outcomes: Iterable[str]) -> str:
     """The word for the worst of some outcomes; a dash where the case does not arise."""
     order = ["nan", "infinite", "above-one", "negative", "saturates", "value", "refused"]
     found = sorted(set(outcomes), key=order.index)

@@ -5,18 +5,22 @@ from __future__ import annotations
 import base64
 import contextlib
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 from urllib.parse import quote
 
+import numpy as np
 import pandas as pd
 
 from phongbench.errors import StorageError
+from phongbench.garbage import seldom_collected
+from phongbench.timing import cores
 from phongbench_reports.behaviour import hostile, smoothness
 from phongbench_reports.claims import claims
 from phongbench_reports.drawing import Plate, ink, svg_pair
 from phongbench_reports.figures import FIGURES
+from phongbench_reports.helper import Drawn, Found, beside, drawn
 from phongbench_reports.mesh_edges import mesh_edges
 from phongbench_reports.page import Links, Section, render, style_sheet
 from phongbench_reports.pictured import SECTIONS
@@ -30,12 +34,42 @@ if TYPE_CHECKING:
     from phongbench.results import Run
 
 
+#: what a second process draws, if there is one: the last figures, as many as are left when it is ready
+LATER = tuple(entry.name for entry in FIGURES[-5:])
 #: figure -> name, heading and maker of the folded table that follows it
 BESIDE = {"meshes": ("mesh_edges", "How wide edges may be", mesh_edges)}
 
 
-def sections_of(study: Study) -> tuple[list[Section], dict[str, tuple[bytes, bytes]]]:
-    """All sections in page order, and the SVGs (light, dark) of the figures among them."""
+def sections_of(
+    study: Study, theirs: Callable[[], Found] | None = None
+) -> tuple[list[Section], dict[str, tuple[bytes, bytes]]]:
+    """All sections in page order, and the SVGs (light, dark) of the figures among them.
+
+    theirs  waits for the figures LATER, which another process draws, and gives those that came
+    """
+    answer = _answers(study)
+    strange = Section("census", "Values above 1, negative, not finite", census(study))
+    bad = Section("hostile", "Hostile inputs", hostile(study))
+    smooth = Section("smoothness", "Smoothness of the lobes", smoothness(study))
+    judged = Section("claims", "The textbook claims", claims(study))
+    sure = Section("sureness", "How sure the numbers are", sureness(study))
+    inputs = Section("worst", "Worst inputs", worst(study))
+    names = Section("formulas", "The formulas", formulas(study), True)
+    dark = Section("skipped", "Skipping what is dark", skipped(study))
+    with ink():
+        figures, pictures = _figures(study, theirs)
+        seen = [Section(part.name, part.title, part.make(study), part.folded) for part in SECTIONS]
+        for section in seen:
+            if isinstance(section.content, Plate):
+                pictures[section.name] = svg_pair(section.content.figure, section.name)
+    if all(isinstance(section.content, Absent) for section in seen):
+        seen = [Section("pictures", "Pictures of scenes", seen[0].content)]
+    speed = figures.pop("speed")
+    return [*answer, *figures.values(), strange, bad, smooth, *seen, judged, speed, dark, sure, inputs, names], pictures
+
+
+def _answers(study: Study) -> list[Section]:
+    """The verdicts: for both budgets, and for the other precisions."""
     (code, code_name), (fine, fine_name) = BUDGETS
     first = study.precision
     answer = [Section("verdict", f"The answer, within {code_name}", verdict(study, first, code, code_name))]
@@ -45,38 +79,39 @@ def sections_of(study: Study) -> tuple[list[Section], dict[str, tuple[bytes, byt
     for other in study.precisions[1:]:
         table = verdict(study, other, code, code_name)
         answer.append(Section(f"verdict_{other}", f"The answer in {other}, within {code_name}", table, True))
-    drawn: dict[str, Section] = {}
+    return answer
+
+
+def _figures(
+    study: Study, theirs: Callable[[], Found] | None
+) -> tuple[dict[str, Section], dict[str, tuple[bytes, bytes]]]:
+    """The figures in page order, with the tables beside them, and their SVGs."""
+    found: dict[str, Drawn] = {}
+    if theirs is not None:
+        found = {entry.name: drawn(study, entry) for entry in FIGURES if entry.name not in LATER}
+        found |= theirs()
+    sections: dict[str, Section] = {}
     pictures: dict[str, tuple[bytes, bytes]] = {}
-    with ink():
-        for entry in FIGURES:
-            content = entry.draw(study)
-            drawn[entry.name] = Section(entry.name, entry.title, content)
-            if entry.name in BESIDE:
-                name, heading, table_of = BESIDE[entry.name]
-                drawn[name] = Section(name, heading, table_of(study), True)
-            if isinstance(content, Plate):
-                pictures[entry.name] = svg_pair(content.figure, entry.name)
-        seen = [Section(part.name, part.title, part.make(study), part.folded) for part in SECTIONS]
-        for section in seen:
-            if isinstance(section.content, Plate):
-                pictures[section.name] = svg_pair(section.content.figure, section.name)
-    if all(isinstance(section.content, Absent) for section in seen):
-        seen = [Section("pictures", "Pictures of scenes", seen[0].content)]
-    speed = drawn.pop("speed")
-    strange = Section("census", "Values above 1, negative, not finite", census(study))
-    bad = Section("hostile", "Hostile inputs", hostile(study))
-    smooth = Section("smoothness", "Smoothness of the lobes", smoothness(study))
-    judged = Section("claims", "The textbook claims", claims(study))
-    sure = Section("sureness", "How sure the numbers are", sureness(study))
-    inputs = Section("worst", "Worst inputs", worst(study))
-    names = Section("formulas", "The formulas", formulas(study), True)
-    dark = Section("skipped", "Skipping what is dark", skipped(study))
-    return [*answer, *drawn.values(), strange, bad, smooth, *seen, judged, speed, dark, sure, inputs, names], pictures
+    for entry in FIGURES:
+        one = found.get(entry.name) or drawn(study, entry)
+        sections[entry.name] = Section(entry.name, entry.title, one.content)
+        if entry.name in BESIDE:
+            name, heading, table_of = BESIDE[entry.name]
+            sections[name] = Section(name, heading, table_of(study), True)
+        if one.pair:
+            pictures[entry.name] = one.pair
+    return sections, pictures
 
 
 def csv_of(frame: pd.DataFrame) -> bytes:
     """The frame as UTF-8 CSV with unix line ends and nine significant digits: enough for any float32."""
-    return frame.to_csv(index=False, lineterminator="\n", float_format="%.9g").encode("utf-8")
+    floats = {name: _as_text(frame[name]) for name in frame.columns if frame[name].dtype == np.float64}
+    return frame.assign(**floats).to_csv(index=False, lineterminator="\n", float_format="%.9g").encode("utf-8")
+
+
+def _as_text(column: pd.Series) -> list[str]:
+    """What pandas would write with the same format, in a third of its time."""
+    return ["" if value != value else f"{value:.9g}" for value in column.tolist()]
 
 
 def _data_address(media: str, content: bytes) -> str:
@@ -98,16 +133,22 @@ def write(path: Path, content: bytes) -> None:
         ) from error
 
 
-def build(run: Run, out: Path, *, single_file: bool = False) -> Path:
+@seldom_collected()
+def build(run: Run, out: Path, *, single_file: bool = False, processes: int = 1) -> Path:
     """Writes the report of a run.
 
     run          phongbench.results.Run
     out          Path     folder of the report; made if missing, its former report replaced
     single_file  bool     one index.html with everything in it, no figures/, data/ or style.css
+    processes    int      from 2 on, where there are as many cores, another process draws some of the figures
     returns      Path     of index.html
     """
     study = Study(run)
-    sections, pictures = sections_of(study)
+    if min(processes, cores()) > 1:
+        with beside(run.path, LATER) as theirs:
+            sections, pictures = sections_of(study, theirs)
+    else:
+        sections, pictures = sections_of(study)
     sheets = {
         section.name: csv_of(section.content.data) for section in sections if not isinstance(section.content, Absent)
     }

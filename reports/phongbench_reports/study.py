@@ -8,9 +8,11 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 import pandas as pd
 
-from phongbench.front import CELL
+from phongbench.edges import lyon
+from phongbench.front import CELL, front
 from phongbench.precisions import in_order
 from phongbench.results import EXACT
 
@@ -108,17 +110,40 @@ class Study:
 
     @cached_property
     def meshes(self) -> pd.DataFrame:
-        """Rows on interpolated normals in a fixed order; empty for a run without the probe."""
+        """Lyon's rows on interpolated normals in a fixed order, see `edges.lyon`; empty for a run without the probe."""
         keys = ["mesh", "edge_degrees", "normals", "pair", *CELL, "alpha", "truth"]
-        rows = plain(self.run.meshes)
+        rows = plain(lyon(self.run.meshes))
         return rows if rows.empty else rows.sort_values(keys, kind="stable").reset_index(drop=True)
 
     def at(self, rows: pd.DataFrame, **wanted: Any) -> pd.DataFrame:
         """The rows whose columns equal the wanted values; a tuple or list of values means any of them."""
-        mask = pd.Series(True, index=rows.index)
+        mask = np.ones(len(rows), bool)
         for column, value in wanted.items():
-            mask &= rows[column].isin(list(value)) if isinstance(value, list | tuple) else rows[column] == value
-        return rows[mask.fillna(False).astype(bool)]
+            held = rows[column]
+            same = held.isin(list(value)) if isinstance(value, list | tuple) else held == value
+            mask &= same.to_numpy(bool, na_value=False)
+        return rows[mask]
+
+    def front(self, alpha: float, precision: str) -> pd.DataFrame:
+        """The error/time front of formulas of (R, V) at one exponent in the smallest timed working set; kept.
+
+        Formulas of (N, H) are left out: they agree with Phong on coplanar vectors only, where their errors were
+        measured.
+        """
+        key = (alpha, precision)
+        if key not in self._fronts:
+            self._fronts[key] = front(
+                self._reflect, self.timing, alpha=alpha, precision=precision, working_set=self.working_set
+            )
+        return self._fronts[key]
+
+    @cached_property
+    def _fronts(self) -> dict[tuple[float, str], pd.DataFrame]:
+        return {}
+
+    @cached_property
+    def _reflect(self) -> pd.DataFrame:
+        return self.at(self.unit, space="reflect")
 
     @cached_property
     def twin_differs(self) -> list[str]:

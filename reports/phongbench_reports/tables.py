@@ -8,7 +8,7 @@ from typing import Any
 
 import pandas as pd
 
-from phongbench.front import CELL, Choice, choose, front
+from phongbench.front import CELL, Choice, choose
 from phongbench.results import strongest
 from phongbench_reports.commands import reproduce
 from phongbench_reports.registry import title
@@ -77,12 +77,10 @@ def verdict(study: Study, precision: str, budget: float, name: str) -> Table | A
     if study.timing.empty or not (study.timing["precision"] == precision).any():
         return _accuracy_only(study, precision, budget, name)
     withheld = bool(study.twin_differs)
-    # A formula of (N, H) agrees with Phong on coplanar vectors only, and those are what its errors were measured on.
     candidates = study.at(study.unit, space="reflect", precision=precision)
     rows, kept = [], []
     for alpha in sorted(candidates["alpha"].unique()):
-        cells = front(candidates, study.timing, alpha=alpha, precision=precision, working_set=study.working_set)
-        choice = choose(cells, budget)
+        choice = choose(study.front(float(alpha), precision), budget)
         best = choice.best
         gain, interval = _gain(best, withheld=withheld)
         error, ns = (None, None) if best is None else (float(best["error"]), float(best["ns"]))
@@ -101,7 +99,7 @@ def verdict(study: Study, precision: str, budget: float, name: str) -> Table | A
 
 
 def _verdict_row(alpha: float, choice: Choice) -> dict[str, Any]:
-    best = {} if choice.best is None else records(choice.best.drop("state").to_frame().T)[0]
+    best = {} if choice.best is None else {str(k): v for k, v in choice.best.items() if k != "state"}
     rival = None if choice.runner_up is None else label(choice.runner_up)
     miss = None if choice.nearest_miss is None else label(choice.nearest_miss)
     empty = dict.fromkeys([*CELL, "error", "ns", "ratio", "ratio_low", "ratio_high"])

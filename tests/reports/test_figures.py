@@ -12,9 +12,11 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
+from matplotlib.figure import Figure
 
 import phongbench_reports
 from phongbench import laws
+from phongbench.front import front
 from phongbench_reports import drawing, figures
 from phongbench_reports.build import csv_of
 from phongbench_reports.drawing import Plate, ink
@@ -188,6 +190,38 @@ def test_names_beside_lines_never_overlap() -> None:
     assert max(placed) <= 1.0 + 1e-9
     assert placed[0] <= placed[1] <= placed[2] <= placed[3] <= placed[4]
     assert drawing.spread([], 0.1) == []
+
+
+def test_minor_ticks_drawn_as_one_line_look_as_before() -> None:
+    with ink():
+        figure, panels = drawing.sheet(5.0, 2, 2, sharex=True, sharey="row")
+        for index, axes in enumerate(panels):
+            axes.plot([0.003, 40.0], [2e-6 * 10**index, 3.0])
+            drawing.log_axis(axes.xaxis)
+            drawing.log_axis(axes.yaxis, labels=5)
+        panels[2].set_axis_off()
+        drawing.named_ticks(panels[0].yaxis, [0.01, 1.0], minor=[0.1, 0.5])
+        before, many = _pixels(figure), sum(len(axes.xaxis.get_minor_ticks()) for axes in panels)
+        drawing.merge_minor_ticks(figure)
+        assert many > 30
+        assert not any(len(axis.get_minorticklocs()) for axes in panels for axis in (axes.xaxis, axes.yaxis))
+        assert np.abs(_pixels(figure) - before).max() <= 1
+
+
+def _pixels(figure: Figure) -> Any:
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format="rgba", dpi=150)
+    return np.frombuffer(buffer.getvalue(), np.uint8).astype(int)
+
+
+def test_a_front_is_made_once_and_is_that_of_the_rows(study: Study) -> None:
+    found = study.front(study.alpha, study.precision)
+    rows = study.at(study.unit, space="reflect", precision=study.precision)
+    wanted = front(
+        rows, study.timing, alpha=study.alpha, precision=study.precision, working_set=study.working_set
+    )  # fmt: skip
+    pd.testing.assert_frame_equal(found, wanted)
+    assert study.front(study.alpha, study.precision) is found
 
 
 def test_a_resolved_twin_withholds_speed_claims(made_up: Callable[..., Any], tmp_path: Path) -> None:

@@ -6,7 +6,6 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 
-from phongbench.front import front
 from phongbench_reports.commands import reproduce
 from phongbench_reports.drawing import (
     BLUE,
@@ -37,15 +36,9 @@ LOOKS = {"on": (BLUE, BLUE, "o", 5.5), "unresolved": (ORANGE, SURFACE, "D", 4.0)
 
 
 def cells(study: Study) -> pd.DataFrame:
-    """Front cells of every drawn exponent, with alpha, and a name for each.
-
-    Formulas of (N, H) are left out: they agree with Phong on coplanar vectors only, where their errors were measured.
-    """
-    rows, frames = study.at(study.unit, space="reflect"), []
-    for alpha in sorted({nearest(study.alphas, wanted) for wanted in ALPHAS}):
-        found = front(rows, study.timing, alpha=alpha, precision=study.precision, working_set=study.working_set)
-        frames.append(found.assign(alpha=alpha))
-    frame = pd.concat(frames, ignore_index=True)
+    """Front cells of every drawn exponent, with alpha, and a name for each."""
+    alphas = sorted({nearest(study.alphas, wanted) for wanted in ALPHAS})
+    frame = pd.concat([study.front(a, study.precision).assign(alpha=a) for a in alphas], ignore_index=True)
     return frame.assign(label=[label(row) for row in records(frame)])
 
 
