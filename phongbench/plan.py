@@ -87,7 +87,7 @@ class Plan:
     samples: int = 100 * 1024
     seed: int = 1
     timing: bool = True
-    timing_budget: float = 8.0
+    timing_budget: float = 6.0
     processes: int = 1
     skipping: bool = False
     probes: tuple[str, ...] = USUAL_PROBES
