@@ -120,10 +120,10 @@ def test_a_run_that_does_not_reach_an_exponent_says_what_to_do(visit: Visits, se
 def test_commands_give_what_is_shown(visit: Visits, server: str) -> None:
     page = (seen := visit(server + "/#alpha=20&gamma=16&lambda=dot&precision=float64&length_error=0.01")).page
     seen.refused()  # the run has no float64
-    curl, run, pick = page.locator("#commands code").all_inner_texts()
-    address = curl.removeprefix("curl '").removesuffix("'")
-    answer = page.request.get(address)
+    curl, code, run, pick = page.locator("#commands code").all_inner_texts()
+    answer, source = (page.request.get(one.removeprefix("curl '").removesuffix("'")) for one in (curl, code))
     assert answer.ok
+    assert "gamma = 16, lambda form dot" in source.text()
     assert f"{255 * answer.json()['max_abs_error']:.3g} codes" in page.locator("#verdict").inner_text()
     assert run == "phongbench run --only lyon --alpha 20 --gamma 16 --lambda dot --precision float64"
     assert pick == "phongbench recommend --alpha 20 --max-error 1/255 --precision float64 --length-error 0.01"
