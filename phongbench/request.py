@@ -3,6 +3,7 @@
 Strict: a key that is not known, a number that is none, a list of another length are refused with the path of the field.
 """
 
+import io
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from itertools import chain
@@ -14,7 +15,7 @@ import orjson
 from numpy.typing import NDArray
 
 from phongbench.approximations import REGISTRY
-from phongbench.errors import InputError, StorageError, UnknownNameError
+from phongbench.errors import InputError, UnknownNameError
 from phongbench.lighting import MODELS, Light, Material, Specular, Viewer, colour, number, three
 from phongbench.lowering import precision_named
 from phongbench.shading import Shaded, shade
@@ -89,15 +90,19 @@ def shaded_json(shaded: Shaded) -> bytes:
 
 
 def save_shaded(shaded: Shaded, path: Path) -> None:
-    """Write the colours as .npy, or all of the answer as JSON, by the file's suffix."""
-    try:
-        with path.open("wb") as file:
-            if path.suffix == ".npy":
-                np.save(file, shaded.colours)
-            else:
-                file.write(shaded_json(shaded))
-    except OSError as problem:
-        raise StorageError(problem.strerror or "cannot be written", str(path)) from problem
+    """Write the colours as .npy, or all of the answer as JSON, by the file's suffix; whole, or StorageError."""
+    from phongbench.results import write_whole  # late: it brings pandas
+
+    data = io.BytesIO()
+    if path.suffix == ".npy":
+        np.save(data, shaded.colours)
+    else:
+        data.write(shaded_json(shaded))
+
+    def write(temporary: Path) -> None:
+        temporary.write_bytes(data.getbuffer())
+
+    write_whole(path, write)
 
 
 _NOT_FINITE = {"nan": "NaN", "inf": "Infinity", "-inf": "-Infinity"}
