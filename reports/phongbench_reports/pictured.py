@@ -115,7 +115,7 @@ def lobe_law(study: Study) -> Plate | Absent:
     axes.set_ylabel("picture's largest error, linear light")
     outside = sorted(set(data.loc[~data["lawful"], "approximation"]))
     hollow = f"; hollow: {listed(outside)}, of (N, H), for which it is no law" if outside else ""
-    footnote(figure, f"{_basis(data)}; line: the law{hollow}")
+    footnote(figure, f"line: the law{hollow}")
     return Plate(figure, data, _law_sentence(data), _law_alt(data), _basis(data), COMMAND)
 
 

@@ -120,18 +120,20 @@ def _alone(scene: Scene, index: int, smooth: str) -> Scene:
 def figure_of(sheet_of: Sheet, *, native: bool = False) -> Figure:
     """The pictures with a title above each and the note below; call it inside `ink`.
 
-    native  keep the pixels as they are, for SVG, where a reader's screen scales them
+    native  for a page: the pixels as they are, which a reader's screen scales, and no note, which the page has itself
     """
     columns, rows = sheet_of.columns, -(-len(sheet_of.found) // sheet_of.columns)
-    tall = sheet_of.height * rows + 0.3
+    below = 0.05 if native else 0.35
+    tall = sheet_of.height * rows + below - 0.05
     figure, axes = sheet(
-        tall, rows, columns, left=0.01, right=0.99, top=1 - 0.3 / tall, bottom=0.35 / tall, wspace=0.03, hspace=0.14
+        tall, rows, columns, left=0.01, right=0.99, top=1 - 0.3 / tall, bottom=below / tall, wspace=0.03, hspace=0.14
     )
     for one, picture, title in zip(axes, sheet_of.found, sheet_of.titles, strict=True):
         one.imshow(picture, interpolation="none" if columns == 3 or native else "antialiased")
         one.set_title(title, fontsize=9)
         one.set_axis_off()
-    footnote(figure, sheet_of.note)
+    if not native:
+        footnote(figure, sheet_of.note)
     return figure
 
 
