@@ -17,6 +17,8 @@ from phongbench.scene.thrift import Thrift
 from phongbench.spec import Approximation
 
 _SILENT = Progress()
+#: width and height of the picture that prepares another
+_FEW = (32, 18)
 
 
 @dataclass(frozen=True)
@@ -68,6 +70,9 @@ def listed() -> list[dict[str, str]]:
 def draw(wish: Wish, progress: Progress = _SILENT) -> dict[str, Any]:
     """Draw and write a picture; what to tell: where it is, what it took, what was left out, and its error if asked.
 
+    A picture of a few pixels comes first: it builds the geometry and compiles or loads the kernels, so that the time of
+    the picture is its own.
+
     Raises InputError for what cannot be drawn, StorageError if it cannot be written.
     """
     scene = wish.read()
@@ -76,9 +81,14 @@ def draw(wish: Wish, progress: Progress = _SILENT) -> dict[str, Any]:
     if wish.compare and out.suffix.lower() != ".png":
         raise InputError("a comparison is three pictures to look at", str(out), "write it as .png")
     specular = None if wish.specular is None else specular_of(wish.specular)
-    done = render(scene, specular=specular, thrift=wish.thrift, progress=progress, **wish.arguments())
+    wishes = {"specular": specular, "thrift": wish.thrift, **wish.arguments()}
+    progress.stage(f"prepare {scene.name}", 1)
+    preparing = render(scene, **wishes | {"size": _FEW}).seconds["total"]
+    progress.advance()
+    done = render(scene, progress=progress, **wishes)
     told: dict[str, Any] = {"scene": scene.name, "specular": wish.specular or "phong", "picture": str(out)}
     told |= done.as_dict()
+    told["seconds"] = {"preparing": preparing, **told["seconds"]}
     told["mrays_per_second"] = round(done.rays / done.seconds["total"] / 1e6, 3)
     if not wish.compare:
         pictures.save(out, done.picture)

@@ -33,7 +33,7 @@ def test_a_shipped_scene_becomes_a_picture_and_a_ledger(tmp_path: Path) -> None:
     assert size(out) == (64, 36)
     assert (told["width"], told["height"], told["rays"], told["picture"]) == (64, 36, 64 * 36, str(out))
     assert {"name", "kind", "unit", "of", "skipped", "bound"} == set(told["ledger"][0])
-    assert set(told["seconds"]) == {"total", "tracing", "shading"}
+    assert set(told["seconds"]) == {"preparing", "total", "tracing", "shading"}
 
 
 def test_people_see_a_table(tmp_path: Path) -> None:
