@@ -3,6 +3,7 @@
 NO_COLOR is honoured.
 """
 
+import re
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from types import TracebackType
@@ -127,7 +128,18 @@ def recommendation(found: Mapping[str, Any]) -> None:
         console.print(f"{role}: {choice['why']}", soft_wrap=True)
     for note in found["notes"]:
         console.print(f"note: {note}", soft_wrap=True)
+    if choices and not re.search(r",|\.\.", found["alpha"]):  # a range of exponents is no one function
+        console.print(f"as code: {_as_code(choices[0], found['alpha'])}", soft_wrap=True)
     console.print(f"from {found['run']}" if found["run"] else "from the laws, without a run")
+
+
+def _as_code(choice: Mapping[str, Any], alpha: str) -> str:
+    """The command that writes a choice for one exponent as shader code."""
+    form = None if choice["lambda"] == "none" else choice["lambda"]
+    formula = ":".join(str(part) for part in (choice["approximation"], form, choice["gamma"]) if part is not None)
+    slope = "" if choice["beta_policy"] == "none" else f" --beta {choice['beta_policy']}"
+    space = "" if choice["space"] == "reflect" else f" --space {choice['space']}"
+    return f"phongbench shader {formula} --alpha {alpha}{slope}{space}"
 
 
 def claims_table(found: Mapping[str, Any]) -> None:

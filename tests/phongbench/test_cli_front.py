@@ -1,6 +1,7 @@
 """front, recommend and bench as a user meets them."""
 
 import json
+import shlex
 from collections.abc import Callable
 from typing import Any
 
@@ -72,6 +73,16 @@ def test_recommend_names_a_formula_and_why(call: Call, stored: Callable[..., Run
     told = json.loads(call("recommend", "--alpha", "50", "--max-error", "1/20", "--run", RUN, "--json").stdout)
     assert told["max_error"] == 0.05
     assert told["choices"][0]["gamma"] == 8
+
+
+def test_the_command_that_recommend_gives_writes_its_choice_as_code(call: Call) -> None:
+    ask = ["recommend", "--alpha", "33.3", "--max-error", "0.02"]
+    best = json.loads(call(*ask, "--json").stdout)["choices"][0]
+    [line] = [one for one in call(*ask).stdout.splitlines() if one.startswith("as code: ")]
+    written = json.loads(call(*shlex.split(line)[3:], "--json").stdout)
+    assert written["formula"] == best["approximation"]
+    assert written["max_error"] <= 0.02
+    assert "as code" not in call("recommend", "--alpha", "20..50", "--max-error", "0.02").stdout
 
 
 def test_recommend_exits_with_1_and_the_nearest_miss_where_nothing_fits(call: Call, stored: Callable[..., Run]) -> None:
