@@ -147,8 +147,9 @@ def run(
     A plan file holds any of these, e.g.  alphas = [10, 50]  gammas = [8]  precisions = ["float32"]  samples = 100000
     """
     from phongbench.approximations import registry_with
+    from phongbench.forecast import forecast
     from phongbench.plan_reading import compose
-    from phongbench.study import forecast, run_study
+    from phongbench.study import run_study
     from phongbench.terminal import TerminalProgress
 
     registry = registry_with(files)

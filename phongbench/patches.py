@@ -24,8 +24,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from phongbench import intrinsics, jit, kernels, losses, vectors
+from phongbench import block_balls, intrinsics, jit, kernels, losses, vectors
 from phongbench import tiles as at
+from phongbench.block_balls import LENGTH, NORMAL, POINT, SIZE, VIEW
 from phongbench.lowering import Precision, lower
 
 Array = NDArray[Any]
@@ -39,9 +40,6 @@ DIM, BRIGHT, FADED, FADING, AT, GATES, VALUES, LOSS, COLUMNS = (WIDTH * row for 
 ROWS = COLUMNS + WIDTH * at.NUMBERS
 #: rows of sums: red, green and blue that are held, the bounds, how many
 _SUMS = 5
-#: entries of the ball of a block: point and radius, normal and radius, its squared length and that one's spread, view
-#: and radius
-_POINT, _NORMAL, _LENGTH, _VIEW, _BALL = 0, 4, 8, 10, 14
 #: what is told about a tile: its first point, how many it holds, its blocks; the formula's loop; whether there are
 #: views, and shadows
 FIRST, INSIDE, USED, FORMULA, VIEWS, SHADOWS = range(6)
@@ -68,63 +66,13 @@ patch_at = intrinsics.function_at(patch_signature)
 @jit.inline
 def room(lights: Any) -> Any:
     """Numbers of working memory that so many lights need."""
-    return (lights + WIDTH - 1) // WIDTH * ROWS + _SUMS * WIDTH + _BALL
+    return (lights + WIDTH - 1) // WIDTH * ROWS + _SUMS * WIDTH + SIZE
 
 
 @jit.inline
 def words(lights: Any) -> Any:
     """Entries of `held` that so many lights need."""
     return 3 * lights + (lights + WIDTH - 1) // WIDTH * WIDTH
-
-
-@jit.inline
-def _ball(s: Any, plane: Any, b: Any, ball: Any, first: Any) -> None:
-    """Centre and radius of a block's vectors: the middle of four of them, and the largest distance from it.
-
-    Not finite if one of them is not.
-    """
-    start, zero = plane + b * at.BLOCK, s.dtype.type(0)
-    quarter = s.dtype.type(0.25)
-    last = at.BLOCK - 1
-    for d in range(3):
-        i = start + d * at.TILE
-        ball[first + d] = quarter * (s[i] + s[i + 7] + s[i + last - 7] + s[i + last])
-    x, y, z = ball[first], ball[first + 1], ball[first + 2]
-    most = s.dtype.type(np.finfo(s.dtype).max)
-    for j in range(at.BLOCK):
-        i = start + j
-        dx, dy, dz = (
-            intrinsics.entry(s, i) - x, intrinsics.entry(s, i + at.TILE) - y, intrinsics.entry(s, i + 2 * at.TILE) - z,
-        )  # fmt: skip
-        squared = dx * dx + dy * dy + dz * dz
-        intrinsics.put(s, at.LOW + j, intrinsics.select(squared <= most, squared, s.dtype.type(np.inf)))
-    ball[first + 3] = np.sqrt(_largest(s, zero))
-
-
-@jit.inline
-def _largest(s: Any, zero: Any) -> Any:
-    """The largest of the first lanes of LOW, none of which is NaN."""
-    found = zero
-    for lanes in (32, 16, 8):
-        for j in range(lanes):
-            one, other = intrinsics.entry(s, at.LOW + j), intrinsics.entry(s, at.LOW + lanes + j)
-            intrinsics.put(s, at.LOW + j, intrinsics.select(other > one, other, one))
-    for j in range(8):
-        found = max(found, intrinsics.entry(s, at.LOW + j))
-    return found
-
-
-@jit.inline
-def _lengths(s: Any, b: Any, ball: Any) -> None:
-    """The squared length of the ball's normal, and how far those of the block are from it at most."""
-    zero = s.dtype.type(0)
-    x, y, z = ball[_NORMAL], ball[_NORMAL + 1], ball[_NORMAL + 2]
-    middle = x * x + y * y + z * z
-    for j in range(at.BLOCK):
-        i = at.NORMAL + b * at.BLOCK + j
-        x, y, z = intrinsics.entry(s, i), intrinsics.entry(s, i + at.TILE), intrinsics.entry(s, i + 2 * at.TILE)
-        intrinsics.put(s, at.LOW + j, abs(x * x + y * y + z * z - middle))
-    ball[_LENGTH], ball[_LENGTH + 1] = middle, _largest(s, zero)
 
 
 @jit.inline
@@ -169,10 +117,10 @@ def patch_loop(space: str, form: str, precision: Precision) -> Any:
     @jit.inline
     def estimate(ball: Any, w: Any, base: Any) -> None:
         """The ends of every light's terms over a ball."""
-        px, py, pz, rp = ball[_POINT], ball[_POINT + 1], ball[_POINT + 2], ball[_POINT + 3]
-        nx, ny, nz, rn = ball[_NORMAL], ball[_NORMAL + 1], ball[_NORMAL + 2], ball[_NORMAL + 3]
-        vx, vy, vz, rv = ball[_VIEW], ball[_VIEW + 1], ball[_VIEW + 2], ball[_VIEW + 3]
-        length, spread = ball[_LENGTH], ball[_LENGTH + 1] + room_for
+        px, py, pz, rp = ball[POINT], ball[POINT + 1], ball[POINT + 2], ball[POINT + 3]
+        nx, ny, nz, rn = ball[NORMAL], ball[NORMAL + 1], ball[NORMAL + 2], ball[NORMAL + 3]
+        vx, vy, vz, rv = ball[VIEW], ball[VIEW + 1], ball[VIEW + 2], ball[VIEW + 3]
+        length, spread = ball[LENGTH], ball[LENGTH + 1] + room_for
         low, high = length - spread - one, length + spread - one
         stretch = max(one, one + two * high)
         size = np.sqrt(length)
@@ -359,16 +307,16 @@ def patch_loop(space: str, form: str, precision: Precision) -> Any:
             return
         bits[:] = 0
         end = (n + WIDTH - 1) // WIDTH * ROWS
-        sums = work[len(work) - _BALL - _SUMS * WIDTH : len(work) - _BALL]
-        ball = work[len(work) - _BALL :]
-        ball[_VIEW], ball[_VIEW + 1], ball[_VIEW + 2] = lights[0, at.EYE], lights[0, at.EYE + 1], lights[0, at.EYE + 2]
-        ball[_VIEW + 3] = zero
+        sums = work[len(work) - SIZE - _SUMS * WIDTH : len(work) - SIZE]
+        ball = work[len(work) - SIZE :]
+        ball[VIEW], ball[VIEW + 1], ball[VIEW + 2] = lights[0, at.EYE], lights[0, at.EYE + 1], lights[0, at.EYE + 2]
+        ball[VIEW + 3] = zero
         for b in range(info[USED]):
-            _ball(s, at.POINT, b, ball, _POINT)
-            _ball(s, at.NORMAL, b, ball, _NORMAL)
-            _lengths(s, b, ball)
+            block_balls.fill(s, at.POINT, b, ball, POINT)
+            block_balls.fill(s, at.NORMAL, b, ball, NORMAL)
+            block_balls.measure_lengths(s, b, ball)
             if info[VIEWS]:
-                _ball(s, at.VIEW, b, ball, _VIEW)
+                block_balls.fill(s, at.VIEW, b, ball, VIEW)
             for base in range(0, end, ROWS):
                 estimate(ball, work, base)
                 kernels.values_at(info[FORMULA], s)(

@@ -19,6 +19,7 @@ from phongbench.errors import InputError, UnknownNameError
 from phongbench.lighting import MODELS, Light, Material, Specular, Viewer, colour, number, three
 from phongbench.lowering import precision_named
 from phongbench.shading import Shaded, shade
+from phongbench.whole import write_whole
 
 Array = NDArray[Any]
 
@@ -91,8 +92,6 @@ def shaded_json(shaded: Shaded) -> bytes:
 
 def save_shaded(shaded: Shaded, path: Path) -> None:
     """Write the colours as .npy, or all of the answer as JSON, by the file's suffix; whole, or StorageError."""
-    from phongbench.results import write_whole  # late: it brings pandas
-
     data = io.BytesIO()
     if path.suffix == ".npy":
         np.save(data, shaded.colours)

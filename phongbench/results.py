@@ -1,41 +1,35 @@
 """The one on-disk form of a run: a folder with a manifest and Parquet tables. Created, appended, loaded, verified
 here.
 
-Files appear whole or not at all: written under a temporary name, synced, renamed. While a sweep runs, finished contexts
-are kept as numbered parts, from which a killed run is resumed; the complete run is the tables alone.
+Files appear whole or not at all (whole.py). While a study runs, what is finished is kept apart (unfinished.py); the
+complete run is the tables alone.
 """
 
-import errno
 import hashlib
 import json
-import os
 import re
 import shutil
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import UTC, datetime
-from functools import cached_property, partial
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 import filelock
 import pandas as pd
 
-from phongbench.columns import (  # noqa: F401  the tests' builders of runs take the columns from here
-    ACCURACY_COLUMNS,
-    ACCURACY_KEY,
-    COLUMNS,
-    MESH_COLUMNS,
-    TIMING_COLUMNS,
-)
-from phongbench.errors import CorruptRunError, InputError, LockedError, StorageError
+from phongbench.columns import ACCURACY_KEY, COLUMNS
+from phongbench.errors import CorruptRunError, InputError, LockedError
 from phongbench.plan import Plan
+from phongbench.unfinished import PARTS
+from phongbench.whole import storage, write_text, write_whole
 
 SCHEMA = 1
 RUN_ID = re.compile(r"^[a-z0-9][a-z0-9-]{7,63}$")
 DEFAULT_ROOT = Path("phongbench-runs")
-MANIFEST, PARTS = "manifest.json", "parts"
+MANIFEST = "manifest.json"
 TABLES = tuple(COLUMNS)
 #: how a largest error was found, the weaker first: of samples, of a search, of every input, or bounded by a proof
 COVERAGES = ("sampled", "searched", "exhaustive", "certified")
@@ -261,36 +255,10 @@ def locked(path: Path) -> Iterator[None]:
         (path / ".lock").unlink(missing_ok=True)
 
 
-@contextmanager
-def storage(path: Path) -> Iterator[None]:
-    """Turn what the disk refuses into a StorageError that names the place."""
-    try:
-        yield
-    except OSError as problem:
-        mend = "free some space" if problem.errno == errno.ENOSPC else "give a folder that can be written with --out"
-        raise StorageError(f"cannot write: {problem.strerror or problem}", str(path), mend) from problem
-
-
-def write_whole(path: Path, write: Callable[[Path], None]) -> None:
-    """Call `write` with a temporary path beside `path`, sync, rename.
-
-    Readers see the old file or the new one, never a part.
-    """
-    temporary = path.with_name(f".{path.name}.partial")
-    with storage(path):
-        try:
-            write(temporary)
-            with temporary.open("rb") as file:
-                os.fsync(file.fileno())
-            temporary.replace(path)
-        finally:
-            temporary.unlink(missing_ok=True)
-
-
 def write_manifest(path: Path, manifest: Mapping[str, Any]) -> None:
     """Write manifest.json, sorted and readable."""
     text = json.dumps(manifest, indent=2, sort_keys=True, allow_nan=False) + "\n"
-    write_whole(path / MANIFEST, lambda p: _write_text(p, text))
+    write_whole(path / MANIFEST, lambda p: write_text(p, text))
 
 
 def write_table(path: Path, name: str, frame: pd.DataFrame) -> dict[str, Any]:
@@ -298,52 +266,6 @@ def write_table(path: Path, name: str, frame: pd.DataFrame) -> dict[str, Any]:
     file = path / f"{name}.parquet"
     write_whole(file, lambda p: frame.to_parquet(p, engine="pyarrow", compression="zstd", index=False))
     return {"sha256": _sha256(file), "rows": len(frame), "bytes": file.stat().st_size}
-
-
-def append_part(path: Path, number: int, frame: pd.DataFrame) -> None:
-    """Keep finished work of a sweep that still runs."""
-    with storage(path):
-        (path / PARTS).mkdir(exist_ok=True)
-    write_whole(path / PARTS / f"{number:06d}.parquet", lambda p: frame.to_parquet(p, engine="pyarrow", index=False))
-
-
-def read_parts(path: Path) -> list[pd.DataFrame]:
-    """The parts kept so far, in order. CorruptRunError names one that cannot be read."""
-    frames = []
-    for file in sorted((path / PARTS).glob("[0-9]*.parquet")):
-        try:
-            frames.append(pd.read_parquet(file))
-        except (OSError, ValueError) as problem:
-            raise CorruptRunError(f"cannot be read: {problem}", str(file), "start over with --fresh") from problem
-    return frames
-
-
-def keep_probe(path: Path, probe: str, tables: Mapping[str, pd.DataFrame], told: Mapping[str, Any]) -> None:
-    """Keep what a finished probe found, whole: a resumed run does not ask again.
-
-    told  what it told beside its tables, as plain data for JSON
-    """
-    with storage(path):
-        (path / PARTS).mkdir(exist_ok=True)
-    box = path / PARTS / f"{probe}.{{}}.parquet"
-    for name, frame in tables.items():
-        file = Path(str(box).format(name))
-        write_whole(file, partial(frame.to_parquet, engine="pyarrow", index=False))
-    done = json.dumps({"tables": sorted(tables), "told": told})
-    write_whole(path / PARTS / f"{probe}.json", lambda p: _write_text(p, done))
-
-
-def kept_probe(path: Path, probe: str) -> tuple[dict[str, pd.DataFrame], dict[str, Any]] | None:
-    """The tables and what else was told that `keep_probe` kept; None if the probe has not finished."""
-    note = path / PARTS / f"{probe}.json"
-    if not note.is_file():
-        return None
-    try:
-        done = json.loads(note.read_text(encoding="utf-8"))
-        tables = {name: pd.read_parquet(path / PARTS / f"{probe}.{name}.parquet") for name in done["tables"]}
-        return tables, done["told"]
-    except (OSError, ValueError, KeyError) as problem:
-        raise CorruptRunError(f"cannot be read: {problem}", str(note), "start over with --fresh") from problem
 
 
 def clear(path: Path, names: Iterable[str] = RUN_CONTENT) -> None:
@@ -355,10 +277,6 @@ def clear(path: Path, names: Iterable[str] = RUN_CONTENT) -> None:
                 shutil.rmtree(target)
             else:
                 target.unlink(missing_ok=True)
-
-
-def _write_text(path: Path, text: str) -> None:
-    path.write_text(text, encoding="utf-8")
 
 
 def _sha256(path: Path) -> str:

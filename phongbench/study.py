@@ -13,7 +13,7 @@ from typing import Any
 
 import pandas as pd
 
-from phongbench import engine, interrupts, probes, replicas, results, rows, skipping, timing, warm
+from phongbench import engine, interrupts, probes, replicas, results, rows, skipping, timing, unfinished, warm
 from phongbench.approximations import REGISTRY
 from phongbench.errors import BudgetError, InputError, InterruptedStudyError, MeasurementError
 from phongbench.garbage import seldom_collected
@@ -30,8 +30,6 @@ from phongbench.spec import Approximation
 CHECKPOINT_SECONDS, CHECKPOINT_ROWS = 5.0, 10_000
 #: a timing budget that is too short is replaced by so much more than what it takes
 STRETCH = 1.5
-#: what a forecast allows for loading a compiled kernel, and for making and writing a row; measured, and rounded up
-LOAD_SECONDS, ROW_SECONDS = 0.015, 2e-5
 
 
 @dataclass
@@ -67,27 +65,6 @@ class Outcome:
             "failed_cells": self.failed_cells,
             "violations": self.violations,
             "report": None if self.report is None else str(self.report),
-        }
-
-
-@dataclass(frozen=True)
-class Forecast:
-    """What a plan would take, told before it is run."""
-
-    cells: int
-    rows: int
-    evaluations: int
-    bytes: int
-    seconds: dict[str, float]
-
-    def as_dict(self) -> dict[str, Any]:
-        """Plain data for JSON."""
-        return {
-            "cells": self.cells,
-            "rows": self.rows,
-            "evaluations": self.evaluations,
-            "bytes": self.bytes,
-            "seconds": {k: round(v, 1) for k, v in self.seconds.items()},
         }
 
 
@@ -171,7 +148,7 @@ def run_study(
         manifest["probes"] = probing.facts
         manifest["seconds"] = {k: round(v, 3) for k, v in outcome.seconds.items()}
         results.write_manifest(path, manifest)
-        results.clear(path, [results.PARTS])
+        results.clear(path, [unfinished.PARTS])
         clock = time.perf_counter()
         if build_report:
             progress.stage("drawing the report")
@@ -179,32 +156,6 @@ def run_study(
         outcome.seconds["report"] = time.perf_counter() - clock
     outcome.seconds["total"] = time.perf_counter() - started
     return outcome
-
-
-def forecast(
-    plan: Plan,
-    registry: Mapping[str, Approximation] = REGISTRY,
-    jobs: int | None = None,
-    progress: Progress | None = None,
-) -> Forecast:
-    """Cells, bytes and seconds of a plan, the latter from a short trial of the real sweep on this machine.
-
-    The trial compiles what the run will then find in the cache, so the seconds are those of a run on a warm cache.
-    """
-    progress = progress or Progress()
-    sweep = engine.prepare(plan, registry)
-    rows_expected = sum(len(c.cells) * c.truths for c in sweep.contexts)
-    progress.stage("compiling", 1.0)
-    loaded = engine.compile_kernels(sweep, _share(progress))
-    progress.stage("trying every stratum")
-    rate = engine.trial_rates(sweep)
-    sweeping = sum(c.evaluations / rate[c.stratum.name] for c in sweep.contexts) / (jobs or default_jobs())
-    seconds = {
-        "accuracy": LOAD_SECONDS * loaded + sweeping + ROW_SECONDS * rows_expected,
-        "stability": sum(p.seconds(plan, jobs or default_jobs()) for p in probes.chosen(plan)),
-        "timing": plan.timing_budget if plan.timing else 0.0,
-    }
-    return Forecast(len(sweep.cells), rows_expected, sweep.evaluations, 90 * rows_expected + 200_000, seconds)
 
 
 @dataclass(frozen=True)
@@ -259,7 +210,7 @@ def _begin(path: Path, plan: Plan, *, fresh: bool, resume: bool) -> list[pd.Data
         raise InputError(
             "the run here was started by other code", str(path), "its rows could differ in the last bits: use --fresh"
         )
-    return results.read_parts(path)
+    return unfinished.read_parts(path)
 
 
 def _stored_id(path: Path) -> str | None:
@@ -269,7 +220,7 @@ def _stored_id(path: Path) -> str | None:
 def _sweep(sweep: engine.Sweep, path: Path, parts: list[pd.DataFrame], jobs: int, progress: Progress) -> None:
     """Run what is left of the sweep, appending to `parts` in memory and on disk."""
     progress.stage("compiling", 1.0)
-    engine.compile_kernels(sweep, _share(progress))
+    engine.compile_kernels(sweep, progress.share)
     done = {int(index) for frame in parts for index in frame["context"].unique()}
     progress.stage("accuracy", float(sweep.evaluations))
     progress.advance(float(sum(c.evaluations for c in sweep.contexts if c.index in done)))
@@ -291,12 +242,12 @@ def _probe(probing: Probing, path: Path, progress: Progress) -> dict[str, pd.Dat
     for probe in probes.chosen(probing.plan):
         progress.stage(probe.title, 1.0)
         probing.advance, probing.note = progress.advance, progress.note
-        kept = results.kept_probe(path, probe.name)
+        kept = unfinished.kept_probe(path, probe.name)
         if kept is None:
             before = len(probing.violations)
             tables = dict(probe.measure(probing))
             told = {"violations": probing.violations[before:], "facts": probing.facts.get(probe.name)}
-            results.keep_probe(path, probe.name, tables, told)
+            unfinished.keep_probe(path, probe.name, tables, told)
         else:
             tables, told = kept
             probing.violations += told["violations"]
@@ -311,15 +262,10 @@ def _probe(probing: Probing, path: Path, progress: Progress) -> dict[str, pd.Dat
     return {"accuracy": probing.accuracy, "worst": probing.worst, **found}
 
 
-def _share(progress: Progress) -> Callable[[int, int], None]:
-    """Steps of a stage whose whole is 1, from (done, total)."""
-    return lambda done, total: progress.advance(1 / total if done else 0)
-
-
 def _keep(path: Path, parts: list[pd.DataFrame], fresh: list[engine.Measured]) -> None:
     if fresh:
         frame = rows.part(fresh)
-        results.append_part(path, len(list((path / results.PARTS).glob("[0-9]*"))), frame)
+        unfinished.append_part(path, len(list((path / unfinished.PARTS).glob("[0-9]*"))), frame)
         parts.append(frame)
         fresh.clear()
 

@@ -37,9 +37,9 @@ def shader(
     """
     from phongbench import shaders
     from phongbench.approximations import get, registry_with
-    from phongbench.results import write_whole
     from phongbench.scene.reading import specular_of
     from phongbench.spec import Setting
+    from phongbench.whole import write_text, write_whole
 
     if (formula is None) == (max_error is None):
         raise InputError("a formula is named, or chosen by its error", None, "give either NAME or --max-error")
@@ -53,7 +53,7 @@ def shader(
     setting = Setting(alpha, wanted.gamma, beta or spec.slopes[0], space or spec.spaces[0])
     found = shaders.shader(spec, form, setting, language, files=[file.name for file in files])
     if out is not None:
-        write_whole(out, lambda path: _write(path, found.text))
+        write_whole(out, lambda path: write_text(path, found.text))
     show({**found.as_dict(), "formula": spec.name}, as_json, lambda: click.echo(out or found.text, nl=out is not None))
 
 
@@ -69,7 +69,3 @@ def _recommended(alpha: float, max_error: str, space: str | None) -> tuple[Any, 
     best = found["choices"][0]
     form = None if best["lambda"] == "none" else best["lambda"]
     return Specular(best["approximation"], form, best["gamma"]), best["beta_policy"]
-
-
-def _write(path: Path, text: str) -> None:
-    path.write_text(text, encoding="utf-8", newline="\n")

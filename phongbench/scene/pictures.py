@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from phongbench import __version__
 from phongbench.errors import InputError, StorageError
+from phongbench.whole import storage, write_whole
 
 Array = NDArray[Any]
 
@@ -136,8 +137,6 @@ def check_writable(path: Path) -> None:
     InputError for a suffix that no picture has, or an EXR without its library; StorageError for a folder's name, and
     for a place that cannot be written to.
     """
-    from phongbench.results import storage
-
     suffix = path.suffix.lower()
     if suffix not in SUFFIXES:
         mend = f"use one of {', '.join(SUFFIXES)}"
@@ -160,8 +159,6 @@ def save(path: Path, picture: Array) -> None:
     Raises InputError as `check_writable` does, and for pixels of a .png that are no numbers; StorageError if the disk
     refuses.
     """
-    from phongbench.results import storage, write_whole
-
     check_writable(path)
     data = _AS[path.suffix.lower()](picture)
     with storage(path):

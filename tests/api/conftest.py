@@ -18,6 +18,7 @@ from fastapi import FastAPI
 from starlette.testclient import TestClient
 
 from phongbench import engine, results, rows
+from phongbench.columns import TIMING_COLUMNS
 from phongbench.plan import preset
 from phongbench_api.app import create_app
 from phongbench_api.settings import Settings
@@ -38,7 +39,7 @@ def _timing(accuracy: pd.DataFrame) -> pd.DataFrame:
     told = pd.concat([told, twin], ignore_index=True)
     told["ratio_low"], told["ratio_high"] = 0.99 * told["ratio"], 1.01 * told["ratio"]
     told["ns_min"] = told["ns_median"] = 0.6 * told["ratio"]
-    return told[list(results.TIMING_COLUMNS)]
+    return told[list(TIMING_COLUMNS)]
 
 
 def _store(folder: Path, tables: dict[str, pd.DataFrame], plan: dict[str, Any], **manifest: Any) -> None:

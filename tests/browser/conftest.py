@@ -15,6 +15,7 @@ import pandas as pd
 import pytest
 
 from phongbench import engine, results, rows
+from phongbench.columns import TIMING_COLUMNS
 from phongbench.plan import preset
 
 RUN = "20260101-000000-0123abcd"
@@ -131,7 +132,7 @@ def _run(folder: Path) -> None:
     timing["ratio_low"], timing["ratio_high"] = timing["ratio"] * (1 - half), timing["ratio"] * (1 + half)
     timing["ns_min"] = timing["ns_median"] = 0.6 * timing["ratio"]
     folder.mkdir(parents=True)
-    tables = {"accuracy": accuracy, "timing": timing[list(results.TIMING_COLUMNS)]}
+    tables = {"accuracy": accuracy, "timing": timing[list(TIMING_COLUMNS)]}
     files = {f"{name}.parquet": results.write_table(folder, name, frame) for name, frame in tables.items()}
     told = {"schema": results.SCHEMA, "run": folder.name, "state": "complete", "plan": plan.as_dict(), "seed": 1}
     results.write_manifest(folder, {**told, "code": "0", "provenance": {}, "files": files})

@@ -9,6 +9,7 @@ import pandas as pd
 import pytest
 
 from phongbench import engine, results, rows
+from phongbench.columns import TIMING_COLUMNS
 from phongbench.plan import Plan, preset
 
 
@@ -69,7 +70,7 @@ def timing_of(accuracy: pd.DataFrame, ratio: Callable[[Any], float]) -> pd.DataF
     rows = pd.concat([rows, twin], ignore_index=True)
     rows["ratio_low"], rows["ratio_high"] = 0.99 * rows["ratio"], 1.01 * rows["ratio"]
     rows["ns_min"] = rows["ns_median"] = 0.6 * rows["ratio"]
-    return rows[list(results.TIMING_COLUMNS)]
+    return rows[list(TIMING_COLUMNS)]
 
 
 def usual_ratio(row: Any) -> float:

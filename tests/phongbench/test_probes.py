@@ -8,6 +8,7 @@ import pytest
 from phongbench import columns, probes, results, study
 from phongbench import plan as plans
 from phongbench.errors import UnknownNameError
+from phongbench.forecast import forecast
 from phongbench.probes import Probe
 
 CASE = "zero"
@@ -60,7 +61,7 @@ def test_a_finished_probe_is_not_asked_again_when_a_run_is_resumed(asked, tmp_pa
 
 
 def test_the_forecast_counts_the_probes(asked):
-    assert study.forecast(asked[0]).seconds["stability"] == 7.0
+    assert forecast(asked[0]).seconds["stability"] == 7.0
 
 
 def test_an_unknown_probe_is_refused(small_plan):

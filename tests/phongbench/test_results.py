@@ -6,7 +6,7 @@ import multiprocessing
 import pandas as pd
 import pytest
 
-from phongbench import columns, results
+from phongbench import columns, results, whole
 from phongbench.errors import CorruptRunError, InputError, LockedError, StorageError
 from phongbench.plan import preset
 
@@ -101,7 +101,7 @@ def test_a_failing_write_leaves_the_old_file_and_no_other(tmp_path):
         raise OSError(28, "No space left on device")
 
     with pytest.raises(StorageError, match="free some space"):
-        results.write_whole(target, fail)
+        whole.write_whole(target, fail)
     assert target.read_text() == "old"
     assert list(tmp_path.iterdir()) == [target]
 

@@ -10,8 +10,9 @@ from dataclasses import replace
 import pandas as pd
 import pytest
 
-from phongbench import engine, results, study
+from phongbench import engine, results, study, unfinished
 from phongbench.errors import InputError, InterruptedStudyError
+from phongbench.forecast import forecast
 from phongbench.plan import preset
 from phongbench.progress import Progress
 
@@ -68,7 +69,7 @@ def test_an_interrupted_study_is_resumed_with_the_same_rows(whole, plan, tmp_pat
         study.run_study(plan, out, progress=Killer(12))
     assert f"--out {out} --resume" in str(caught.value)
     assert not results.load(out).complete
-    kept = sum(len(frame) for frame in results.read_parts(out))
+    kept = sum(len(frame) for frame in unfinished.read_parts(out))
     assert kept > 0
     measured = []
     genuine = engine.run
@@ -148,7 +149,7 @@ def test_fresh_discards_what_was_there(whole, plan, tmp_path):
 
 
 def test_a_forecast_counts_rightly(whole, plan):
-    told = study.forecast(plan)
+    told = forecast(plan)
     assert told.cells == whole.cells
     assert told.evaluations == whole.evaluations
     assert told.rows == (whole.run.accuracy["stratum"] != "cosines").sum()

@@ -17,7 +17,7 @@ import pandas as pd
 import pytest
 
 import phongbench_reports
-from phongbench.results import COLUMNS, MESH_COLUMNS
+from phongbench.columns import COLUMNS, MESH_COLUMNS
 
 Vector = npt.NDArray[np.float64]
 LENGTHS = (1e-4, 3.7e-4, 1.75e-3, 1e-2, 5e-2, 0.1)
