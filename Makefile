@@ -39,7 +39,7 @@ bench-api: $(TEST) ## the service over loopback: against an echo, against /healt
 	$(PY) -m phongbench_api.load
 
 docs: $(TEST) ## fill the generated parts of README.md; the only way a number gets in there
-	$(PY) -m phongbench_reports.docs
+	$(PY) -m phongbench_reports.readme
 
 # `pip list` and not `pip freeze`: freeze writes the address of anything that came from a file.
 lock: ## rewrite constraints.txt from a fresh resolution of runtime, test and dev

@@ -1,6 +1,6 @@
 """`python -m phongbench`."""
 
-from phongbench.cli import main
+from phongbench.cli.main import main
 
 if __name__ == "__main__":
     main()

@@ -20,11 +20,13 @@ import mpmath
 import numpy as np
 from numpy.typing import NDArray
 
-from phongbench import jit, kernels
-from phongbench.approximations import example
+from phongbench.compiler import jit
+from phongbench.compiler.lowering import FLOAT16, FLOAT32, FLOAT64, PRECISIONS, Body, Precision, lower
 from phongbench.errors import InputError
-from phongbench.lowering import FLOAT16, FLOAT32, FLOAT64, PRECISIONS, Body, Precision, lower
-from phongbench.spec import Approximation, Setting
+from phongbench.formulas import coordinate_kernels
+from phongbench.formulas.kernel import coefficient_row, known_values, table_row
+from phongbench.formulas.registry import example
+from phongbench.formulas.spec import Approximation, Setting
 
 Array = NDArray[Any]
 
@@ -56,11 +58,11 @@ def coordinates(spec: Approximation, cosine: Array = COSINES) -> Array:
 
 def compiled(spec: Approximation, setting: Setting, precision: Precision, coordinate: Array) -> Array:
     """Values of the compiled kernel in a precision, held by its carrier."""
-    loop = kernels.values_kernel(spec, precision, kernels.known_values(spec, setting))
+    loop = coordinate_kernels.values_kernel(spec, precision, known_values(spec, setting))
     with np.errstate(all="ignore"):
         given = precision.rounded(coordinate)
         out = np.empty_like(given)
-        row, table = kernels.coefficient_row(spec, setting, precision), kernels.table_row(spec, setting, precision)
+        row, table = coefficient_row(spec, setting, precision), table_row(spec, setting, precision)
         _run(loop, given, np.ones_like(given), row, table, out)
     return out
 
@@ -251,7 +253,7 @@ def check_vectorises(spec: Approximation) -> None:
 
 @cache
 def _code(spec: Approximation) -> tuple[str, str]:
-    loop = kernels.values_kernel(spec, FLOAT32, kernels.known_values(spec, example(spec)))
+    loop = coordinate_kernels.values_kernel(spec, FLOAT32, known_values(spec, example(spec)))
     return jit.code(loop)
 
 

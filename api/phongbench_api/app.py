@@ -12,8 +12,8 @@ import anyio.to_thread
 from fastapi import FastAPI
 
 from phongbench import __version__
-from phongbench_api import errors, openapi
-from phongbench_api.guard import Guard
+from phongbench_api.http import openapi, problems
+from phongbench_api.http.middleware import Guard
 from phongbench_api.routes import ROUTERS
 from phongbench_api.service import Service
 from phongbench_api.settings import Settings
@@ -66,7 +66,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     )  # fmt: skip
     app.state.service = Service(chosen)
     app.add_middleware(Guard, settings=chosen)
-    errors.install(app)
+    problems.install(app)
     for router in ROUTERS:
         app.include_router(router)
     openapi.install(app)

@@ -9,10 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 from starlette.responses import Response
 
-from phongbench.precisions import precision_named
-from phongbench_api import highlight, wire
+from phongbench.compiler.precisions import precision_named
+from phongbench_api.http import media as wire
 from phongbench_api.models import CurveAsk
 from phongbench_api.service import Service
+from phongbench_api.work import evaluation
 
 FAMILY = (wire.JSON, wire.CSV, wire.SVG)
 COLUMNS = ("angle_degrees", "value", "exact", "error")
@@ -25,18 +26,18 @@ DRAWING = 0.5
 
 def plan(service: Service, ask: CurveAsk, media: str) -> tuple[float, Callable[[Any], Any]]:
     """Predicted seconds, and the work: numbers, or the drawn SVG."""
-    formula = highlight.asked(ask)
+    formula = evaluation.asked(ask)
     precision = precision_named(ask.precision)
     cost = service.kernels.curve_cost(formula, ask.points, precision)
 
     def numbers(_gone: Any) -> Any:
         service.kernels.compile_curve(formula, precision)
-        return highlight.curve(formula, _angles(ask), precision, ask.perturbation, ask.length_error)
+        return evaluation.curve(formula, _angles(ask), precision, ask.perturbation, ask.length_error)
 
     def drawn(gone: Any) -> bytes:
-        from phongbench_reports.lobe import svg  # late: it brings matplotlib
+        from phongbench_reports.figures.lobe import svg  # late: it brings matplotlib
 
-        return svg(highlight.name_of(formula), formula.setting.alpha, numbers(gone))
+        return svg(evaluation.name_of(formula), formula.setting.alpha, numbers(gone))
 
     return (cost + DRAWING, drawn) if media == wire.SVG else (cost, numbers)
 

@@ -4,10 +4,10 @@ from dataclasses import asdict
 from typing import Any
 
 from phongbench import __version__
-from phongbench.lowering import PRECISIONS
-from phongbench.materials import OPENGL
-from phongbench.provenance import versions
-from phongbench_api import wire
+from phongbench.compiler.lowering import PRECISIONS
+from phongbench.inputs.mtl_files import OPENGL
+from phongbench.results.provenance import versions
+from phongbench_api.http import media
 from phongbench_api.settings import Settings
 
 _LIMITS = (
@@ -35,14 +35,14 @@ def meta(settings: Settings) -> dict[str, Any]:
         "versions": asdict(versions()),
         "precisions": list(PRECISIONS),
         "materials": [asdict(material) for material in OPENGL],
-        "dtypes": list(wire.DTYPES),
+        "dtypes": list(media.DTYPES),
         "limits": {name: values[name] for name in _LIMITS},
         "cores": settings.cores,
         "media_types": {
-            "specular": {"in": [wire.JSON, wire.OCTETS, wire.NPY], "out": [wire.JSON, wire.OCTETS, wire.NPY]},
-            "shade": {"in": [wire.JSON, wire.MULTIPART], "out": [wire.JSON, wire.NPY, wire.OCTETS]},
-            "render": {"in": [wire.JSON], "out": [wire.PNG, wire.JSON, wire.NPY]},
-            "curve": {"out": [wire.JSON, wire.CSV, wire.SVG]},
-            "rows": {"out": [wire.JSON, wire.CSV, wire.PARQUET]},
+            "specular": {"in": [media.JSON, media.OCTETS, media.NPY], "out": [media.JSON, media.OCTETS, media.NPY]},
+            "shade": {"in": [media.JSON, media.MULTIPART], "out": [media.JSON, media.NPY, media.OCTETS]},
+            "render": {"in": [media.JSON], "out": [media.PNG, media.JSON, media.NPY]},
+            "curve": {"out": [media.JSON, media.CSV, media.SVG]},
+            "rows": {"out": [media.JSON, media.CSV, media.PARQUET]},
         },
     }

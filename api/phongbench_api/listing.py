@@ -2,9 +2,9 @@
 
 from typing import Any
 
-from phongbench_api.errors import RequestError
+from phongbench_api.http.problems import RequestError
 from phongbench_api.models import PageAsk
-from phongbench_api.store import Store
+from phongbench_api.runs.run_store import Store
 
 #: predicted seconds of reading manifests
 LISTING = 0.01

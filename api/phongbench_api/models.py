@@ -6,13 +6,15 @@ from typing import Annotated, Any
 from pydantic import BaseModel, ConfigDict, Field, GetCoreSchemaHandler
 from pydantic_core import CoreSchema, core_schema
 
-from phongbench import front, slopes, timing
-from phongbench.approximations import REGISTRY
-from phongbench.lowering import PRECISIONS
-from phongbench.shaders.languages import LANGUAGES
-from phongbench.spec import ALPHA, GAMMA, SPACES
-from phongbench.strata import STRATUM_NAMES
-from phongbench.vectors import LAMBDA_FORMS
+from phongbench.analysis import front
+from phongbench.compiler.lowering import PRECISIONS
+from phongbench.formulas import slopes
+from phongbench.formulas.lambda_forms import LAMBDA_FORMS
+from phongbench.formulas.registry import REGISTRY
+from phongbench.formulas.shader_code.languages import LANGUAGES
+from phongbench.formulas.spec import ALPHA, GAMMA, SPACES
+from phongbench.inputs.strata import STRATUM_NAMES
+from phongbench.timing import measure
 
 
 class OneOf:
@@ -132,7 +134,7 @@ class FrontAsk(Ask):
     metric: Annotated[str, OneOf(front.METRICS)] = Field("max_abs", description="column of the accuracy rows")
     stratum: Annotated[str, OneOf(STRATUM_NAMES)] = Field("highlight", description="which inputs")
     precision: PrecisionName = "float32"
-    working_set: Annotated[str, OneOf(timing.WORKING_SETS)] = Field("l1", description="whose times")
+    working_set: Annotated[str, OneOf(measure.WORKING_SETS)] = Field("l1", description="whose times")
     space: SpaceName = "reflect"
 
 
@@ -144,7 +146,7 @@ class RecommendAsk(Ask):
     length_error: Budget | None = Field(None, description="how wrong vector lengths may be: 0.01 is up to 1 %")
     precision: PrecisionName = "float32"
     space: SpaceName = "reflect"
-    working_set: Annotated[str, OneOf(timing.WORKING_SETS)] = "l1"
+    working_set: Annotated[str, OneOf(measure.WORKING_SETS)] = "l1"
     run: RunName | None = Field(None, description="which run answers; left out: the newest with times, or the laws")
 
 

@@ -8,8 +8,8 @@ from fastapi import FastAPI
 from jinja2 import Environment, PackageLoader
 
 from phongbench import __version__
-from phongbench_api import errors
-from phongbench_api.errors import NotFoundError
+from phongbench_api.http import problems
+from phongbench_api.http.problems import NotFoundError
 
 _MEDIA = {
     "html": "text/html; charset=utf-8", "css": "text/css; charset=utf-8", "js": "text/javascript; charset=utf-8",
@@ -49,7 +49,7 @@ def documentation(app: FastAPI) -> tuple[bytes, str]:
     if not hasattr(app.state, "documentation"):
         loader = PackageLoader("phongbench_api")
         box = Environment(loader=loader, autoescape=True, trim_blocks=True, lstrip_blocks=True)
-        kinds = sorted({kind for _, kind in errors.STATUS} | set(errors.KINDS.values()), key=lambda kind: kind.status)
+        kinds = sorted({kind for _, kind in problems.STATUS} | set(problems.KINDS.values()), key=lambda kind: kind.status)
         page = box.get_template("docs.html.j2").render(api=app.openapi(), kinds=kinds, version=__version__)
         app.state.documentation = page.encode()
     return app.state.documentation, _MEDIA["html"]

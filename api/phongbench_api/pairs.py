@@ -9,12 +9,13 @@ from numpy.typing import NDArray
 from starlette.requests import Request
 from starlette.responses import Response
 
-from phongbench.lowering import Precision, precision_named
-from phongbench_api import bodies, highlight, wire
-from phongbench_api.errors import RequestError, UnsupportedMediaError
-from phongbench_api.highlight import Formula
+from phongbench.compiler.lowering import Precision, precision_named
+from phongbench_api.http import media as wire
+from phongbench_api.http.problems import RequestError, UnsupportedMediaError
 from phongbench_api.models import BinaryAsk, SpecularAsk
 from phongbench_api.service import Service
+from phongbench_api.work import evaluation, request_bodies
+from phongbench_api.work.evaluation import Formula
 
 Array = NDArray[Any]
 FAMILY = (wire.JSON, wire.OCTETS, wire.NPY)
@@ -52,8 +53,8 @@ class Pairs:
         """`values`, and with `compare` what they are compared with."""
         self.service.kernels.compile_pairs(self.formula, self.precision)
         a, b = (np.ascontiguousarray(v, dtype=self.precision.carrier) for v in (self.a, self.b))
-        found = highlight.values(self.formula, a, b, self.precision, gone)
-        more = highlight.compared(self.formula, self.a, self.b, found, gone) if self.compare else {}
+        found = evaluation.values(self.formula, a, b, self.precision, gone)
+        more = evaluation.compared(self.formula, self.a, self.b, found, gone) if self.compare else {}
         return {"values": found} | more
 
     def answer(self, found: dict[str, Any], spans: wire.Spans) -> Response:
@@ -72,10 +73,10 @@ async def read(request: Request, service: Service) -> Pairs:
     ask, a, b = await (_of_json if kind == wire.JSON else _of_binary)(request, service, kind)
     if len(a) != len(b):
         raise RequestError(f"there are {len(a)} vectors a and {len(b)} vectors b", "b", "one of each for every pair")
-    bodies.check_count(len(a), "a", media, service.settings)
+    request_bodies.check_count(len(a), "a", media, service.settings)
     if ask.compare and media != wire.JSON:
         raise RequestError("a comparison is told in JSON only", "compare", f"Accept: {wire.JSON}")
-    formula, precision = highlight.asked(ask), precision_named(ask.precision)
+    formula, precision = evaluation.asked(ask), precision_named(ask.precision)
     cost = service.kernels.pairs_cost(formula, precision, len(a), compare=ask.compare)
     return Pairs(formula, precision, a, b, ask.compare, media, cost, service)
 
@@ -83,7 +84,7 @@ async def read(request: Request, service: Service) -> Pairs:
 async def _of_json(request: Request, service: Service, kind: str) -> tuple[SpecularAsk, Array, Array]:
     if request.query_params:
         raise RequestError("with a JSON body every parameter is in the body", "(query)")
-    data = wire.parsed(await bodies.read(request, service.settings.max_json, service.office))
+    data = wire.parsed(await request_bodies.read(request, service.settings.max_json, service.office))
     if not isinstance(data, dict):
         raise RequestError("the body must be an object", "(body)")
     a, b = (wire.vectors(data.pop(name, None), name) for name in ("a", "b"))
@@ -92,8 +93,8 @@ async def _of_json(request: Request, service: Service, kind: str) -> tuple[Specu
 
 async def _of_binary(request: Request, service: Service, kind: str) -> tuple[SpecularAsk, Array, Array]:
     ask = BinaryAsk.model_validate(dict(request.query_params))
-    highlight.asked(ask)  # what is wrong with the query is told before the body is read
-    body = await bodies.read(request, service.settings.max_body, service.office)
+    evaluation.asked(ask)  # what is wrong with the query is told before the body is read
+    body = await request_bodies.read(request, service.settings.max_body, service.office)
     if kind == wire.NPY:
         both = wire.npy(body)
         return ask, both[0], both[1]

@@ -6,8 +6,8 @@ from typing import Any
 from starlette.requests import Request
 from starlette.responses import Response
 
-from phongbench import claims, front, recommend
-from phongbench_api import wire
+from phongbench.analysis import claims, front, recommend
+from phongbench_api.http import media
 from phongbench_api.models import FrontAsk, RecommendAsk
 from phongbench_api.service import Service
 
@@ -17,9 +17,9 @@ QUESTION = 0.2
 
 async def answered(request: Request, service: Service, question: Callable[[], Any]) -> Response:
     """The answer as JSON, worked out on a core."""
-    spans = wire.Spans()
+    spans = media.Spans()
     spans.mark("parse")
-    return await service.office.do(request, QUESTION, lambda gone: question(), wire.json, spans)
+    return await service.office.do(request, QUESTION, lambda gone: question(), media.json, spans)
 
 
 def front_of(service: Service, name: str, ask: FrontAsk) -> dict[str, Any]:

@@ -1,18 +1,19 @@
-"""The request for a picture as a JSON schema, for the OpenAPI document; phongbench.scene.asking is what reads it."""
+"""The request for a picture as a JSON schema, for the OpenAPI document; phongbench.scenes.requests is what reads it."""
 
 from typing import Any
 
-from phongbench import surfaces
-from phongbench.approximations import REGISTRY
-from phongbench.lighting import MODELS
-from phongbench.scene import parts
-from phongbench.scene.asking import THRIFTS
-from phongbench.scene.documents import LARGEST
-from phongbench.scene.meshes import COARSEST, FINEST_AFAR, SMOOTH
-from phongbench.scene.reading import BRIGHTEST, examples
-from phongbench.spec import GAMMA
-from phongbench.vectors import LAMBDA_FORMS
-from phongbench_api import rendering, wire
+from phongbench.formulas.formula import MODELS
+from phongbench.formulas.lambda_forms import LAMBDA_FORMS
+from phongbench.formulas.registry import REGISTRY
+from phongbench.formulas.spec import GAMMA
+from phongbench.inputs import meshes
+from phongbench.scenes import scene
+from phongbench.scenes.mesh_objects import COARSEST, FINEST_AFAR, SMOOTH
+from phongbench.scenes.requests import THRIFTS
+from phongbench.scenes.scene_files import BRIGHTEST, examples
+from phongbench.support.documents import LARGEST
+from phongbench_api import rendering
+from phongbench_api.http import media
 
 
 def _number(low: float = -LARGEST, high: float = LARGEST) -> dict[str, Any]:
@@ -38,8 +39,8 @@ def _named(*names: str) -> dict[str, Any]:
 
 _THREE, _COLOUR, _FLAG = _list(3, _number()), _list(3, _number(0, 1)), {"type": "boolean"}
 _TEXT, _LENGTH = {"type": "string", "minLength": 1}, _number(1e-6)
-_SIZE = _list(2, _whole(1, parts.MOST_PIXELS))
-_DEPTH, _SAMPLES = _whole(0, parts.MOST_DEPTH), _whole(1, parts.MOST_SUPERSAMPLING)
+_SIZE = _list(2, _whole(1, scene.MOST_PIXELS))
+_DEPTH, _SAMPLES = _whole(0, scene.MOST_DEPTH), _whole(1, scene.MOST_SUPERSAMPLING)
 _FORMULA = {"type": "string", "description": "NAME, NAME:FORM or NAME:FORM:GAMMA", "examples": ["lyon:difference:8"]}
 _SPECULAR = _object({
     "approximation": _named(*REGISTRY), "lambda": _named(*LAMBDA_FORMS, "none"),
@@ -67,7 +68,7 @@ _PLANE = _object({"shape": _named("plane"), "point": _THREE, "normal": _THREE, "
 _MATRIX = {"type": "array", "items": _list(4, _number()), "minItems": 3, "maxItems": 4}
 _MESH = _object(
     {
-        "shape": _named("mesh"), "surface": _named(*surfaces.TESSELLATIONS), "degrees": _number(FINEST_AFAR, COARSEST),
+        "shape": _named("mesh"), "surface": _named(*meshes.TESSELLATIONS), "degrees": _number(FINEST_AFAR, COARSEST),
         "material": _TEXT, "matrix": _MATRIX, "scale": {"anyOf": [_number(), _THREE]}, "rotate": _THREE,
         "translate": _THREE, "normals": _named("unit", "raw"), "smooth": _named(*SMOOTH),
     },
@@ -76,9 +77,9 @@ _MESH = _object(
 _SCENE = _object(
     {
         "camera": _CAMERA, "materials": {"type": "object", "additionalProperties": {"anyOf": [_MATERIAL, _BOARD]}},
-        "lights": {"type": "array", "items": _LIGHT, "maxItems": parts.MOST_LIGHTS}, "ambient_light": _COLOUR,
+        "lights": {"type": "array", "items": _LIGHT, "maxItems": scene.MOST_LIGHTS}, "ambient_light": _COLOUR,
         "objects": {"type": "array", "items": {"oneOf": [_SPHERE, _PLANE, _MESH]}, "minItems": 1,
-                    "maxItems": parts.MOST_OBJECTS},
+                    "maxItems": scene.MOST_OBJECTS},
         "background": _list(3, _number(0, BRIGHTEST)),
         "picture": _object({"size": _SIZE, "depth": _DEPTH, "supersampling": _SAMPLES, "shadows": _FLAG,
                             "constant_patches": _number(0, 1)}),
@@ -98,5 +99,5 @@ _REQUEST = _object(
     "scene",
 )  # fmt: skip
 REQUEST_BODY = {
-    "required": True, "content": {wire.JSON: {"schema": _REQUEST, "example": rendering.EXAMPLE}},
+    "required": True, "content": {media.JSON: {"schema": _REQUEST, "example": rendering.EXAMPLE}},
 }  # fmt: skip

@@ -1,4 +1,4 @@
-"""A request for a picture from its bytes to its answer; what it means is phongbench.scene.asking's business."""
+"""A request for a picture from its bytes to its answer; what it means is phongbench.scenes.requests's business."""
 
 import re
 from collections.abc import Callable, Iterator
@@ -11,13 +11,13 @@ from starlette.requests import Request
 from starlette.responses import Response
 
 from phongbench.errors import CancelledError, InputError, UnknownNameError
-from phongbench.scene import pictures
-from phongbench.scene.asking import Drawn, RenderRequest, render_request
-from phongbench_api import bodies, render_cost, wire
-from phongbench_api.errors import RequestError, TooLargeError, UnsupportedMediaError
-from phongbench_api.highlight import Cancelled
+from phongbench.scenes import images
+from phongbench.scenes.requests import Drawn, RenderRequest, render_request
+from phongbench_api.http import media as wire
+from phongbench_api.http.problems import Cancelled, RequestError, TooLargeError, UnsupportedMediaError
 from phongbench_api.service import Service
 from phongbench_api.settings import Settings
+from phongbench_api.work import render_cost, request_bodies
 
 FAMILY = (wire.PNG, wire.JSON, wire.NPY)
 EXAMPLE: dict[str, Any] = {"scene": "chequerboard", "size": [16, 9], "specular": "lyon:difference:8", "depth": 2}
@@ -54,7 +54,7 @@ class Rendering:
         if self.media == wire.NPY:
             response = wire.binary(found.done.picture, wire.NPY, spans)
         else:
-            body = pictures.png(found.picture)
+            body = images.png(found.picture)
             spans.mark("encode")
             response = Response(body, headers=spans.header(), media_type=wire.PNG)
         response.headers["phongbench-skipped"] = orjson.dumps(skipped).decode()
@@ -74,7 +74,7 @@ async def read(request: Request, service: Service) -> Rendering:
     media = wire.negotiate(request.headers.get("accept"), FAMILY)
     service.office.check()
     settings = service.settings
-    body = await bodies.read(request, settings.max_scene, service.office)
+    body = await request_bodies.read(request, settings.max_scene, service.office)
     document = wire.parsed(body)
     asked = await service.office.do(
         request, render_cost.reading(body), lambda gone: _asked(document, settings), lambda found, spans: found,

@@ -10,12 +10,12 @@ from typing import Any
 
 from starlette.requests import Request
 
-from phongbench_api.columns import Columns
-from phongbench_api.kept import Answers
+from phongbench_api.runs.answer_cache import Answers
+from phongbench_api.runs.run_store import Store
+from phongbench_api.runs.table_cache import Columns
 from phongbench_api.settings import Settings
-from phongbench_api.store import Store
-from phongbench_api.warm import Kernels
-from phongbench_api.work import Office
+from phongbench_api.work.admission import Office
+from phongbench_api.work.warm_kernels import Kernels
 
 log = logging.getLogger("phongbench.api")
 

@@ -5,7 +5,7 @@ import os
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from phongbench.results import DEFAULT_ROOT
+from phongbench.results.runs import DEFAULT_ROOT
 
 _MIB = 1 << 20
 #: names that a browser on this machine may use for a server that listens on loopback only

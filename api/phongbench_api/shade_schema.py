@@ -1,11 +1,12 @@
-"""The shading request as a JSON schema, for the OpenAPI document; phongbench.request is what reads it."""
+"""The shading request as a JSON schema, for the OpenAPI document; phongbench.shading.requests is what reads it."""
 
 from typing import Any
 
-from phongbench.approximations import REGISTRY
-from phongbench.spec import ALPHA, GAMMA
-from phongbench.vectors import LAMBDA_FORMS
-from phongbench_api import shading, wire
+from phongbench.formulas.lambda_forms import LAMBDA_FORMS
+from phongbench.formulas.registry import REGISTRY
+from phongbench.formulas.spec import ALPHA, GAMMA
+from phongbench_api import shading
+from phongbench_api.http import media
 
 _NUMBER = {"type": "number"}
 _THREE = {"type": "array", "items": _NUMBER, "minItems": 3, "maxItems": 3}
@@ -53,10 +54,10 @@ _FORM = _object(
 REQUEST_BODY = {
     "required": True,
     "content": {
-        wire.JSON: {"schema": _PLAIN, "example": shading.EXAMPLE},
-        wire.MULTIPART: {
+        media.JSON: {"schema": _PLAIN, "example": shading.EXAMPLE},
+        media.MULTIPART: {
             "schema": _FORM,
-            "encoding": {"request": {"contentType": wire.JSON}, "vectors": {"contentType": wire.NPY}},
+            "encoding": {"request": {"contentType": media.JSON}, "vectors": {"contentType": media.NPY}},
         },
     },
 }

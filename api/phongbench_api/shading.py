@@ -1,4 +1,4 @@
-"""A shading request from its bytes to its answer; what it means is phongbench.request's business."""
+"""A shading request from its bytes to its answer; what it means is phongbench.shading.requests's business."""
 
 import re
 from collections.abc import Callable, Iterator
@@ -11,12 +11,13 @@ from starlette.requests import Request
 from starlette.responses import Response
 
 from phongbench.errors import CancelledError, InputError, UnknownNameError
-from phongbench.request import ShadingRequest, shading_request
-from phongbench.shading import Shaded
-from phongbench_api import bodies, multipart, wire
-from phongbench_api.errors import RequestError, TooLargeError, UnsupportedMediaError
-from phongbench_api.highlight import Cancelled
+from phongbench.shading.requests import ShadingRequest, shading_request
+from phongbench.shading.shade import Shaded
+from phongbench_api.http import media as wire
+from phongbench_api.http import multipart
+from phongbench_api.http.problems import Cancelled, RequestError, TooLargeError, UnsupportedMediaError
 from phongbench_api.service import Service
+from phongbench_api.work import request_bodies
 
 READS = (wire.JSON, wire.MULTIPART)
 _POST = ", ".join(READS)
@@ -69,9 +70,9 @@ async def read(request: Request, service: Service) -> Shading:
     media = wire.negotiate(request.headers.get("accept"), offered)
     service.office.check()
     settings = service.settings
-    body = await bodies.read(request, settings.max_json if kind == wire.JSON else settings.max_body, service.office)
+    body = await request_bodies.read(request, settings.max_json if kind == wire.JSON else settings.max_body, service.office)
     asked = _of_json(body) if kind == wire.JSON else _of_parts(body, header or "", settings.max_json)
-    bodies.check_count(len(asked.points), "points", media, settings)
+    request_bodies.check_count(len(asked.points), "points", media, settings)
     if len(asked.arguments["lights"]) > settings.max_lights:
         raise TooLargeError(f"more than {settings.max_lights} lights", "lights", "ask for some of them at a time")
     return Shading(asked, media, service.kernels.shading_cost(asked), service)

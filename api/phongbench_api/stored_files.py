@@ -11,9 +11,10 @@ from typing import Any
 from starlette.requests import Request
 from starlette.responses import Response
 
-from phongbench.results import Run
-from phongbench_api import guard, wire
-from phongbench_api.errors import NotFoundError
+from phongbench.results.runs import Run
+from phongbench_api.http import media as wire
+from phongbench_api.http import middleware
+from phongbench_api.http.problems import NotFoundError
 from phongbench_api.service import Service
 
 #: what a report is made of, by suffix; anything else in its folder is not told
@@ -63,7 +64,7 @@ def answer(request: Request, found: tuple[bytes, str], spans: wire.Spans, *, sto
     content, media = found
     tag = f'"{hashlib.sha256(content).hexdigest()[:32]}"'
     headers = {"etag": tag, "cache-control": "no-cache"}
-    headers |= {"content-security-policy": guard.STORED_POLICY} if stored else {}
+    headers |= {"content-security-policy": middleware.STORED_POLICY} if stored else {}
     known = [one.strip().removeprefix("W/") for one in request.headers.get("if-none-match", "").split(",")]
     if tag in known:
         return Response(None, 304, headers)
@@ -91,9 +92,9 @@ class _Painter:
 
 
 def _drawn(run: Run, stem: str) -> bytes:
-    from phongbench_reports.drawing import Plate, ink
+    from phongbench_reports.cuts import Study
     from phongbench_reports.figures import FIGURES
-    from phongbench_reports.study import Study
+    from phongbench_reports.plots import Plate, ink
 
     draw = next((figure.draw for figure in FIGURES if figure.name == stem), None)
     if draw is None:

@@ -14,24 +14,24 @@ import numpy as np
 import pandas as pd
 
 from phongbench.errors import StorageError
-from phongbench.garbage import seldom_collected
-from phongbench.timing import cores
-from phongbench_reports.behaviour import hostile, smoothness
-from phongbench_reports.claims import claims
-from phongbench_reports.drawing import Plate, ink, svg_pair
+from phongbench.support.process import seldom_collected
+from phongbench.timing.measure import cores
+from phongbench_reports.cuts import Absent, Study
 from phongbench_reports.figures import FIGURES
-from phongbench_reports.helper import Drawn, Found, beside, drawn
-from phongbench_reports.mesh_edges import mesh_edges
+from phongbench_reports.figures.pictures import SECTIONS
 from phongbench_reports.page import Links, Section, render, style_sheet
-from phongbench_reports.pictured import SECTIONS
-from phongbench_reports.skipped import skipped
-from phongbench_reports.study import Absent, Study
-from phongbench_reports.sureness import sureness
-from phongbench_reports.tables import census, formulas, verdict, worst
+from phongbench_reports.plots import Plate, ink, svg_pair
+from phongbench_reports.second_process import Drawn, Found, beside, drawn
+from phongbench_reports.tables.behaviour import hostile, smoothness
+from phongbench_reports.tables.claims import claims
+from phongbench_reports.tables.mesh_edges import mesh_edges
+from phongbench_reports.tables.skipped import skipped
+from phongbench_reports.tables.sureness import sureness
+from phongbench_reports.tables.verdict import census, formulas, verdict, worst
 from phongbench_reports.text import BUDGETS
 
 if TYPE_CHECKING:
-    from phongbench.results import Run
+    from phongbench.results.runs import Run
 
 
 #: what a second process draws, if there is one: the last figures, as many as are left when it is ready
@@ -137,7 +137,7 @@ def write(path: Path, content: bytes) -> None:
 def build(run: Run, out: Path, *, single_file: bool = False, processes: int = 1) -> Path:
     """Writes the report of a run.
 
-    run          phongbench.results.Run
+    run          phongbench.results.runs.Run
     out          Path     folder of the report; made if missing, its former report replaced
     single_file  bool     one index.html with everything in it, no figures/, data/ or style.css
     processes    int      from 2 on, where there are as many cores, another process draws some of the figures

@@ -9,11 +9,11 @@ from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
-from phongbench_reports.claims import ClaimTable
-from phongbench_reports.drawing import Plate
-from phongbench_reports.registry import known_names
-from phongbench_reports.study import Absent, Study
-from phongbench_reports.tables import Table
+from phongbench_reports.cuts import Absent, Study
+from phongbench_reports.names import known_names
+from phongbench_reports.plots import Plate
+from phongbench_reports.table import Table
+from phongbench_reports.tables.claims import ClaimTable
 from phongbench_reports.text import listed, number
 
 #: Provenance keys that change from minute to minute: times live in the manifest only; same rows give same bytes.

@@ -17,9 +17,11 @@ import pytest
 from fastapi import FastAPI
 from starlette.testclient import TestClient
 
-from phongbench import engine, results, rows
-from phongbench.columns import TIMING_COLUMNS
-from phongbench.plan import preset
+from phongbench.accuracy import sweep as engine
+from phongbench.accuracy import tables as rows
+from phongbench.inputs.plan import preset
+from phongbench.results import runs as results
+from phongbench.results.schema import TIMING_COLUMNS
 from phongbench_api.app import create_app
 from phongbench_api.settings import Settings
 from phongbench_reports import build

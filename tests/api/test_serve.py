@@ -15,8 +15,8 @@ import psutil
 import pytest
 from click.testing import CliRunner
 
-from phongbench.cli import main
-from phongbench_api import wire
+from phongbench.cli.main import main
+from phongbench_api.http import media
 from phongbench_api.serve import from_environment
 from phongbench_api.settings import Settings
 
@@ -51,7 +51,7 @@ def test_a_request_under_way_finishes_and_new_ones_are_refused(serve: Callable[.
     server = serve("--drain", "1")
     body = np.zeros((2, 1000, 3), "<f4").tobytes()
     query = "&".join(f"{k}={v}" for k, v in QUERY.items())
-    head = f"POST /v1/specular?{query} HTTP/1.1\r\nHost: localhost\r\nContent-Type: {wire.OCTETS}\r\n"
+    head = f"POST /v1/specular?{query} HTTP/1.1\r\nHost: localhost\r\nContent-Type: {media.OCTETS}\r\n"
     head += f"Content-Length: {len(body)}\r\n\r\n"
     with connected(server.url) as slow:
         slow.sendall(head.encode() + body[:-1])
@@ -66,7 +66,7 @@ def test_a_request_under_way_finishes_and_new_ones_are_refused(serve: Callable[.
                 f"{server.url}/v1/specular",
                 params=QUERY,
                 content=body,
-                headers={"content-type": wire.OCTETS},
+                headers={"content-type": media.OCTETS},
                 timeout=600,
             ).status_code
             == 503
@@ -126,7 +126,7 @@ def test_many_large_requests_leave_health_answering(server: Any) -> None:
     def ask() -> None:
         with httpx.Client(timeout=600) as client:
             answer = client.post(
-                f"{server.url}/v1/specular", params=QUERY, content=body, headers={"content-type": wire.OCTETS}
+                f"{server.url}/v1/specular", params=QUERY, content=body, headers={"content-type": media.OCTETS}
             )
             statuses.append(answer.status_code)
 

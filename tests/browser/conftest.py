@@ -14,9 +14,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from phongbench import engine, results, rows
-from phongbench.columns import TIMING_COLUMNS
-from phongbench.plan import preset
+from phongbench.accuracy import sweep as engine
+from phongbench.accuracy import tables as rows
+from phongbench.inputs.plan import preset
+from phongbench.results import runs as results
+from phongbench.results.schema import TIMING_COLUMNS
 
 RUN = "20260101-000000-0123abcd"
 #: what chromium is called on today's systems

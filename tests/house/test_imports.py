@@ -13,7 +13,7 @@ RUN_COMMAND = """
 import sys
 sys.argv[0] = "phongbench"
 try:
-    from phongbench.cli import main
+    from phongbench.cli.main import main
     main(prog_name="phongbench")
 finally:
     print(*sys.modules, file=sys.stderr)
@@ -63,7 +63,7 @@ def test_tab_completion_imports_nothing_heavy() -> None:
 
 
 def test_importing_the_library_imports_neither_web_nor_drawing() -> None:
-    done = interpreter("import sys, phongbench, phongbench.approximations; print(*sys.modules)")
+    done = interpreter("import sys, phongbench, phongbench.formulas.approximations; print(*sys.modules)")
     assert done.returncode == 0, done.stderr
     assert not {"fastapi", "jinja2", "matplotlib", "starlette", "uvicorn"} & roots(done.stdout)
 

@@ -8,15 +8,17 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner, Result
 
-from phongbench import approximations
-from phongbench.cli import EXIT_CODES, main
-from phongbench.spec import Approximation
+from phongbench.cli.main import EXIT_CODES, main
+from phongbench.formulas import approximations
+from phongbench.formulas.registry import specs_of
+from phongbench.formulas.spec import Approximation
+from phongbench.formulas.user_files import load_file
 from phongbench.testing import CHECKS
-from phongbench_reports import docs
+from phongbench_reports.readme import __main__
 
 ROOT = Path(__file__).resolve().parents[2]
 README, CONTRIBUTING = ROOT / "README.md", ROOT / "CONTRIBUTING.md"
-GENERATED = set(docs.NAMES)
+GENERATED = set(__main__.NAMES)
 MARKED = re.compile(r"<!-- generated: (\w+) -->(.*?)<!-- /generated: (\w+) -->", re.DOTALL)
 TINY = ("--alpha", "10", "--gamma", "8", "--precision", "float32", "--samples", "2000")
 
@@ -118,7 +120,7 @@ def test_materials_give_the_exponents_of_a_study(call: Callable[..., Result], tm
 def test_the_example_of_contributing_passes_every_check(
     call: Callable[..., Result], check: Callable[[Approximation], None]
 ) -> None:
-    (spec,) = approximations.load_file("rational.py")
+    (spec,) = load_file("rational.py")
     check(spec)
 
 
@@ -127,6 +129,6 @@ def test_the_example_of_contributing_is_taken_as_one_of_ours(
 ) -> None:
     # One file in the folder and one name in FAMILIES: the rest is what the package does with each of its own.
     monkeypatch.setattr(approximations, "__path__", [*approximations.__path__, str(tmp_path)])
-    (spec,) = approximations._specs("rational")
+    (spec,) = specs_of("rational")
     assert spec.name == "rational"
-    assert spec.kernel.__module__ == "phongbench.approximations.rational"
+    assert spec.kernel.__module__ == "phongbench.formulas.approximations.rational"

@@ -3,7 +3,8 @@
 from collections.abc import Mapping, MutableMapping
 from pathlib import Path
 
-from phongbench.approximations import FAMILIES, REGISTRY
+from phongbench.formulas.registry import FAMILIES
+from phongbench.formulas.registry import REGISTRY
 
 
 def test_the_list_names_every_file_of_the_folder_once(root: Path) -> None:

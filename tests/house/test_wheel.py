@@ -67,7 +67,7 @@ def test_the_wheel_holds_no_tests(wheel: dict[PurePosixPath, str]) -> None:
 
 def test_the_wheel_brings_the_command(wheel: dict[PurePosixPath, str]) -> None:
     [entry_points] = [text for path, text in wheel.items() if path.name == "entry_points.txt"]
-    assert "phongbench = phongbench.cli:main" in entry_points
+    assert "phongbench = phongbench.cli.main:main" in entry_points
 
 
 def test_an_editable_install_is_plain_folders(root: Path, tmp_path: Path) -> None:

@@ -8,9 +8,11 @@ from typing import Any
 import pandas as pd
 import pytest
 
-from phongbench import engine, results, rows
-from phongbench.columns import TIMING_COLUMNS
-from phongbench.plan import Plan, preset
+from phongbench.accuracy import sweep as engine
+from phongbench.accuracy import tables as rows
+from phongbench.inputs.plan import Plan, preset
+from phongbench.results import runs
+from phongbench.results.schema import TIMING_COLUMNS
 
 
 def _swept(plan: Plan, jobs: int = 2) -> pd.DataFrame:
@@ -81,7 +83,7 @@ def usual_ratio(row: Any) -> float:
 
 
 @pytest.fixture
-def stored(small_plan: Plan, small_rows: pd.DataFrame, tmp_path: Path) -> Callable[..., results.Run]:
+def stored(small_plan: Plan, small_rows: pd.DataFrame, tmp_path: Path) -> Callable[..., runs.Run]:
     """A factory of stored runs: (name, accuracy=.., ratio=.., timed=True) in tmp_path/phongbench-runs."""
 
     def store(
@@ -91,19 +93,19 @@ def stored(small_plan: Plan, small_rows: pd.DataFrame, tmp_path: Path) -> Callab
         ratio: Callable[[Any], float] = usual_ratio,
         timed: bool = True,
         **manifest: Any,
-    ) -> results.Run:
+    ) -> runs.Run:
         folder = tmp_path / "phongbench-runs" / name
         folder.mkdir(parents=True)
         tables = {"accuracy": accuracy} | ({"timing": timing_of(accuracy, ratio)} if timed else {})
-        files = {f"{table}.parquet": results.write_table(folder, table, frame) for table, frame in tables.items()}
-        results.write_manifest(
+        files = {f"{table}.parquet": runs.write_table(folder, table, frame) for table, frame in tables.items()}
+        runs.write_manifest(
             folder,
             {
-                "schema": results.SCHEMA, "run": name, "state": "complete", "plan": small_plan.as_dict(), "seed": 1,
+                "schema": runs.SCHEMA, "run": name, "state": "complete", "plan": small_plan.as_dict(), "seed": 1,
                 "code": "0", "provenance": {}, "files": files,
             }
             | manifest,
         )  # fmt: skip
-        return results.load(folder)
+        return runs.load(folder)
 
     return store

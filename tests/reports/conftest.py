@@ -17,7 +17,7 @@ import pandas as pd
 import pytest
 
 import phongbench_reports
-from phongbench.columns import COLUMNS, MESH_COLUMNS
+from phongbench.results.schema import COLUMNS, MESH_COLUMNS
 
 Vector = npt.NDArray[np.float64]
 LENGTHS = (1e-4, 3.7e-4, 1.75e-3, 1e-2, 5e-2, 0.1)
@@ -27,7 +27,7 @@ STRATA = {"highlight": 1.0, "uniform": 1.0, "peak": 0.02, "cutoff": 0.1, "grazin
 
 @dataclass(frozen=True)
 class MadeUpRun:
-    """Same attributes as phongbench.results.Run."""
+    """Same attributes as phongbench.results.runs.Run."""
 
     path: Path
     manifest: dict[str, Any]

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from phongbench.results import DEFAULT_ROOT
+from phongbench.results.runs import DEFAULT_ROOT
 from phongbench_api.fuzzing.run import fuzz
 
 

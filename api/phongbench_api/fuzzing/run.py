@@ -13,10 +13,11 @@ import click
 import psutil
 from fastapi import FastAPI
 
-from phongbench_api import errors, wire
 from phongbench_api.app import create_app
 from phongbench_api.fuzzing import hostile
 from phongbench_api.fuzzing.requests import Sent, Source
+from phongbench_api.http import media as wire
+from phongbench_api.http import problems
 from phongbench_api.settings import Settings
 
 #: requests under way at once
@@ -107,9 +108,9 @@ def faults(status: int, headers: dict[str, str], body: bytes) -> list[str]:
     media = headers.get("content-type", "")
     if status >= 500 and (status != 503 or "retry-after" not in headers):
         found.append(f"status {status} {body[:200]!r}")
-    if status >= 400 and body and media != errors.MEDIA:
+    if status >= 400 and body and media != problems.MEDIA:
         found.append(f"a {status} that is no problem document")
-    if media in (wire.JSON, errors.MEDIA) and body:
+    if media in (wire.JSON, problems.MEDIA) and body:
         try:
             json.loads(body, parse_constant=_refuse)
         except ValueError:

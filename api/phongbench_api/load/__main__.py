@@ -6,7 +6,7 @@ from typing import Any
 
 import click
 
-from phongbench.results import DEFAULT_ROOT
+from phongbench.results.runs import DEFAULT_ROOT
 from phongbench_api.load import overload, paired
 from phongbench_api.load.running import server
 

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from phongbench_api import wire
+from phongbench_api.http import media as wire
 from phongbench_api.load.lines import Lines, Seen, due, head
 
 #: points and lights of one request: some milliseconds of a core, half a megabyte of body, so that the cores are what is

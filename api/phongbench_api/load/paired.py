@@ -11,10 +11,10 @@ from typing import Any
 
 import numpy as np
 
-from phongbench import sampling
+from phongbench.compiler.lowering import FLOAT32
 from phongbench.errors import PhongbenchError
-from phongbench.lowering import FLOAT32
-from phongbench.strata import STRATA
+from phongbench.inputs import pairs
+from phongbench.inputs.strata import STRATA
 
 #: pairs of the large request
 PAIRS = 1_000_000
@@ -64,7 +64,7 @@ class Line:
 def moving(port: int, rounds: int) -> list[dict[str, Any]]:
     """`POST /v1/specular` with a million pairs in float32 against an echo of as many bytes in and out."""
     stratum = next(s for s in STRATA if s.name == "highlight")
-    a, b = sampling.pairs(stratum, FLOAT32, seed=_SEED, start=0, count=PAIRS, scale=1 / 50)
+    a, b = pairs.pairs(stratum, FLOAT32, seed=_SEED, start=0, count=PAIRS, scale=1 / 50)
     body = np.ascontiguousarray(np.stack([a.T, b.T]), "<f4").tobytes()
     echo = Ask("POST", f"/echo?answer={4 * PAIRS}", body)
     lyon = Ask("POST", "/v1/specular?approximation=lyon&lambda=dot&gamma=8&alpha=50&dtype=f4", body)

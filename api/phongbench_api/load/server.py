@@ -10,18 +10,19 @@ from pathlib import Path
 from fastapi import FastAPI, Request
 from starlette.responses import Response
 
-from phongbench_api import bodies, wire
 from phongbench_api.app import create_app
+from phongbench_api.http import media
 from phongbench_api.serve import serve
 from phongbench_api.service import service
 from phongbench_api.settings import Settings
+from phongbench_api.work import request_bodies
 
 
 async def echo(request: Request) -> Response:
     """The first bytes of the body, as many as the query asks for."""
     here = service(request)
-    body = await bodies.read(request, here.settings.max_body, here.office)
-    return Response(memoryview(body)[: int(request.query_params["answer"])], media_type=wire.OCTETS)
+    body = await request_bodies.read(request, here.settings.max_body, here.office)
+    return Response(memoryview(body)[: int(request.query_params["answer"])], media_type=media.OCTETS)
 
 
 def echoing(settings: Settings) -> FastAPI:

@@ -3,7 +3,7 @@
 from phongbench_api.routes import (
     answers,
     curve,
-    figures,
+    files,
     formulas,
     health,
     pages,
@@ -26,6 +26,6 @@ ROUTERS = (
     answers.router,
     runs.router,
     rows.router,
-    figures.router,
+    files.router,
     pages.router,
 )

@@ -6,8 +6,8 @@ from fastapi import APIRouter, Query, Request
 from starlette.responses import Response
 
 from phongbench_api import questions
+from phongbench_api.http.openapi import described
 from phongbench_api.models import FrontAsk, RecommendAsk
-from phongbench_api.openapi import described
 from phongbench_api.service import service
 
 router = APIRouter(prefix="/v1", tags=["answers"])

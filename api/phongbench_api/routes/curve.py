@@ -6,9 +6,10 @@ from typing import Annotated
 from fastapi import APIRouter, Query, Request
 from starlette.responses import Response
 
-from phongbench_api import curves, wire
+from phongbench_api import curves
+from phongbench_api.http import media as wire
+from phongbench_api.http.openapi import described
 from phongbench_api.models import CurveAsk
-from phongbench_api.openapi import described
 from phongbench_api.service import service
 
 router = APIRouter(prefix="/v1", tags=["shading"])

@@ -3,9 +3,10 @@
 from fastapi import APIRouter, Request
 from starlette.responses import Response
 
-from phongbench_api import facts, wire
-from phongbench_api.errors import BusyError
-from phongbench_api.openapi import described
+from phongbench_api import facts
+from phongbench_api.http import media
+from phongbench_api.http.openapi import described
+from phongbench_api.http.problems import BusyError
 from phongbench_api.service import service
 
 router = APIRouter(tags=["server"])
@@ -14,7 +15,7 @@ router = APIRouter(tags=["server"])
 @router.get("/healthz", summary="Is the server there?", **described({"status": "ok"}))
 async def healthz() -> Response:
     """Answers as long as the process runs, however busy the cores are."""
-    return wire.json({"status": "ok"})
+    return media.json({"status": "ok"})
 
 
 @router.get("/readyz", summary="May requests be sent here?", **described({"status": "ok"}, 503))
@@ -22,10 +23,10 @@ async def readyz(request: Request) -> Response:
     """503 until the kernels are warm, and again while the server goes down."""
     if not service(request).office.open or service(request).office.draining:
         raise BusyError("not ready", headers={"retry-after": "1"})
-    return wire.json({"status": "ok"})
+    return media.json({"status": "ok"})
 
 
 @router.get("/v1/meta", summary="Versions, limits, media types", **described(facts.EXAMPLE))
 async def meta(request: Request) -> Response:
     """What this server is, what it reads and writes, and how much of it."""
-    return wire.json(facts.meta(service(request).settings))
+    return media.json(facts.meta(service(request).settings))

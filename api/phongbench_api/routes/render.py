@@ -3,13 +3,14 @@
 from fastapi import APIRouter, Request
 from starlette.responses import Response
 
-from phongbench_api import render_schema, rendering, wire
-from phongbench_api.openapi import described
+from phongbench_api import render_schema, rendering
+from phongbench_api.http import media
+from phongbench_api.http.openapi import described
 from phongbench_api.service import service
 
 router = APIRouter(prefix="/v1", tags=["shading"])
 
-_ANSWERS = described(rendering.EXAMPLE_ANSWER, 400, 406, 408, 413, 422, 503, also=(wire.PNG, wire.NPY))
+_ANSWERS = described(rendering.EXAMPLE_ANSWER, 400, 406, 408, 413, 422, 503, also=(media.PNG, media.NPY))
 
 
 @router.post(
@@ -23,7 +24,7 @@ async def render(request: Request) -> Response:
     but the ledger, and with `compare` the picture's error against exact Phong. A scene that is sent names no files:
     its meshes are tessellated surfaces.
     """
-    spans = wire.Spans()
+    spans = media.Spans()
     ask = await rendering.read(request, service(request))
     spans.mark("parse")
     return await service(request).office.do(request, ask.cost, ask.evaluate, ask.answer, spans)

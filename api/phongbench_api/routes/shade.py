@@ -3,14 +3,15 @@
 from fastapi import APIRouter, Request
 from starlette.responses import Response
 
-from phongbench_api import shade_schema, shading, wire
-from phongbench_api.openapi import described
+from phongbench_api import shade_schema, shading
+from phongbench_api.http import media
+from phongbench_api.http.openapi import described
 from phongbench_api.service import service
 
 router = APIRouter(prefix="/v1", tags=["shading"])
 
 
-_ANSWERS = described(shading.EXAMPLE_ANSWER, 400, 406, 408, 413, 422, 503, also=(wire.NPY, wire.OCTETS))
+_ANSWERS = described(shading.EXAMPLE_ANSWER, 400, 406, 408, 413, 422, 503, also=(media.NPY, media.OCTETS))
 
 
 @router.post(
@@ -23,7 +24,7 @@ async def shade(request: Request) -> Response:
     shape (2, N, 3): points, then normals; the answer is a .npy (N, 3) then, unless Accept asks otherwise. `skipped`
     tells how many (point, light) pairs were left out because they add nothing.
     """
-    spans = wire.Spans()
+    spans = media.Spans()
     ask = await shading.read(request, service(request))
     spans.mark("parse")
     return await service(request).office.do(request, ask.cost, ask.evaluate, ask.answer, spans)

@@ -6,12 +6,13 @@ from typing import Annotated
 from fastapi import APIRouter, Query, Request
 from starlette.responses import Response
 
-from phongbench import shaders
-from phongbench.precisions import FLOAT32
-from phongbench_api import highlight, wire
+from phongbench.compiler.precisions import FLOAT32
+from phongbench.formulas.shader_code import export
+from phongbench_api.http import media as wire
+from phongbench_api.http.openapi import described
 from phongbench_api.models import ShaderAsk
-from phongbench_api.openapi import described
 from phongbench_api.service import service
+from phongbench_api.work import evaluation
 
 router = APIRouter(prefix="/v1", tags=["shading"])
 FAMILY = (wire.TEXT, wire.JSON)
@@ -26,18 +27,18 @@ async def shader(request: Request, ask: Annotated[ShaderAsk, Query()]) -> Respon
     """The source of a function of two directions, in float32, with its constants filled in."""
     spans = wire.Spans()
     media = wire.negotiate(request.headers.get("accept"), FAMILY)
-    formula, here = highlight.asked(ask), service(request)
+    formula, here = evaluation.asked(ask), service(request)
     spans.mark("parse")
 
-    def work(_gone: object) -> shaders.Shader:
+    def work(_gone: object) -> export.Shader:
         here.kernels.compile_curve(formula, FLOAT32)
-        return shaders.shader(formula.spec, formula.form, formula.setting, ask.language)
+        return export.shader(formula.spec, formula.form, formula.setting, ask.language)
 
-    cost = SECONDS + here.kernels.curve_cost(formula, shaders.ANGLES, FLOAT32)
+    cost = SECONDS + here.kernels.curve_cost(formula, export.ANGLES, FLOAT32)
     return await here.office.do(request, cost, work, partial(_answer, media), spans)
 
 
-def _answer(media: str, found: shaders.Shader, spans: wire.Spans) -> Response:
+def _answer(media: str, found: export.Shader, spans: wire.Spans) -> Response:
     if media == wire.JSON:
         return wire.json(found.as_dict(), spans)
     spans.mark("encode")

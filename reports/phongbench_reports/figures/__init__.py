@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from phongbench_reports.drawing import Plate
+from phongbench_reports.cuts import Absent, Study
 from phongbench_reports.figures import (
     causes,
     error_angle,
@@ -20,7 +20,7 @@ from phongbench_reports.figures import (
     stability,
     widths,
 )
-from phongbench_reports.study import Absent, Study
+from phongbench_reports.plots import Plate
 
 
 @dataclass(frozen=True)

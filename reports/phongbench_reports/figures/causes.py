@@ -6,11 +6,11 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 
-from phongbench.causes import BY_NAME
-from phongbench.front import CELL
-from phongbench_reports.commands import reproduce
-from phongbench_reports.drawing import FORMS, Plate, budget_lines, footnote, log_axis, sheet
-from phongbench_reports.study import STABILITY_ALPHA, Absent, Study, nearest
+from phongbench.analysis.front import CELL
+from phongbench.inputs.length_errors import BY_NAME
+from phongbench_reports.cuts import STABILITY_ALPHA, Absent, Study, nearest
+from phongbench_reports.plots import FORMS, Plate, budget_lines, footnote, log_axis, sheet
+from phongbench_reports.reproduce import reproduce
 from phongbench_reports.text import BUDGETS, basis, listed, number, percent, records
 
 #: Columns of the panels: (column, truth, title).

@@ -9,11 +9,11 @@ import numpy.typing as npt
 import pandas as pd
 from matplotlib.axes import Axes
 
-from phongbench.front import CELL
-from phongbench_reports.commands import reproduce
-from phongbench_reports.drawing import INK, MUTED, STYLES, Plate, budget_lines, footnote, log_axis, sheet
-from phongbench_reports.registry import title
-from phongbench_reports.study import Absent, Study
+from phongbench.analysis.front import CELL
+from phongbench_reports.cuts import Absent, Study
+from phongbench_reports.names import title
+from phongbench_reports.plots import INK, MUTED, STYLES, Plate, budget_lines, footnote, log_axis, sheet
+from phongbench_reports.reproduce import reproduce
 from phongbench_reports.text import BUDGETS, label, listed, number, records
 
 POINTS = 361
@@ -32,9 +32,9 @@ def values(cell: pd.Series, cosine: npt.NDArray[np.float64]) -> npt.NDArray[np.f
     The scalar body runs as plain Python: compiling it takes longer than a few hundred calls. A user's own approximation
     is registered only while its run lasts; its report rebuilt later goes without its curve.
     """
-    from phongbench.approximations import REGISTRY  # late: with it come the kernels
-    from phongbench.kernels import deficit_of_angle
-    from phongbench.spec import Setting
+    from phongbench.formulas.lambda_forms import deficit_of_angle
+    from phongbench.formulas.registry import REGISTRY  # late: with it come the kernels
+    from phongbench.formulas.spec import Setting
 
     spec = REGISTRY.get(str(cell["approximation"]))
     if spec is None:

@@ -6,11 +6,11 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 
-from phongbench import laws
-from phongbench.front import CELL
-from phongbench_reports.commands import reproduce
-from phongbench_reports.drawing import STYLES, Plate, budget_lines, end_labels, footnote, log_axis, named_ticks, sheet
-from phongbench_reports.study import Absent, Study, nearest
+from phongbench.analysis.front import CELL
+from phongbench.formulas import error_laws
+from phongbench_reports.cuts import Absent, Study, nearest
+from phongbench_reports.plots import STYLES, Plate, budget_lines, end_labels, footnote, log_axis, named_ticks, sheet
+from phongbench_reports.reproduce import reproduce
 from phongbench_reports.text import BUDGETS, basis, label, listed, number
 
 #: Exponents drawn, the nearest ones of the run.
@@ -25,7 +25,7 @@ def measured(study: Study) -> pd.DataFrame:
     rows = study.at(study.unit, approximation="lyon", beta_policy="taylor", precision=study.precision, space="reflect")
     rows = rows[rows["lambda_form"].isin(FORMS) & rows["gamma"].notna()].copy()
     alpha, gamma = rows["alpha"].to_numpy(np.float64), rows["gamma"].to_numpy(np.float64)
-    predicted = [abs(laws.lyon_taylor(f, a, g)) for f, a, g in zip(rows["lambda_form"], alpha, gamma, strict=True)]
+    predicted = [abs(error_laws.lyon_taylor(f, a, g)) for f, a, g in zip(rows["lambda_form"], alpha, gamma, strict=True)]
     rows["law"] = np.array(predicted, dtype=np.float64)
     rows["off_by"] = rows["max_abs"] - rows["law"]
     columns = [*CELL, "alpha", "max_abs", "law", "off_by", "rounding_max", "samples", "coverage"]
@@ -39,7 +39,7 @@ def _panel(axes: Axes, rows: pd.DataFrame, form: str, alphas: list[float]) -> li
     fine = np.geomspace(low, high, 241)
     for alpha, (colour, marker, dash) in zip(alphas, STYLES, strict=False):
         mine = rows[(rows["lambda_form"] == form) & (rows["alpha"] == alpha)]
-        law = np.maximum(np.abs(np.asarray(laws.lyon_taylor(form, np.full_like(fine, alpha), fine))), 1e-6)
+        law = np.maximum(np.abs(np.asarray(error_laws.lyon_taylor(form, np.full_like(fine, alpha), fine))), 1e-6)
         axes.plot(fine, law, color=colour, linestyle=dash, linewidth=1.2)
         axes.plot(mine["gamma"], mine["max_abs"].clip(lower=1e-6), color=colour, marker=marker, linestyle="none")
         ends.append((high, float(law[-1]), f"α\u00a0=\u00a0{alpha:g}", colour))

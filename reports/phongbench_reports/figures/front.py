@@ -6,8 +6,8 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 
-from phongbench_reports.commands import reproduce
-from phongbench_reports.drawing import (
+from phongbench_reports.cuts import Absent, Study, nearest
+from phongbench_reports.plots import (
     BLUE,
     INK,
     MUTED,
@@ -21,7 +21,7 @@ from phongbench_reports.drawing import (
     octaves,
     sheet,
 )
-from phongbench_reports.study import Absent, Study, nearest
+from phongbench_reports.reproduce import reproduce
 from phongbench_reports.text import BUDGETS, basis, label, listed, number, records
 
 #: Exponents drawn, the nearest ones of the run: a wide lobe, the classic middle, a tight one.

@@ -9,9 +9,9 @@ import numpy.typing as npt
 import pandas as pd
 from matplotlib.axes import Axes
 
-from phongbench_reports.commands import reproduce
-from phongbench_reports.drawing import BLUE, INK, MUTED, VERMILION, Plate, footnote, sheet
-from phongbench_reports.study import Absent, Study, nearest
+from phongbench_reports.cuts import Absent, Study, nearest
+from phongbench_reports.plots import BLUE, INK, MUTED, VERMILION, Plate, footnote, sheet
+from phongbench_reports.reproduce import reproduce
 from phongbench_reports.text import basis, number
 
 Vector = npt.NDArray[np.float64]
@@ -40,9 +40,9 @@ def cell_of(study: Study) -> pd.DataFrame:
 
 def values(row: pd.Series, cosine: Vector, *, gated: bool) -> Vector:
     """The cell's formula over cosines from -1 to 1, by the scalar body that the kernels are compiled from."""
-    from phongbench.approximations import REGISTRY  # late: with it come the kernels
-    from phongbench.kernels import deficit_of_angle
-    from phongbench.spec import Setting
+    from phongbench.formulas.lambda_forms import deficit_of_angle
+    from phongbench.formulas.registry import REGISTRY  # late: with it come the kernels
+    from phongbench.formulas.spec import Setting
 
     formula = REGISTRY["lyon"].bound(Setting(float(row["alpha"]), int(row["gamma"]), str(row["beta_policy"])))
     found = np.array([formula(x) for x in deficit_of_angle("cross", cosine).tolist()], dtype=np.float64)

@@ -10,10 +10,10 @@ from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm
 from matplotlib.patches import Rectangle
 
-from phongbench.front import CELL
-from phongbench_reports.commands import reproduce
-from phongbench_reports.drawing import SURFACE, Plate, footnote, sheet
-from phongbench_reports.study import Absent, Study
+from phongbench.analysis.front import CELL
+from phongbench_reports.cuts import Absent, Study
+from phongbench_reports.plots import SURFACE, Plate, footnote, sheet
+from phongbench_reports.reproduce import reproduce
 from phongbench_reports.text import BUDGETS, basis, number
 
 POLICIES = ("taylor", "minimax")

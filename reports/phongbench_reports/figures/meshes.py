@@ -9,10 +9,10 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 
-from phongbench.edges import CODE, PAIRS, raw_lyon, reaches, told
-from phongbench.vectors import LAMBDA_FORMS
-from phongbench_reports.commands import reproduce
-from phongbench_reports.drawing import (
+from phongbench.analysis.mesh_edges import CODE, PAIRS, raw_lyon, reaches, told
+from phongbench.formulas.lambda_forms import LAMBDA_FORMS
+from phongbench_reports.cuts import STABILITY_ALPHA, Absent, Study, nearest
+from phongbench_reports.plots import (
     BLUE,
     GREEN,
     MUTED,
@@ -25,7 +25,7 @@ from phongbench_reports.drawing import (
     named_ticks,
     sheet,
 )
-from phongbench_reports.study import STABILITY_ALPHA, Absent, Study, nearest
+from phongbench_reports.reproduce import reproduce
 from phongbench_reports.text import listed, number, records, span
 
 #: exponents of the rows of panels, or the measured ones nearest to them

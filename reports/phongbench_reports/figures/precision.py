@@ -6,11 +6,11 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 
-from phongbench.front import CELL
-from phongbench.precisions import in_order
-from phongbench_reports.commands import reproduce
-from phongbench_reports.drawing import FORMS, Plate, budget_lines, end_labels, footnote, log_axis, sheet
-from phongbench_reports.study import STABILITY_ALPHA, Absent, Study, nearest
+from phongbench.analysis.front import CELL
+from phongbench.compiler.precisions import in_order
+from phongbench_reports.cuts import STABILITY_ALPHA, Absent, Study, nearest
+from phongbench_reports.plots import FORMS, Plate, budget_lines, end_labels, footnote, log_axis, sheet
+from phongbench_reports.reproduce import reproduce
 from phongbench_reports.text import basis, label, listed, number, records
 
 

@@ -6,8 +6,8 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 
-from phongbench_reports.drawing import BLUE, MUTED, SURFACE, Plate, footnote, named_ticks, sheet, steps_of_ten
-from phongbench_reports.study import CEILINGS, TWIN, Absent, Study
+from phongbench_reports.cuts import CEILINGS, TWIN, Absent, Study
+from phongbench_reports.plots import BLUE, MUTED, SURFACE, Plate, footnote, named_ticks, sheet, steps_of_ten
 from phongbench_reports.text import label, listed, number, records, span
 
 SETS = {"l1": "in L1", "l2": "in L2", "memory": "beyond cache"}

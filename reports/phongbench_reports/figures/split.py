@@ -7,10 +7,10 @@ import numpy.typing as npt
 import pandas as pd
 from matplotlib.axes import Axes
 
-from phongbench.front import CELL
-from phongbench_reports.commands import reproduce
-from phongbench_reports.drawing import BLUE, GREEN, GRID, VERMILION, Plate, budget_lines, footnote, log_axis, sheet
-from phongbench_reports.study import Absent, Study, nearest
+from phongbench.analysis.front import CELL
+from phongbench_reports.cuts import Absent, Study, nearest
+from phongbench_reports.plots import BLUE, GREEN, GRID, VERMILION, Plate, budget_lines, footnote, log_axis, sheet
+from phongbench_reports.reproduce import reproduce
 from phongbench_reports.text import basis, label, listed, number, percent, records
 
 Vector = npt.NDArray[np.float64]

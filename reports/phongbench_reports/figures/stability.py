@@ -8,11 +8,11 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 
-from phongbench import stability
-from phongbench.front import CELL
-from phongbench_reports.commands import reproduce
-from phongbench_reports.drawing import FORMS, MUTED, SURFACE, Plate, budget_lines, end_labels, footnote, log_axis, sheet
-from phongbench_reports.study import STABILITY_ALPHA, Absent, Study, nearest
+from phongbench.analysis import length_sensitivity
+from phongbench.analysis.front import CELL
+from phongbench_reports.cuts import STABILITY_ALPHA, Absent, Study, nearest
+from phongbench_reports.plots import FORMS, MUTED, SURFACE, Plate, budget_lines, end_labels, footnote, log_axis, sheet
+from phongbench_reports.reproduce import reproduce
 from phongbench_reports.text import basis, listed, number, records
 
 #: How the lengths err, as the perturbation column names it, and in words.
@@ -49,7 +49,7 @@ def rows_of(study: Study) -> pd.DataFrame:
 
 def slopes(rows: pd.DataFrame) -> dict[str, tuple[float, float]]:
     """Form -> (fitted exponent, the law's fitted alike) of change ~ length error^p, for rows of one way."""
-    found = stability.fits(rows.assign(stratum="lengths", truth="angle", gated=True))
+    found = length_sensitivity.fits(rows.assign(stratum="lengths", truth="angle", gated=True))
     return {str(row["lambda_form"]): (row["exponent"], row["law_exponent"]) for row in records(found)}
 
 
@@ -74,7 +74,7 @@ def _column(upper: Axes, lower: Axes, rows: pd.DataFrame, way: str) -> dict[str,
         part = rows[(rows["lambda_form"] == form) & (rows["perturbation"] == way)]
         if part.empty:
             continue
-        drawn = stability.law(form, way, alpha, gamma, fine)
+        drawn = length_sensitivity.law(form, way, alpha, gamma, fine)
         if drawn is not None:
             upper.plot(fine, np.maximum(drawn, 1e-8), color=look[0], linestyle=look[2], linewidth=1.1)
         _series(upper, part, "length_max", look, joined=drawn is None)

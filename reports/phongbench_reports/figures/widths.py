@@ -5,11 +5,11 @@ from __future__ import annotations
 import pandas as pd
 from matplotlib.axes import Axes
 
-from phongbench.front import CELL
-from phongbench.precisions import in_order
-from phongbench_reports.commands import reproduce
-from phongbench_reports.drawing import STYLES, Plate, budget_lines, end_labels, footnote, log_axis, sheet
-from phongbench_reports.study import Absent, Study
+from phongbench.analysis.front import CELL
+from phongbench.compiler.precisions import in_order
+from phongbench_reports.cuts import Absent, Study
+from phongbench_reports.plots import STYLES, Plate, budget_lines, end_labels, footnote, log_axis, sheet
+from phongbench_reports.reproduce import reproduce
 from phongbench_reports.text import basis, listed, number, records
 
 #: Lambda forms that get a panel, in order.

@@ -1,0 +1,144 @@
+"""The stored runs as the service sees them: looked up by id, checked once per state of their files, never written."""
+
+import threading
+from collections.abc import Iterator
+from contextlib import suppress
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, Field
+
+from phongbench.errors import CorruptRunError, InputError
+from phongbench.results import runs as results
+from phongbench.results.runs import MANIFEST, RUN_ID, Run
+from phongbench_api.http.problems import NotFoundError
+
+_UNKNOWN = "no run of that id is stored here"
+
+
+class Store:
+    """Runs under one folder.
+
+    A name is compared with the folders that are there and never joined to a path; a folder behind a symbolic link does
+    not count.
+    """
+
+    def __init__(self, root: Path) -> None:
+        self.root = root
+        self._lock = threading.Lock()
+        self._known: dict[Path, tuple[object, Run | CorruptRunError]] = {}
+        self._checked: dict[Path, tuple[object, CorruptRunError | None]] = {}
+
+    def folders(self) -> list[Path]:
+        """The folders that look like runs, newest first."""
+        try:
+            found = [path for path in self.root.iterdir() if RUN_ID.fullmatch(path.name) and not path.is_symlink()]
+        except OSError:  # no folder yet: no run yet
+            return []
+        return sorted((path for path in found if (path / MANIFEST).is_file()), reverse=True)
+
+    def runs(self) -> Iterator[Run | tuple[Path, CorruptRunError]]:
+        """Every run, newest first; one whose manifest cannot be read with its error."""
+        for path in self.folders():
+            try:
+                yield self._load(path)
+            except CorruptRunError as problem:
+                yield path, problem
+
+    def told(self, path: Path) -> dict[str, Any]:
+        """What a list tells of the run in this folder: its manifest, or that it is corrupt."""
+        try:
+            run = self._load(path)
+        except CorruptRunError:
+            return {"id": path.name, "state": "corrupt"}
+        return {"id": path.name, **run.manifest, "report": (path / "report" / "index.html").is_file()}
+
+    def find(self, name: str) -> Run:
+        """The run of this id, or the newest for `latest`; NotFoundError, or CorruptRunError for its own manifest."""
+        folders = self.folders()
+        named = folders[:1] if name == "latest" else [path for path in folders if path.name == name]
+        if named:
+            return self._load(named[0])
+        for run in self.runs():
+            if isinstance(run, Run) and run.id == name:
+                return run
+        raise NotFoundError("no run is stored here" if name == "latest" else _UNKNOWN, mend="GET /v1/runs lists them")
+
+    def intact(self, name: str) -> Run:
+        """The run of this id, once its bytes are known to be those that were written."""
+        run = self.find(name)
+        stamp = self._stamp(run.path)
+        if self._checked.get(run.path, (None, None))[0] != stamp:
+            self._checked[run.path] = (stamp, _fault(run))
+        fault = self._checked[run.path][1]
+        if fault is not None:
+            raise CorruptRunError(fault.what, fault.where, fault.mend)
+        return run
+
+    def newest_timed(self) -> Run | None:
+        """The newest whole run with times whose bytes are those that were written; a corrupt one is passed over."""
+        for run in self.runs():
+            if isinstance(run, Run) and run.complete and run.manifest["files"].get("timing.parquet", {}).get("rows"):
+                with suppress(CorruptRunError):
+                    return self.intact(run.path.name)
+        return None
+
+    def stamp(self, run: Run) -> object:
+        """Changes whenever a file of the run does."""
+        return self._stamp(run.path)
+
+    def _load(self, path: Path) -> Run:
+        stamp = _state(path / MANIFEST)
+        with self._lock:
+            if self._known.get(path, (None, None))[0] != stamp:
+                self._known[path] = (stamp, _loaded(path))
+            found = self._known[path][1]
+        if isinstance(found, CorruptRunError):
+            raise CorruptRunError(found.what, found.where, found.mend)
+        return found
+
+    def _stamp(self, path: Path) -> object:
+        names = (MANIFEST, *(f"{table}.parquet" for table in results.TABLES))
+        return tuple(_state(path / name) for name in names)
+
+
+class _Facts(BaseModel):
+    sha256: str
+    rows: int
+    bytes: int
+
+
+class _Manifest(BaseModel):
+    """What the service reads of a manifest; anyone may have written it."""
+
+    run: str
+    state: Literal["complete", "partial"]
+    files: dict[Annotated[str, Field(pattern=r"^[a-z_]+\.parquet$")], _Facts]
+    provenance: dict[str, Any]
+
+
+def _loaded(path: Path) -> Run | CorruptRunError:
+    try:
+        run = results.load(path)
+        _Manifest.model_validate(run.manifest, strict=True)
+        return run
+    except CorruptRunError as problem:
+        return problem
+    except (TypeError, ValueError, InputError) as problem:  # a manifest of the right keys and wrong values
+        return CorruptRunError(f"holds values this version does not know: {type(problem).__name__}", str(path))
+
+
+def _fault(run: Run) -> CorruptRunError | None:
+    try:
+        problems = [text for text in results.verify(run) if not text.startswith("the run is partial")]
+    except (OSError, ValueError, TypeError, KeyError) as problem:
+        problems = [type(problem).__name__]
+    return CorruptRunError("; ".join(problems), run.id) if problems else None
+
+
+def _state(path: Path) -> Any:
+    try:
+        facts = path.stat()
+    except OSError:
+        return None
+    return facts.st_ino, facts.st_mtime_ns, facts.st_size

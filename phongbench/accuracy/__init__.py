@@ -1,0 +1,1 @@
+"""How wrong each formula is: the sweep over sampled pairs, and probes beyond it."""

@@ -1,0 +1,64 @@
+"""What a study asks beyond the sweep, each question a probe: one module, one line in PROBES.
+
+A probe runs after the sweep and before the timing. It returns rows for tables of its own, or further rows for
+accuracy and worst.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import pandas as pd
+
+from phongbench.accuracy.probes import exhaustive, hostile_inputs, meshes, search, smoothness, truth_check
+from phongbench.accuracy.probes.certify import bounds
+from phongbench.accuracy.probes.probe import Probing
+from phongbench.inputs.plan import Plan
+
+
+@dataclass(frozen=True)
+class Probe:
+    """One question about numerical behaviour.
+
+    name      what plans and `--probe` call it; one of plan.PROBE_NAMES
+    title     what a progress bar says while it runs
+    measure   Probing -> {table: rows}, tables of results.TABLES; rows of accuracy and worst are appended to the sweep's
+    seconds   (Plan, jobs) -> seconds that it will take on this machine, for the forecast; compiled and loaded
+    """
+
+    name: str
+    title: str
+    measure: Callable[[Probing], Mapping[str, pd.DataFrame]]
+    seconds: Callable[[Plan, int], float]
+
+
+def _drawn(probing: Probing) -> Mapping[str, pd.DataFrame]:
+    from phongbench.accuracy.probes import (
+        pictures,  # late: few plans ask for it, and all that draws comes with it
+    )
+
+    return pictures.measure(probing)
+
+
+def _drawing_seconds(plan: Plan, jobs: int) -> float:
+    from phongbench.accuracy.probes import pictures
+
+    return pictures.seconds(plan, jobs)
+
+
+#: in the order in which they run
+PROBES: tuple[Probe, ...] = (
+    Probe("cosines", "measuring every cosine", exhaustive.measure, exhaustive.seconds),
+    Probe("search", "searching for worse", search.measure, search.seconds),
+    Probe("certify", "proving bounds", bounds.measure, bounds.seconds),
+    Probe("meshes", "measuring interpolated normals", meshes.measure, meshes.seconds),
+    Probe("hostile", "hostile inputs", hostile_inputs.measure, hostile_inputs.seconds),
+    Probe("smoothness", "smoothness of the lobes", smoothness.measure, smoothness.seconds),
+    Probe("scenes", "drawing scenes", _drawn, _drawing_seconds),
+    # the last: it looks at the worst inputs that all others left
+    Probe("recheck", "checking the truth at 50 digits", truth_check.measure, truth_check.seconds),
+)
+
+
+def chosen(plan: Plan) -> tuple[Probe, ...]:
+    """The probes that a plan asks for, in order."""
+    return tuple(p for p in PROBES if p.name in plan.probes)

@@ -1,0 +1,1 @@
+"""Proven bounds on the model error by ball arithmetic."""

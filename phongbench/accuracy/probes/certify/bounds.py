@@ -1,0 +1,194 @@
+"""Proven bounds of the model error: no cosine in [0, 1] is worse.
+
+The error of a formula in exact arithmetic is a function of one number, the deficit d = 1 - cos(angle) of unit vectors.
+The kernel's own plain body and exact Phong's run on sets of numbers (sets.py): on intervals, and on Taylor series with
+ball coefficients, whose value at the middle of a box, with what its last coefficient leaves open, bounds the error over
+the box. Boxes are halved, the worst first, until the bound is within `TIGHT` of an error that was found, or below
+`NOTHING`. Plain interval bisection needs some hundred times as many boxes around a flat maximum.
+
+Rows have coverage `certified` and precision `exact`: model_max and max_abs are the bound, an upper one, rounded up; all
+other metrics are missing, since nothing was sampled. Coefficients and tables are those of float64. Formulas of kind
+`exact` have no model error. Needs python-flint; without it there are no rows, and the run says so.
+"""
+
+import heapq
+import math
+from collections.abc import Callable, Iterator, Mapping
+from importlib.util import find_spec
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from phongbench.accuracy.probes.certify.sets import TooWideError, along, ends, every_path
+from phongbench.accuracy.probes.exhaustive import COSINES, exponents
+from phongbench.accuracy.probes.probe import Probing
+from phongbench.formulas.lambda_forms import deficit_of_angle
+from phongbench.formulas.registry import REGISTRY
+from phongbench.formulas.spec import Approximation, Setting
+from phongbench.inputs.plan import Plan
+from phongbench.results.runs import EXACT
+from phongbench.results.schema import ACCURACY_COLUMNS
+
+#: a bound this close to a found error is tight: 0.2 %
+TIGHT = 1.002
+#: errors below this are nobody's concern: where a formula is Phong the bound cannot be relative
+NOTHING = 1e-9
+#: halvings until a bound is taken as it is, and until one that is still infinite is given up
+HALVINGS, HOPELESS = 1500, 200
+#: seconds a law takes, for the forecast only
+SECONDS = 0.003
+ABSENT = "no certified bounds: python-flint is not installed; pip install 'phongbench[certify]' brings it"
+
+#: highlight coordinates u = exponent * d where boxes begin; the lobe lies in 0 .. 12
+_CUTS = (0.0, 0.25, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0, 16.0, 24.0)
+
+
+def measure(probing: Probing) -> Mapping[str, pd.DataFrame]:
+    """Certified rows of every formula, form and setting of the plan."""
+    if find_spec("flint") is None:
+        probing.note(ABSENT)
+        return {}
+    wanted = list(laws(probing.plan, probing.registry, probing))
+    known: dict[tuple[Any, ...], float] = {}
+    rows = []
+    for spec, form, setting in wanted:
+        key = (spec.name, "dot" if form == "difference" else form, setting)
+        if key not in known:
+            known[key] = largest(error_of(spec, form, setting), setting.exponent)
+        if math.isfinite(known[key]):
+            rows.append(_row(spec, form, setting, known[key]))
+        probing.advance(1 / len(wanted))
+    left = len(wanted) - len(rows)
+    if left:
+        probing.note(
+            f"{left} of {len(wanted)} laws have no certified bound: their bodies take numbers apart bit by bit"
+        )
+    return {"accuracy": pd.DataFrame(rows, columns=list(ACCURACY_COLUMNS))} if rows else {}
+
+
+def seconds(plan: Plan, jobs: int) -> float:
+    """What the bounds take, on one core."""
+    return 0.0 if find_spec("flint") is None else SECONDS * sum(1 for _ in laws(plan, REGISTRY))
+
+
+def laws(
+    plan: Plan, registry: Mapping[str, Approximation], probing: Probing | None = None
+) -> Iterator[tuple[Approximation, str, Setting]]:
+    """Every formula, form and setting whose error is a function of the angle; without cells that failed."""
+    failed = (
+        {(c.approximation, c.setting) for p, c in enumerate(probing.sweep.cells) if p in probing.sweep.failures}
+        if probing
+        else set()
+    )
+    closely = exponents(plan)
+    for name in plan.approximations:
+        spec = registry[name]
+        for setting in plan.settings(spec) if spec.kind != "exact" else ():
+            if plan.preset == "quick" and (setting.alpha not in closely or setting.space != plan.spaces[0]):
+                continue  # as with its cosines
+            for form in spec.lambda_forms:
+                if (form == "none" or form in plan.lambda_forms) and (name, setting) not in failed:
+                    yield spec, form, setting
+
+
+def error_of(spec: Approximation, form: str, setting: Setting) -> Callable[[Any], Any]:
+    """Approximation minus exact Phong as a function of the deficit of unit vectors, for any kind of number."""
+    values: dict[str, Any] = dict(spec.coefficients(setting))
+    if spec.table is not None:
+        values["table"] = spec.table(setting).tolist()
+    exact = REGISTRY["phong"].kernel
+
+    def error(deficit: Any) -> Any:
+        cosine = 1.0 - deficit
+        value = spec.kernel(cosine if form == "none" else deficit_of_angle(form, cosine), **values)
+        reflected = 1.0 - 2.0 * deficit * (2.0 - deficit) if setting.space == "half" else cosine
+        return value - exact(reflected, setting.alpha)
+
+    return error
+
+
+def largest(error: Callable[[Any], Any], exponent: float) -> float:
+    """An upper bound of |error| over deficits in [0, 1]; infinite if none was found.
+
+    exponent  of the lobe, which says where to look first
+    """
+    cuts = sorted({min(1.0, u / exponent) for u in _cuts(exponent)})
+    found = max(_at(error, cut) for cut in cuts)
+    boxes: list[tuple[float, float, float]] = []
+
+    def add(low: float, high: float) -> None:
+        nonlocal found
+        found = max(found, _at(error, (low + high) / 2))
+        heapq.heappush(boxes, (-bound(error, low, high, found), low, high))
+
+    for low, high in pairwise(cuts):
+        add(low, high)
+    for halvings in range(HALVINGS):
+        worst = -boxes[0][0]
+        if worst <= max(TIGHT * found, NOTHING) or (halvings > HOPELESS and math.isinf(worst)):
+            break
+        _, low, high = heapq.heappop(boxes)
+        add(low, (low + high) / 2)
+        add((low + high) / 2, high)
+    return -boxes[0][0]
+
+
+def bound(error: Callable[[Any], Any], low: float, high: float, enough: float = 0.0) -> float:
+    """An upper bound of |error| over deficits in [low, high]; a bound below `enough` need not be sharp."""
+    plain = _bound_by_range(error, low, high)
+    return plain if plain <= enough else min(plain, _bound_by_series(error, low, high))
+
+
+def _cuts(exponent: float) -> Iterator[float]:
+    yield from _CUTS
+    last = _CUTS[-1]
+    while last < exponent:
+        last *= 2
+        yield last
+
+
+def _at(error: Callable[[Any], Any], deficit: float) -> float:
+    """The error that the plain bodies find in float64: says where to look, and when to stop."""
+    try:
+        return abs(float(error(deficit)))
+    except ArithmeticError:
+        return 0.0
+
+
+def _bound_by_range(error: Callable[[Any], Any], low: float, high: float) -> float:
+    from phongbench.accuracy.probes.certify.intervals import Range
+
+    try:
+        values = [ends(value) for value, _ in every_path(lambda: error(Range(low, high)))]
+    except TooWideError:
+        return math.inf
+    return max(max(-a, b) for a, b in values)
+
+
+def _bound_by_series(error: Callable[[Any], Any], low: float, high: float) -> float:
+    """Taylor: the series about the middle, and its last coefficient from anywhere in the box."""
+    from phongbench.accuracy.probes.certify.taylor_balls import Jet, size_within
+
+    middle, radius = (low + high) / 2, math.nextafter((high - low) / 2, math.inf)
+    sizes = []
+    try:
+        for anywhere, path in every_path(lambda: error(Jet.variable(middle, radius))):
+            centre = along(path, lambda: error(Jet.variable(middle, 0.0)))
+            sizes.append(size_within(centre, anywhere, radius))
+    except TooWideError:
+        return math.inf
+    return max(sizes)
+
+
+def _row(spec: Approximation, form: str, setting: Setting, largest_error: float) -> dict[str, Any]:
+    cell = {
+        "approximation": spec.name, "lambda_form": form, "space": setting.space, "beta_policy": setting.slope,
+        "alpha": setting.alpha, "gamma": setting.gamma, "beta": spec.coefficients(setting).get("beta", np.nan),
+        "precision": EXACT, "gated": True, "stratum": COSINES.name, "perturbation": COSINES.perturbation,
+        "length_error": 0.0, "truth": "angle", "samples": 0, "coverage": "certified",
+    }  # fmt: skip
+    counts = dict.fromkeys(("nonfinite", "above_one", "negative", "excluded"), 0)
+    metrics = {"max_abs": largest_error, "model_max": largest_error, "codes_8bit": 255 * largest_error}
+    return dict.fromkeys(ACCURACY_COLUMNS, np.nan) | cell | counts | metrics

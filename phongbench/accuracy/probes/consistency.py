@@ -1,0 +1,104 @@
+"""What rows of different coverage owe to one another: sampled <= searched <= exhaustive <= certified.
+
+Checked on the rows of every run, wherever two are comparable. A violation is a bug, in the measuring or in the proof,
+and makes the run end with exit code 3.
+
+1. Same cell, same inputs: a maximum of samples is at most that of a search, and that at most the one over all inputs.
+2. Nearly unit vectors: what the search found is at least what any stratum of unit vectors found by sampling.
+3. A certified bound is at least every model_max, whatever the inputs: that part is the formula on unit directions.
+4. An error is at most its parts: max_abs <= certified + length_max + rounding_max, over all cosines too.
+
+Measured numbers are those of float64 arithmetic, which errs by at most `slack`: half a dozen roundings of lambda, each
+raised alpha times by the slope of the highlight, and the power itself.
+"""
+
+from collections.abc import Iterator, Mapping
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from phongbench.formulas.formula import cell_name
+from phongbench.results.runs import COVERAGES, EXACT
+from phongbench.results.schema import ACCURACY_KEY
+
+#: strata of unit vectors: samples of the domain that the search covers
+UNIT_STRATA = ("uniform", "highlight", "peak", "cutoff", "grazing")
+#: the stratum of searched rows: all pairs of nearly unit vectors
+VECTORS = "vectors"
+#: maxima that only grow when more inputs are looked at
+MAXIMA = ("max_abs", "max_above", "max_below", "model_max", "rounding_max", "above_one", "negative")
+#: sentences told; a bug that shows everywhere needs no more
+TOLD = 20
+
+_CELL = ["approximation", "lambda_form", "space", "beta_policy", "alpha", "gamma"]
+
+
+def violations(accuracy: pd.DataFrame) -> list[str]:
+    """Sentences on rows of accuracy that contradict each other; empty if all is well."""
+    if accuracy.empty:
+        return []
+    found = list(_by_coverage(accuracy)) + list(_searched(accuracy)) + list(_certified(accuracy))
+    more = len(found) - TOLD
+    return found[:TOLD] + ([f"and {more} more contradictions of coverage"] if more > 0 else [])
+
+
+def slack(alpha: float | NDArray[np.float64]) -> float | NDArray[np.float64]:
+    """How far float64 arithmetic may be off in a measured maximum."""
+    return 1e-12 + 2.0**-48 * alpha
+
+
+def _by_coverage(accuracy: pd.DataFrame) -> Iterator[str]:
+    """Rule 1."""
+    key = [c for c in ACCURACY_KEY if c != "coverage"]
+    several = accuracy[accuracy["precision"] != EXACT]
+    several = several[several.duplicated(key, keep=False)]
+    for weak, strong in pairwise(COVERAGES[:-1]):
+        first, second = (several[several["coverage"] == name] for name in (weak, strong))
+        yield from _larger(first, second, key, MAXIMA if strong != "searched" else MAXIMA[:1], weak, strong)
+    first, second = (several[several["coverage"] == name] for name in ("sampled", "exhaustive"))
+    yield from _larger(first, second, key, MAXIMA, "sampled", "exhaustive")
+
+
+def _searched(accuracy: pd.DataFrame) -> Iterator[str]:
+    """Rule 2."""
+    key = [*_CELL, "precision", "gated"]
+    searched = accuracy[(accuracy["stratum"] == VECTORS) & (accuracy["coverage"] == "searched")]
+    sampled = accuracy[accuracy["stratum"].isin(UNIT_STRATA) & (accuracy["coverage"] == "sampled")]
+    sampled = sampled[(sampled["truth"] == "angle") & (sampled["nonfinite"] == 0)]
+    yield from _larger(sampled, searched, key, ("max_abs",), "sampled", "searched")
+
+
+def _certified(accuracy: pd.DataFrame) -> Iterator[str]:
+    """Rules 3 and 4."""
+    bounds = accuracy[accuracy["coverage"] == "certified"]
+    if bounds.empty:
+        return
+    measured = accuracy[(accuracy["coverage"] != "certified") & accuracy["gated"].astype(bool)]
+    measured = measured[(measured["truth"] == "angle") & (measured["stratum"] != "hostile")]
+    both = measured.merge(bounds[[*_CELL, "model_max"]], on=_CELL, suffixes=("", "_bound"))
+    limit = both["model_max_bound"] + slack(both["alpha"].to_numpy(float))
+    for row in both[both["model_max"] > limit].to_dict("records"):
+        yield f"{_named(row)}: model_max {row['model_max']:.17g} is above its bound {row['model_max_bound']:.17g}"
+    whole = limit + both["length_max"].fillna(0.0) + both["rounding_max"]
+    for row in both[(both["max_abs"] > whole) & (both["nonfinite"] == 0)].to_dict("records"):
+        yield f"{_named(row)}: max_abs {row['max_abs']:.17g} is above the sum of its bounded parts"
+
+
+def _larger(
+    weak: pd.DataFrame, strong: pd.DataFrame, key: list[str], maxima: tuple[str, ...], name: str, other: str
+) -> Iterator[str]:
+    """Sentences where a maximum of the weaker coverage is above that of the stronger one."""
+    if weak.empty or strong.empty:
+        return
+    both = weak.merge(strong[[*key, *maxima]], on=key, suffixes=("", "_more"))
+    for metric in maxima:
+        for row in both[both[metric] > both[f"{metric}_more"]].to_dict("records"):
+            yield f"{_named(row)}: {name} {metric} {row[metric]:.17g} is above {other} {row[f'{metric}_more']:.17g}"
+
+
+def _named(row: Mapping[Any, Any]) -> str:
+    where = f"{row['precision']}, stratum {row['stratum']}" + ("" if row["gated"] else ", ungated")
+    return f"{cell_name(row)} at alpha {row['alpha']:g} in {where}"

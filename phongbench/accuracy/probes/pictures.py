@@ -1,0 +1,155 @@
+"""Probe `scenes`: what formulas do to pictures of the shipped scenes, and what those pictures did not need.
+
+Errors and counts are the same on every machine; times are a table of their own, without rows where the plan wants no
+timing. Beside the pictures: polygons under far lights (far.py), and (N.H) against (R.V) at infinity (infinity.py).
+"""
+
+from collections.abc import Mapping
+from functools import partial
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from phongbench.accuracy.probes import directional_lights, far_lights, skipped_work
+from phongbench.accuracy.probes.probe import Probing
+from phongbench.formulas.formula import Specular
+from phongbench.formulas.registry import REGISTRY
+from phongbench.formulas.spec import Approximation
+from phongbench.inputs.plan import Plan
+from phongbench.results.schema import SCENE_COLUMNS, SCENE_TIME_COLUMNS, SKIP_COLUMNS
+from phongbench.scenes import picture_errors
+from phongbench.scenes.render import render
+from phongbench.scenes.scene import Scene
+from phongbench.scenes.scene_files import examples, read_scene
+from phongbench.timing.interleaved import ROUNDS, in_turn, over
+
+#: pictures of studies with at least so many samples
+SIZES = {1 << 17: (640, 360), 1 << 14: (320, 180), 0: (64, 36)}
+#: what a picture takes on one thread, without timing: seconds a scene, and a megapixel more
+_SCENE_SECONDS, _MEGAPIXEL_SECONDS = 2.0, 40.0
+_NUMBERS = (
+    "max_abs", "mean_abs", "rms", "psnr", "visible", "flip", "energy", "highlight_area", "lobe_max",
+)  # fmt: skip
+
+
+def measure(probing: Probing) -> Mapping[str, pd.DataFrame]:
+    """The tables scenes, skips, scene_times and far."""
+    plan = probing.plan
+    chosen = drawn(plan, probing.registry)
+    scenes = [read_scene(name) for name in examples()]
+    share = 1 / (len(scenes) + 1)  # and one for polygons and vectors
+    errors: list[dict[str, Any]] = []
+    saved: list[dict[str, Any]] = []
+    times: list[dict[str, Any]] = []
+    for scene in scenes:
+        wishes: dict[str, Any] = {"size": size(plan), "threads": probing.jobs}
+        rows = picture_errors.compare(scene, chosen, rounds=0, registry=probing.registry, **wishes)
+        errors += [_row(scene, plan, row, probing.registry) for row in rows]
+        probing.advance(share / 4)
+        if plan.timing:
+            fitting = [formula for formula, row in zip(chosen, rows, strict=True) if row["left_out"] is None]
+            times += _times(scene, fitting, plan, wishes | {"registry": probing.registry})
+        probing.advance(share / 4)
+        found, seconds = skipped_work.measure(scene, plan, wishes)
+        probing.violations += skipped_work.violations(found)
+        saved, times = [*saved, *found], [*times, *seconds]
+        probing.advance(share / 2)
+    polygons = far_lights.measure(plan)
+    if plan.timing:
+        times += directional_lights.measure(plan)
+    probing.advance(share)
+    _tell(probing, errors)
+    return {"scenes": _errors(errors), "skips": _skips(saved), "scene_times": _all_times(times), "far": polygons}
+
+
+def seconds(plan: Plan, jobs: int) -> float:
+    """What the probe is expected to take; compiled, on a quiet machine."""
+    width, height = size(plan)
+    each = _SCENE_SECONDS + _MEGAPIXEL_SECONDS * width * height / 1e6 / jobs
+    return 5 + len(examples()) * each * (ROUNDS if plan.timing else 1)
+
+
+def size(plan: Plan) -> tuple[int, int]:
+    """Width and height of the plan's pictures, by its samples."""
+    return next(size for least, size in SIZES.items() if plan.samples >= least)
+
+
+def drawn(plan: Plan, registry: Mapping[str, Approximation] = REGISTRY) -> list[Specular]:
+    """Of the usual formulas of pictures, and the user's own, those that the plan measures.
+
+    A slope that an own formula has by itself is drawn, whatever the plan's: so is it measured.
+    """
+    return [
+        s for s in (*picture_errors.USUAL, *picture_errors.own(registry))
+        if s.approximation in plan.approximations and (s.lambda_form is None or s.lambda_form in plan.lambda_forms)
+        and (s.gamma is None or s.gamma in plan.gammas)
+        and (s.beta is None or s.beta in plan.slopes or s.approximation not in REGISTRY)
+    ]  # fmt: skip
+
+
+def _tell(probing: Probing, errors: list[dict[str, Any]]) -> None:
+    """A note for each of the user's own formulas that is missing in pictures: in how many, and why in the first."""
+    missing: dict[str, list[dict[str, Any]]] = {}
+    for row in errors:
+        if row["left_out"] and row["approximation"] not in REGISTRY:
+            missing.setdefault(row["approximation"], []).append(row)
+    for name, rows in missing.items():
+        drawn = sum(row["approximation"] == name for row in errors)
+        probing.note(
+            f"{name} is left out of {len(rows)} of {drawn} pictures; {rows[0]['scene']}: {rows[0]['left_out']}"
+        )
+
+
+def _row(
+    scene: Scene, plan: Plan, row: dict[str, Any], registry: Mapping[str, Approximation] = REGISTRY
+) -> dict[str, Any]:
+    """A row of the table from one of `formulas.compare`."""
+    width, height = size(plan)
+    spec = registry[row["approximation"]]
+    alike = not row["left_out"] and row["max_abs"] == 0
+    return {
+        **row, "scene": scene.name, "width": width, "height": height, "depth": scene.picture.depth,
+        "lambda_form": row["lambda_form"] or spec.lambda_forms[0], "beta_policy": row["beta"] or spec.slopes[0],
+        "lobe_max": row.get("lobe_error"), "psnr": np.inf if alike else row.get("psnr"),
+    }  # fmt: skip
+
+
+def _times(scene: Scene, fitting: list[Specular], plan: Plan, wishes: dict[str, Any]) -> list[dict[str, Any]]:
+    """Times of the pictures of formulas that fit the scene, rays included, over that of exact Phong."""
+    fitting = [Specular(), *fitting]
+    calls = [partial(render, scene, specular=formula, **wishes) for formula in fitting]
+    for call in calls:
+        call()
+    seconds = in_turn(calls, seed=plan.seed)
+    width, height = size(plan)
+    return [
+        {
+            "scene": scene.name, "kind": "formula", "name": name_of(formula), "formula": name_of(formula),
+            "setting": np.nan, "against": "phong", "elements": width * height, "depth": scene.picture.depth,
+            **over(seconds, n, 0),
+        }
+        for n, formula in enumerate(fitting)
+    ]  # fmt: skip
+
+
+def name_of(formula: Specular) -> str:
+    """A formula as the command line writes it."""
+    parts = {name: getattr(formula, name) for name in ("approximation", "lambda_form", "gamma", "beta")}
+    return picture_errors.name_of(parts)
+
+
+def _errors(rows: list[dict[str, Any]]) -> pd.DataFrame:
+    frame = pd.DataFrame(rows, columns=list(SCENE_COLUMNS))
+    kinds = dict.fromkeys(_NUMBERS, "float64") | {"gamma": "Int64", "max_codes": "Int64", "left_out": "str"}
+    return frame.astype(kinds)
+
+
+def _skips(rows: list[dict[str, Any]]) -> pd.DataFrame:
+    kinds = {"of": "Int64", "skipped": "Int64", "setting": "float64"}
+    return pd.DataFrame(rows, columns=list(SKIP_COLUMNS)).astype(kinds)
+
+
+def _all_times(rows: list[dict[str, Any]]) -> pd.DataFrame:
+    kinds = dict.fromkeys(("setting", "seconds", "ratio", "ratio_low", "ratio_high"), "float64")
+    return pd.DataFrame(rows, columns=list(SCENE_TIME_COLUMNS)).astype(kinds)

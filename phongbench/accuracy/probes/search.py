@@ -1,0 +1,301 @@
+"""The largest error that a search finds over all pairs of nearly unit vectors: a lower bound of the true maximum.
+
+Domain: pairs (a, b) of vectors that the precision holds, each with a length within one `eps` of 1, in the spaces in
+which the plan studies lengths; truth `angle`. Rounded unit vectors all lie in it, so what is found is at least what any
+stratum of unit vectors found by sampling.
+
+The six components hardly form boxes: almost no point of one is a unit vector. So the search has two stages.
+
+1. Boxes of directions, (deficit, height, turn, azimuth), the deficit on a scale that is fine within the lobe and
+   reaches to 90 degrees. Every box is sampled; its two best points become the middles of boxes half as wide; the best
+   `BOXES` are kept. This finds the angle at which the formula errs most, and frames in which rounding adds to it.
+2. Leaves in bit space: all 729 pairs whose components are at most one step away, from the best pairs of stage 1, from
+   the stored worst inputs of the cell's samples, from its worst cosine and from the worst pair of its neighbour in
+   alpha; the search moves to the best one until none is better.
+
+All cells share the same random numbers, so equal plans give equal rows, for any number of threads.
+"""
+
+import math
+from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from itertools import product
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from phongbench.accuracy import tables
+from phongbench.accuracy.probes.consistency import VECTORS
+from phongbench.accuracy.probes.exhaustive import COSINES, exponents
+from phongbench.accuracy.probes.probe import Probing
+from phongbench.compiler import jit
+from phongbench.compiler.lowering import FLOAT32, FLOAT64, precision_named
+from phongbench.formulas import coordinate_kernels
+from phongbench.formulas.coordinate_kernels import coordinates_at, values_at
+from phongbench.formulas.exact import truth_at, truth_kernel
+from phongbench.formulas.kernel import coefficient_row, known_values, table_row
+from phongbench.inputs.pairs import hold
+from phongbench.inputs.plan import Cell, Plan
+from phongbench.results.schema import ACCURACY_COLUMNS, WORST_COLUMNS
+
+Array = NDArray[Any]
+
+#: boxes kept, points in each, and halvings
+BOXES, POINTS, LEVELS = 16, 128, 14
+#: leaves are searched around so many pairs of the last boxes, and each moves at most so often
+LEAVES, MOVES = 6, 12
+#: one step up, none, one step down, in each of six components
+NEIGHBOURS = 3**6
+#: seconds a cell takes, for the forecast only
+SECONDS = 0.006
+
+
+@dataclass(frozen=True)
+class Found:
+    """The worst pair of a cell.
+
+    position     of the cell in the sweep
+    error        |value - exact|, with value and exact Phong beside it
+    pair         float64 (6,), a then b
+    place        where stage 1 ended: seeds the neighbour
+    evaluations  pairs that were looked at
+    """
+
+    position: int
+    error: float
+    exact: float
+    value: float
+    pair: Array
+    place: Array
+    evaluations: int
+
+
+def measure(probing: Probing) -> Mapping[str, pd.DataFrame]:
+    """A searched row of accuracy and its worst input for every cell."""
+    families = _families(probing)
+    if not families:
+        return {}
+    kept = _kept(probing.worst)
+    random = np.random.default_rng(probing.plan.seed).random((LEVELS, 4, BOXES * POINTS))
+    total = sum(map(len, families))
+
+    def search(family: Sequence[int]) -> list[Found]:
+        found: list[Found] = []
+        for position in family:
+            seeds = kept.get(_key(probing.sweep.cells[position]), [])
+            found.append(_search(probing, position, seeds, found[-1:], random))
+            probing.advance(1 / total)
+        return found
+
+    with ThreadPoolExecutor(max_workers=probing.jobs) as pool:
+        found = sorted((f for family in pool.map(search, families) for f in family), key=lambda f: f.position)
+    return {"accuracy": _accuracy(probing, found), "worst": _worst(probing, found)}
+
+
+def seconds(plan: Plan, jobs: int) -> float:
+    """What the searches take."""
+    closely = exponents(plan)
+    return SECONDS * sum(1 for cell in plan.cells() if _wanted(plan, cell, closely)) / jobs
+
+
+def _wanted(plan: Plan, cell: Cell, closely: Sequence[float]) -> bool:
+    """False for ungated cells, and for float64, whose rounding is the truth's own; quick searches float32 if it can."""
+    only = FLOAT32.name if plan.preset == "quick" and FLOAT32.name in plan.precisions else cell.precision
+    chosen = cell.setting.alpha in closely and cell.setting.space in plan.length_spaces
+    return chosen and cell.gated and cell.precision != FLOAT64.name and cell.precision == only
+
+
+def _families(probing: Probing) -> list[list[int]]:
+    """Positions of the cells that differ in alpha alone, ascending: each is seeded by the one before it."""
+    found: dict[tuple[Any, ...], list[int]] = {}
+    closely = exponents(probing.plan)
+    for position, cell in enumerate(probing.sweep.cells):
+        if _wanted(probing.plan, cell, closely) and position not in probing.sweep.failures:
+            key = (cell.approximation, cell.lambda_form, cell.precision, replace(cell.setting, alpha=0.0))
+            found.setdefault(key, []).append(position)
+    return [sorted(family, key=lambda p: probing.sweep.cells[p].setting.alpha) for family in found.values()]
+
+
+def _key(cell: Cell) -> tuple[Any, ...]:
+    """What tells a cell apart in the table of worst inputs."""
+    s = cell.setting
+    return (cell.approximation, cell.lambda_form, s.space, s.slope, s.alpha, s.gamma or 0, cell.precision, cell.gated)
+
+
+def _kept(worst: pd.DataFrame) -> dict[tuple[Any, ...], list[Array]]:
+    """The stored worst inputs on unit vectors, by cell: (error, exact, value, a, b) each.
+
+    Those of the stratum `cosines` are none of the domain's, but near one: they seed, and count for nothing (-1).
+    """
+    if worst.empty:
+        return {}
+    unit = worst[~worst["stratum"].isin(["lengths", "hostile", VECTORS]) & (worst["truth"] == "angle")]
+    names = ["approximation", "lambda_form", "space", "beta_policy", "alpha", "gamma", "precision", "gated"]
+    keys = zip(*(unit[n].fillna(0) if n == "gamma" else unit[n] for n in names), strict=True)
+    numbers = np.array(unit[["error", "exact", "value"]], float)
+    numbers[(unit["stratum"] == COSINES.name).to_numpy()] = -1.0
+    pairs = np.array([[float.fromhex(x) for x in unit[c]] for c in ("ax", "ay", "az", "bx", "by", "bz")]).T
+    found: dict[tuple[Any, ...], list[Array]] = {}
+    for key, number, pair in zip(keys, numbers, pairs.reshape(-1, 6), strict=True):
+        found.setdefault(tuple(key), []).append(np.concatenate([number, pair]))
+    return found
+
+
+class _Cell:
+    """One cell's errors, and the worst pair met so far."""
+
+    def __init__(self, probing: Probing, position: int) -> None:
+        cell = probing.sweep.cells[position]
+        self.spec, self.setting = probing.registry[cell.approximation], cell.setting
+        self.precision = precision_named(cell.precision)
+        loops = (
+            coordinate_kernels.coordinates_kernel(self.precision),
+            coordinate_kernels.coordinates_kernel(FLOAT64),
+            truth_kernel(self.setting.space == "half", both=False),
+            coordinate_kernels.values_kernel(self.spec, self.precision, known_values(self.spec, self.setting)),
+        )
+        self.addresses = np.array([jit.address(loop) for loop in loops])
+        self.alpha = np.array([self.setting.alpha])
+        self.row = coefficient_row(self.spec, self.setting, self.precision)
+        self.table = table_row(self.spec, self.setting, self.precision)
+        self.form = coordinate_kernels.FORM_ROW.get(cell.lambda_form, coordinate_kernels.COSINE_ROW)
+        self.best = np.full(9, -1.0)
+        self.evaluations = 0
+
+    def errors(self, pairs: Array) -> Array:
+        """|value - exact| of pairs, float64 (n, 6); -1 where a length is too wrong, or anything is not finite."""
+        held = np.ascontiguousarray(pairs.T, dtype=self.precision.carrier)
+        hold(self.precision, held)
+        out = np.empty((3, len(pairs)))
+        _errors(
+            self.addresses, self.alpha, self.row, self.table, self.form, self.precision.eps, held[:3], held[3:], out
+        )
+        self.evaluations += len(pairs)
+        worst = int(np.argmax(out[0]))
+        if out[0, worst] > self.best[0]:
+            self.best[:3], self.best[3:] = out[:, worst], held[:, worst]
+        return np.asarray(out[0])
+
+
+def _search(probing: Probing, position: int, kept: Sequence[Array], before: Sequence[Found], random: Array) -> Found:
+    cell = _Cell(probing, position)
+    for candidate in kept:
+        if candidate[0] > cell.best[0]:
+            cell.best[:] = candidate
+    place, ends = _boxes(cell, before[0].place if before else None, random)
+    _leaves(cell, np.array([*ends, *(candidate[3:] for candidate in kept), *(f.pair for f in before)]))
+    error, exact, value = (float(x) for x in cell.best[:3])
+    return Found(position, error, exact, value, cell.best[3:].copy(), place, cell.evaluations)
+
+
+def _boxes(cell: _Cell, place: Array | None, random: Array) -> tuple[Array, Array]:
+    """Stage 1: where the best point of the last boxes is, and the pairs of its best points."""
+    middles = np.full((4, BOXES), 0.5)
+    middles[0] = (np.arange(BOXES) + 0.5) / BOXES
+    if place is not None:
+        middles[:, -1] = place
+    width = np.array([[0.5 / BOXES], [0.5], [0.5], [0.5]])
+    points = errors = np.empty(0)
+    for level in random:
+        points = np.repeat(middles, POINTS, axis=1) + width * (2 * level - 1)
+        points = np.clip(points, 0.0, 1.0)
+        errors = cell.errors(_pairs(points, cell.setting.exponent))
+        each = errors.reshape(BOXES, POINTS)
+        best_two = (np.argpartition(-each, 1, axis=1)[:, :2] + POINTS * np.arange(BOXES)[:, None]).ravel()
+        middles = points[:, best_two[np.argsort(-errors[best_two], kind="stable")[:BOXES]]]
+        width = width / 2
+    best = np.argsort(-errors, kind="stable")[:LEAVES]
+    return points[:, best[0]], _pairs(points[:, best], cell.setting.exponent)
+
+
+def _leaves(cell: _Cell, pairs: Array) -> None:
+    """Stage 2: move every pair to the worst of its neighbours in bit space until there is no worse one."""
+    last = np.full(len(pairs), -1.0)
+    for _ in range(MOVES):
+        held = pairs.astype(cell.precision.carrier)
+        hold(cell.precision, held)
+        middle = held.astype(np.float64)
+        octave = np.floor(np.log2(np.maximum(np.abs(middle), cell.precision.tiny)))
+        step = np.maximum(np.exp2(octave) * cell.precision.eps, cell.precision.smallest)
+        around = middle[:, None, :] + _STEPS * step[:, None, :]
+        errors = cell.errors(around.reshape(-1, 6)).reshape(len(pairs), NEIGHBOURS)
+        worst = np.argmax(errors, axis=1)
+        reached = errors[np.arange(len(pairs)), worst]
+        better = reached > last
+        if not better.any():
+            return
+        pairs, last = around[better, worst[better]], reached[better]
+
+
+#: every combination of one step down, none and one up in six components; staying comes first, so a tie does not move
+_STEPS = np.array(sorted(product((-1.0, 0.0, 1.0), repeat=6), key=lambda steps: sum(map(abs, steps))))
+
+
+def _pairs(points: Array, exponent: float) -> Array:
+    """Unit vectors (n, 6) of points (4, n) in the unit cube: deficit, height, turn and azimuth.
+
+    The deficit grows like expm1, from 0 to 1: about evenly in exponent * deficit within the lobe, by factors beyond.
+    """
+    deficit = np.expm1(points[0] * math.log1p(exponent)) / exponent
+    height, turn, azimuth = 2 * points[1] - 1, 2 * np.pi * points[2], 2 * np.pi * points[3]
+    radius, cos_turn, sin_turn = np.sqrt(1 - height * height), np.cos(turn), np.sin(turn)
+    sine = np.sqrt(deficit * (2 - deficit))
+    along, across = sine * np.cos(azimuth), sine * np.sin(azimuth)
+    ax, ay = radius * cos_turn, radius * sin_turn
+    bx = (1 - deficit) * ax + along * height * cos_turn - across * sin_turn
+    by = (1 - deficit) * ay + along * height * sin_turn + across * cos_turn
+    return np.stack([ax, ay, height, bx, by, (1 - deficit) * height - along * radius], axis=1)
+
+
+@jit.driver
+def _errors(
+    addresses: Any, alpha: Any, coefficients: Any, table: Any, form: int, eps: float, a: Any, b: Any, out: Any
+) -> None:
+    """Fill the rows of `out`: |value - exact| or -1, exact, value."""
+    n = a.shape[1]
+    held, unit = np.empty((coordinate_kernels.COORDINATE_ROWS, n), a.dtype), np.empty((coordinate_kernels.COORDINATE_ROWS, n))
+    a64, b64, values = np.empty((3, n)), np.empty((3, n)), np.empty(n, a.dtype)
+    coordinates_at(addresses[0], a)(a, b, held)
+    values_at(addresses[3], held)(held[form], held[coordinate_kernels.COSINE_ROW], coefficients, table, values)
+    for i in range(n):
+        length_a = np.sqrt(np.float64(a[0, i]) ** 2 + np.float64(a[1, i]) ** 2 + np.float64(a[2, i]) ** 2)
+        length_b = np.sqrt(np.float64(b[0, i]) ** 2 + np.float64(b[1, i]) ** 2 + np.float64(b[2, i]) ** 2)
+        out[0, i] = max(abs(length_a - 1.0), abs(length_b - 1.0))
+        for row in range(3):
+            a64[row, i], b64[row, i] = a[row, i] / length_a, b[row, i] / length_b
+    coordinates_at(addresses[1], a64)(a64, b64, unit)
+    truth_at(addresses[2], a64)(unit[1], unit[4], alpha, out[1], out[2])
+    for i in range(n):
+        out[2, i] = values[i]
+        error = abs(out[2, i] - out[1, i])
+        out[0, i] = error if out[0, i] <= eps and np.isfinite(error) else -1.0
+
+
+def _accuracy(probing: Probing, found: Sequence[Found]) -> pd.DataFrame:
+    frame = _keys(probing, found)
+    errors = np.array([f.error for f in found])
+    frame["samples"] = [f.evaluations for f in found]
+    frame["max_abs"], frame["codes_8bit"] = errors, 255 * errors
+    above = np.array([f.value > f.exact for f in found])
+    frame["max_above"], frame["max_below"] = np.where(above, errors, np.nan), np.where(above, np.nan, errors)
+    for count in ("nonfinite", "above_one", "negative", "excluded"):
+        frame[count] = 0
+    return frame.reindex(columns=list(ACCURACY_COLUMNS))
+
+
+def _worst(probing: Probing, found: Sequence[Found]) -> pd.DataFrame:
+    frame = _keys(probing, found)
+    frame["rank"] = 1
+    for name in ("error", "exact", "value"):
+        frame[name] = [getattr(f, name) for f in found]
+    for k, name in enumerate(("ax", "ay", "az", "bx", "by", "bz")):
+        frame[name] = pd.Series([float(f.pair[k]).hex() for f in found], dtype="str")
+    return frame[list(WORST_COLUMNS)]
+
+
+def _keys(probing: Probing, found: Sequence[Found]) -> pd.DataFrame:
+    frame = tables.of_cells(probing.sweep, np.array([f.position for f in found]))
+    return frame.assign(stratum=VECTORS, perturbation="none", length_error=0.0, truth="angle", coverage="searched")

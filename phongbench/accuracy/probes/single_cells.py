@@ -1,0 +1,56 @@
+"""Values of single cells on chosen pairs, by the compiled loops of the sweep: what the probes of behaviour look at."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phongbench.compiler import jit
+from phongbench.compiler.lowering import Precision, precision_named
+from phongbench.formulas import coordinate_kernels
+from phongbench.formulas.kernel import coefficient_row, known_values, table_row
+from phongbench.formulas.spec import Approximation, Setting
+from phongbench.inputs.plan import Cell
+
+Array = NDArray[Any]
+
+
+def coordinates(precision: Precision, a: Array, b: Array) -> Array:
+    """The coordinate block of pairs of shape (3, n), which are rounded to the precision first."""
+    return coordinate_kernels.coordinates(precision, *(np.ascontiguousarray(precision.rounded(v)) for v in (a, b)))
+
+
+def values(spec: Approximation, cell: Cell, block: Array, setting: Setting | None = None) -> Array:
+    """The cell's values on pairs with these coordinates, in its precision's carrier.
+
+    setting  another than the cell's, which need not pass `spec.check`
+    """
+    setting, precision = setting or cell.setting, precision_named(cell.precision)
+    out = np.empty(block.shape[1], block.dtype)
+    kernel = coordinate_kernels.values_kernel(spec, precision, known_values(spec, setting))
+    with np.errstate(all="ignore"):  # infinite coefficients are what some settings ask for
+        row, table = coefficient_row(spec, setting, precision), table_row(spec, setting, precision)
+    gate = coordinate_kernels.COSINE_ROW if cell.gated else coordinate_kernels.OPEN_ROW
+    coordinate_kernels.fill_values(jit.address(kernel), coordinate(cell, block), block[gate], row, table, out)
+    return out
+
+
+def coordinate(cell: Cell, block: Array) -> Array:
+    """What the cell's formula is given: the row of its lambda form, or of the cosine."""
+    return np.asarray(block[coordinate_kernels.FORM_ROW.get(cell.lambda_form, coordinate_kernels.COSINE_ROW)])
+
+
+def spread(cells: Sequence[Cell], wanted: Setting) -> list[int]:
+    """Positions of one cell for each formula, form, space, precision and gating: the one nearest to a wanted setting.
+
+    Nearest first in gamma, then in alpha, both by ratio; of equal ones the first.
+    """
+    nearest: dict[Any, tuple[tuple[float, float], int]] = {}
+    for position, cell in enumerate(cells):
+        key = (cell.approximation, cell.lambda_form, cell.setting.space, cell.precision, cell.gated)
+        gamma, alpha = float(cell.setting.gamma or wanted.gamma or 1), cell.setting.alpha
+        far = (abs(float(np.log(gamma / (wanted.gamma or 1)))), abs(float(np.log(alpha / wanted.alpha))))
+        if key not in nearest or far < nearest[key][0]:
+            nearest[key] = (far, position)
+    return sorted(position for _, position in nearest.values())

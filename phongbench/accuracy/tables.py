@@ -1,0 +1,119 @@
+"""From tallies to tables.
+
+The numeric part a finished context leaves behind, and the rows of accuracy and worst made of all parts.
+"""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from phongbench.accuracy.accumulators import EXCLUDED, METRICS, WORST_FIELDS, Tally
+from phongbench.accuracy.sweep import Measured, Sweep
+from phongbench.formulas.exact import TRUTHS
+from phongbench.results.schema import ACCURACY_COLUMNS, WORST_COLUMNS
+
+#: worst inputs kept per cell: of unit vectors, of wrong lengths, of hostile ones; the last would crowd out the rest
+WORST_KEPT = {"unit": 3, "lengths": 1, "hostile": 1}
+
+
+def part(measured: Sequence[Measured]) -> pd.DataFrame:
+    """The numbers of some contexts: index, cell positions and truths, every metric, and the worst input of each row.
+
+    Many contexts at once, because most are small and each metric is a call.
+    """
+    tally = Tally.stacked([m.tally for m in measured])
+    columns: dict[str, NDArray[Any]] = {
+        "context": np.concatenate([np.full(m.rows, m.context.index, np.int32) for m in measured]),
+        "cell": np.concatenate([np.repeat(np.array(m.cells, np.int32), m.context.truths) for m in measured]),
+        "truth": np.concatenate([np.tile(np.arange(m.context.truths, dtype=np.int8), len(m.cells)) for m in measured]),
+        "samples": np.asarray(tally.samples, np.int64),
+    }
+    columns |= {name: metric.of(tally) for name, metric in METRICS.items()}
+    columns["excluded"] = tally.counts[:, EXCLUDED]
+    columns |= {f"worst{i}": tally.worst[:, i] for i in range(WORST_FIELDS)}
+    return pd.DataFrame(columns)
+
+
+def accuracy(sweep: Sweep, parts: Sequence[pd.DataFrame]) -> pd.DataFrame:
+    """The rows of accuracy.parquet, in the order of the contexts."""
+    numbers = _ordered(parts)
+    frame = pd.concat([_keys(sweep, numbers), numbers.drop(columns=["context", "cell", "truth"])], axis=1)
+    frame["coverage"] = "sampled"
+    # a float64 cell's rounding needs more than float64 to be seen: not measured, and not pretended to be 0
+    frame.loc[frame["precision"] == "float64", "rounding_max"] = np.nan
+    return frame[list(ACCURACY_COLUMNS)]
+
+
+def worst(sweep: Sweep, parts: Sequence[pd.DataFrame]) -> pd.DataFrame:
+    """The rows of worst.parquet: each cell's largest errors on unit, wrongly long and hostile vectors, in hex floats.
+
+    `rank` counts within a cell and one of these three kinds of input.
+    """
+    numbers = _ordered(parts)
+    kinds = np.array([c.stratum.name if c.stratum.name in WORST_KEPT else "unit" for c in sweep.contexts], dtype=object)
+    numbers["kind"] = kinds[numbers["context"].to_numpy()]
+    numbers = numbers[numbers["worst0"] > 0].sort_values(
+        ["cell", "kind", "worst0", "context", "truth"], ascending=[True, False, False, True, True]
+    )
+    numbers["rank"] = numbers.groupby(["cell", "kind"], sort=False).cumcount() + 1
+    numbers = numbers[numbers["rank"] <= numbers["kind"].map(WORST_KEPT)].reset_index(drop=True)
+    frame = _keys(sweep, numbers)
+    frame["rank"] = numbers["rank"]
+    for i, name in enumerate(("error", "exact", "value")):
+        frame[name] = numbers[f"worst{i}"]
+    for i, name in enumerate(("ax", "ay", "az", "bx", "by", "bz"), start=3):
+        frame[name] = pd.Series([float(x).hex() for x in numbers[f"worst{i}"]], dtype="str")
+    frame["coverage"] = pd.array(["sampled"] * len(frame), dtype="str")
+    return frame[list(WORST_COLUMNS)]
+
+
+def _ordered(parts: Sequence[pd.DataFrame]) -> pd.DataFrame:
+    numbers = pd.concat(parts, ignore_index=True)
+    return numbers.sort_values(["context", "cell", "truth"], kind="stable", ignore_index=True)
+
+
+def _keys(sweep: Sweep, numbers: pd.DataFrame) -> pd.DataFrame:
+    """The key columns of each row, looked up by cell and context."""
+    context = numbers["context"].to_numpy()
+    frame = of_cells(sweep, numbers["cell"].to_numpy())
+    strata = [c.stratum for c in sweep.contexts]
+    contexts: dict[str, Any] = {"stratum": [s.name for s in strata], "perturbation": [s.perturbation for s in strata]}
+    for name, values in contexts.items():
+        frame[name] = _looked_up(values, context)
+    frame["length_error"] = np.array([s.largest_length_error for s in strata])[context]
+    frame["truth"] = _looked_up(TRUTHS, numbers["truth"].to_numpy())
+    return frame
+
+
+def of_cells(sweep: Sweep, cell: NDArray[Any]) -> pd.DataFrame:
+    """The columns that tell cells apart, CELL_COLUMNS, for each of these positions in the sweep's cells."""
+    known, index = np.unique(cell, return_inverse=True)  # often few of the sweep's
+    found = [sweep.cells[position] for position in known]
+    settings = [c.setting for c in found]
+    cells: dict[str, Any] = {
+        "approximation": [c.approximation for c in found],
+        "lambda_form": [c.lambda_form for c in found],
+        "space": [s.space for s in settings],
+        "beta_policy": [s.slope for s in settings],
+        "precision": [c.precision for c in found],
+    }
+    frame = pd.DataFrame({name: _looked_up(values, index) for name, values in cells.items()})
+    frame["alpha"] = np.array([s.alpha for s in settings])[index]
+    frame["gamma"] = pd.array([s.gamma for s in settings], dtype="Int64")[index]
+    frame["beta"] = np.array([_beta(sweep, int(position)) for position in known])[index]
+    frame["gated"] = np.array([c.gated for c in found])[index]
+    return frame
+
+
+def _looked_up(values: Sequence[str], index: NDArray[Any]) -> Any:
+    return pd.array(np.array(values, dtype=object), dtype="str").take(index)
+
+
+def _beta(sweep: Sweep, position: int) -> float:
+    if position in sweep.failures:
+        return float("nan")
+    cell = sweep.cells[position]
+    return float(sweep.registry[cell.approximation].coefficients(cell.setting).get("beta", np.nan))

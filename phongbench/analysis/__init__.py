@@ -1,0 +1,1 @@
+"""What stored runs answer: the front, recommendations, claims, comparisons."""

@@ -1,0 +1,107 @@
+"""Claim f: Blinn-Phong is cheaper with viewer and light at infinity."""
+
+from __future__ import annotations
+
+import pandas as pd
+
+from phongbench.analysis.claims.claim import (
+    CONDITIONS,
+    FAILS,
+    HOLDS,
+    UNMEASURED,
+    Claim,
+    Finding,
+    LackingRowsError,
+    Numbers,
+)
+from phongbench.analysis.claims.quiet_times import FASTER, PLACES, quiet
+from phongbench.analysis.claims.words import listed, sentence
+from phongbench.analysis.rows import SCENE_TIMED, Rows, at, evidence, ordered
+from phongbench.formulas.citations import WIKIPEDIA_BLINN
+from phongbench.timing import statistics
+from phongbench.timing.statistics import Interval
+
+
+def judge(rows: Rows) -> Finding:
+    """Shading a surface by (N.H)^(4 alpha), a highlight of the same width, over shading it by (R.V)^alpha: with light
+    and viewer at infinity, where one H serves all points, and with both near; with the exact power, and with Lyon's few
+    squarings in its place. Certainly faster: the whole interval of the ratio below 1, the ratio below 0.98. Holds if
+    so at infinity for every measured exponent and both powers; holds under conditions if for some; else fails. Withheld
+    if the same code timed twice was told apart. Without such times: what a run's other times say of (N, H) once given.
+    """
+    shaded = ordered(at(rows.scene_times, kind="shading"), SCENE_TIMED)
+    if shaded.empty:
+        return _once_given(rows)
+    if rows.alarms:
+        quiet(rows)
+    twins = at(shaded, name="phong again")
+    if any(_verdict(row) != "unresolved" for _, row in twins.iterrows()):
+        raise LackingRowsError(
+            "the run told identical shading apart, so its speed claims are withheld", None,
+            "time it again on a quiet machine: phongbench run --scenes",
+        )  # fmt: skip
+    blinn = at(shaded, name="blinn-phong")
+    told = tuple(_shaded(row) for _, row in blinn.iterrows())
+    far = [one for one in told if one["light_and_viewer"] == "infinity"]
+    faster = [one for one in far if one["ratio_high"] < 1 and one["ratio_to_phong"] < FASTER]
+    verdict = HOLDS if len(faster) == len(far) else CONDITIONS if faster else FAILS
+    parts = [
+        f"with {power}, (N.H)^alpha' takes {_range(told, power, 'infinity')} of the time of (R.V)^alpha at infinity, "
+        f"{_range(told, power, 'near')} near"
+        for power in dict.fromkeys(one["power"] for one in told)
+    ]
+    certain = f"certainly faster at infinity in {len(faster)} of {len(far)} cases"
+    return Finding(verdict, sentence(*parts, certain), told, evidence("scene_times", "ratio", blinn), "timed")
+
+
+def _verdict(row: pd.Series) -> str:
+    return statistics.verdict(Interval(float(row["ratio"]), float(row["ratio_low"]), float(row["ratio_high"])))
+
+
+def _shaded(row: pd.Series) -> Numbers:
+    return {
+        "power": "the exact power" if row["formula"] == "phong" else str(row["formula"]),
+        "light_and_viewer": str(row["scene"]), "alpha": float(row["setting"]), "ratio_to_phong": float(row["ratio"]),
+        "ratio_low": float(row["ratio_low"]), "ratio_high": float(row["ratio_high"]),
+    }  # fmt: skip
+
+
+def _range(told: tuple[Numbers, ...], power: str, place: str) -> str:
+    """The ratios of all exponents: "0.91 .. 0.93"."""
+    found = sorted(o["ratio_to_phong"] for o in told if (o["power"], o["light_and_viewer"]) == (power, place))
+    ends = list(dict.fromkeys(f"{value:.3g}" for value in (found[:1] + found[-1:])))
+    return " .. ".join(ends) or "no measured share"
+
+
+def _once_given(rows: Rows) -> Finding:
+    """What times of kernels say: given (N, H), how long Blinn's power takes over Phong's given (R, V)."""
+    times = at(rows.timed, approximation="blinn", space="half") if len(rows.timing) else rows.timing
+    wait = "what making R at every point costs, against one H for all, shows in shaded scenes only"
+    mend = "time it: phongbench run --scenes"
+    if times.empty or rows.alarms:
+        quiet(rows)
+        raise LackingRowsError(wait, None, mend)
+    here = pd.concat([at(times, working_set=place) for place in PLACES])
+    told = tuple(
+        {
+            "working_set": str(row["working_set"]), "ratio_to_phong": float(row["ratio"]),
+            "ratio_low": float(row["ratio_low"]), "ratio_high": float(row["ratio_high"]),
+        }
+        for _, row in here.iterrows()
+    )  # fmt: skip
+    ratios = [
+        f"{one['ratio_to_phong']:.3g} in {one['working_set']} ({one['ratio_low']:.3g} .. {one['ratio_high']:.3g})"
+        for one in told
+    ]
+    because = sentence(f"once the vectors are given, (N.H)^alpha' takes {listed(ratios)} of Phong's time", wait)
+    return Finding(UNMEASURED, because, told, evidence("timing", "ratio", here), "timed", mend)
+
+
+CLAIM = Claim(
+    "f",
+    "Blinn-Phong is faster where viewer and light are at infinity",
+    WIKIPEDIA_BLINN,
+    judge,
+    ("timing", "scene_times"),
+    "speed",
+)

@@ -1,0 +1,131 @@
+"""What a textbook claim is, and what judging it gives."""
+
+from __future__ import annotations
+
+import inspect
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import pandas as pd
+
+from phongbench.analysis.claims.words import sentence
+from phongbench.analysis.rows import Rows
+from phongbench.errors import InputError
+from phongbench.formulas.citations import Source
+
+HOLDS, CONDITIONS, FAILS, UNMEASURED = "holds", "holds under conditions", "fails", "not measured"
+VERDICTS = (HOLDS, CONDITIONS, FAILS, UNMEASURED)
+#: a verdict's sign: told by its shape, not by a colour
+SIGNS = dict(zip(VERDICTS, "✓◐✗–", strict=True))
+#: an error that an 8-bit display can show, and one that a 10-bit display can
+VISIBLE, FINE = 1 / 255, 1 / 1023
+
+Numbers = Mapping[str, Any]
+
+
+class LackingRowsError(InputError):
+    """A run without the rows that a rule reads; `mend` names the preset or the flags that give them."""
+
+
+@dataclass(frozen=True)
+class Finding:
+    """What a rule found.
+
+    verdict     one of VERDICTS
+    because     one sentence made of the numbers
+    conditions  where it holds and where not: records of numbers, lists of numbers and names
+    evidence    the rows that decide: each names its table, its key columns, and the column with its value
+    coverage    how the numbers were got: sampled, searched, exhaustive, certified, timed, or law for what follows
+                from a formula alone
+    lacking     what would measure a claim that was not
+    """
+
+    verdict: str
+    because: str
+    conditions: tuple[Numbers, ...] = ()
+    evidence: tuple[Numbers, ...] = ()
+    coverage: str = "sampled"
+    lacking: str | None = None
+
+
+@dataclass(frozen=True)
+class Claim:
+    """One claim of the textbooks, and the rule that judges it.
+
+    key     its letter
+    title   the claim, in the textbook's words as far as its length allows
+    source  who claims it
+    rule    Rows -> Finding; its docstring is the rule in words, printed with every verdict. It raises LackingRowsError
+            for a run without the rows it reads
+    needs   what the rule reads: names of tables, or nothing where the verdict follows from a formula
+    figure  name of the report's figure that shows it, or None
+    """
+
+    key: str
+    title: str
+    source: Source
+    rule: Callable[[Rows], Finding] = field(repr=False)
+    needs: tuple[str, ...]
+    figure: str | None = None
+
+    @property
+    def rule_text(self) -> str:
+        """The rule in words, on one line."""
+        return " ".join((inspect.getdoc(self.rule) or "").split())
+
+    def judge(self, rows: Rows) -> Judgement:
+        """The verdict on this claim; `not measured`, and what would measure it, where rows are missing."""
+        try:
+            return Judgement(self, self.rule(rows))
+        except LackingRowsError as lacking:
+            nothing = Finding(UNMEASURED, sentence(lacking.what), coverage="none", lacking=lacking.mend)
+            return Judgement(self, nothing)
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """A claim with its verdict."""
+
+    claim: Claim
+    finding: Finding
+
+    @property
+    def verdict(self) -> str:
+        """One of VERDICTS."""
+        return self.finding.verdict
+
+    @property
+    def because(self) -> str:
+        """Why, in one sentence made of the numbers."""
+        return self.finding.because
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain data for JSON: None for what is missing or not finite."""
+        claim, found = self.claim, self.finding
+        return {
+            "key": claim.key, "claim": claim.title, "source": claim.source.citation, "verdict": found.verdict,
+            "because": found.because, "conditions": plain(found.conditions), "evidence": plain(found.evidence),
+            "coverage": found.coverage, "rule": claim.rule_text, "figure": claim.figure, "needs": list(claim.needs),
+            "lacking": found.lacking,
+        }  # fmt: skip
+
+
+def plain(value: Any) -> Any:
+    """The same as dicts, lists and plain numbers that strict JSON holds."""
+    if isinstance(value, Mapping):
+        return {str(name): plain(part) for name, part in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [plain(part) for part in value]
+    if hasattr(value, "item"):
+        value = value.item()
+    if value is pd.NA or (isinstance(value, float) and not math.isfinite(value)):
+        return None
+    return value
+
+
+def reach(good: list[float], measured: list[float]) -> Numbers:
+    """Where something holds: the exponents at which it does, ascending, of those measured."""
+    ends = (good[0], good[-1]) if good else (None, None)
+    return {"alphas": good, "alpha_from": ends[0], "alpha_to": ends[1], "alphas_measured": len(measured)}

@@ -1,0 +1,255 @@
+"""Error/time front with uncertainty, and the cheapest formula for an error budget.
+
+A *cell* here is one approximation, lambda form, space, beta policy and gamma at one precision. Its error comes from
+accuracy rows at the asked alpha, its time from timing rows; time depends neither on alpha nor on the beta policy, so
+the join leaves both out. Ratios are time / time of exact Phong in the same run, with an interval.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
+
+from phongbench.analysis.exponents import Exponents
+from phongbench.analysis.kernel_times import KERNEL, WHOLE_POWER, timed, timed_precision, times_at, times_of
+from phongbench.errors import InputError, UnknownNameError
+from phongbench.formulas.formula import cell_name
+from phongbench.results.provenance import fingerprint_machine
+from phongbench.results.runs import Run, intact, strongest
+
+#: What names a cell of the front.
+CELL = ["approximation", "lambda_form", "space", "beta_policy", "gamma", "precision"]
+#: Error metrics a front can be asked for: columns of accuracy.parquet, smaller is better.
+METRICS = [
+    "max_abs", "mean_abs", "rms", "p50_abs", "p99_abs", "p999_abs", "max_above", "max_below", "codes_8bit",
+    "model_max", "length_max", "rounding_max",
+]  # fmt: skip
+COLUMNS = [*CELL, "error", "ns", "ratio", "ratio_low", "ratio_high", "state"]
+#: What names an input to a cell.
+INPUT = ["alpha", "stratum", "perturbation", "length_error"]
+
+
+@dataclass(frozen=True)
+class Choice:
+    """Answer to an error budget.
+
+    best          row of `front` or None   cheapest cell whose error is within the budget
+    runner_up     row of `front` or None   the next cheapest one
+    resolved      bool                     the intervals of best and runner_up do not overlap
+    nearest_miss  row of `front` or None   cell with the smallest error beyond the budget, of those faster than `best`
+    """
+
+    best: pd.Series | None
+    runner_up: pd.Series | None
+    resolved: bool
+    nearest_miss: pd.Series | None
+
+
+def errors_at(
+    accuracy: pd.DataFrame,
+    *,
+    alpha: float | Exponents,
+    metric: str = "max_abs",
+    stratum: str = "highlight",
+    precision: str = "float32",
+    truth: str = "angle",
+) -> pd.DataFrame:
+    """Cells with unit vectors and the a.b > 0 gate, and their error: columns CELL + `error`, sorted by name.
+
+    accuracy   rows as in accuracy.parquet
+    alpha      one that the run swept, or several: a cell's error is its worst over those of the run's that are asked
+               about, and a cell that takes only some of them is left out
+    metric     of METRICS; the errors are in its unit
+    stratum    of unit vectors
+    precision  a name that the rows know; of fixed point and others that are emulated, too
+    truth      angle or given; of unit vectors they differ by the rounding of their lengths only
+    Raises UnknownNameError, listing the known ones, and InputError for an alpha that was not measured.
+    """
+    if metric not in METRICS:
+        raise UnknownNameError("metric", metric, METRICS)
+    for column, wanted in (("stratum", stratum), ("precision", precision), ("truth", truth)):
+        known = sorted(accuracy[column].astype(str).unique())
+        if wanted not in known:
+            raise UnknownNameError(column, wanted, known)
+    asked = Exponents.of(alpha)
+    alphas = asked.measured(accuracy["alpha"].unique())
+    unit = (accuracy["perturbation"] == "none") & (accuracy["length_error"] == 0.0) & accuracy["gated"].astype(bool)
+    meant = (accuracy["stratum"] == stratum) & (accuracy["precision"] == precision) & (accuracy["truth"] == truth)
+    rows = strongest(accuracy.loc[unit & meant & accuracy["alpha"].isin(alphas)])[[*CELL, *INPUT, metric]]
+    return worst_of(whole_or_any(rows, asked).rename(columns={metric: "error"}))
+
+
+def whole_or_any(rows: pd.DataFrame, asked: Exponents) -> pd.DataFrame:
+    """The rows; without integer powers where every exponent of a range is meant, since they take whole ones only."""
+    return rows[rows["approximation"] != WHOLE_POWER] if asked.continuous else rows
+
+
+def worst_of(rows: pd.DataFrame) -> pd.DataFrame:
+    """Each cell's row with the largest `error`, sorted by name; cells that lack an input others have are left out.
+
+    rows  columns CELL, INPUT, `error` and any others; an error that is no number counts as the largest
+    """
+    first = rows.sort_values([*CELL, "error"], kind="stable").drop_duplicates([*CELL, *INPUT])
+    inputs = len(first[INPUT].drop_duplicates())
+    groups = first.groupby(CELL, dropna=False, observed=True, sort=True)
+    complete = first[groups["error"].transform("size") == inputs]
+    return complete.drop_duplicates(CELL, keep="last").reset_index(drop=True)
+
+
+def states(error: npt.ArrayLike, low: npt.ArrayLike, high: npt.ArrayLike, kernel: npt.ArrayLike) -> list[str]:
+    """On, off or unresolved for every cell, pairwise.
+
+    error    float (n,)   error of the cell, smaller is better
+    low      float (n,)   lower end of the time ratio's interval
+    high     float (n,)   upper end
+    kernel   int (n,)     equal for cells that run the same timed kernel: their times are the same, not merely alike
+    returns  list of str  "off" where another cell with no larger error is certainly faster (or has a smaller error on
+                          the same kernel); "on" where every other cell with no larger error is certainly slower; else
+                          "unresolved"
+    """
+    wrong, fast, slow, code = np.asarray(error), np.asarray(low), np.asarray(high), np.asarray(kernel)
+    rival = (wrong[None, :] <= wrong[:, None]) & ~np.eye(len(wrong), dtype=bool)
+    same = code[None, :] == code[:, None]
+    beaten: npt.NDArray[np.bool_] = rival & np.where(
+        same, wrong[None, :] < wrong[:, None], slow[None, :] < fast[:, None]
+    )
+    harmless = same | (fast[None, :] > slow[:, None])
+    unclear: npt.NDArray[np.bool_] = rival & ~harmless
+    named = np.where(beaten.any(axis=1), "off", np.where(unclear.any(axis=1), "unresolved", "on"))
+    return [str(state) for state in named]
+
+
+def front(
+    accuracy: pd.DataFrame,
+    timing: pd.DataFrame,
+    *,
+    alpha: float | Exponents,
+    metric: str = "max_abs",
+    stratum: str = "highlight",
+    precision: str = "float32",
+    working_set: str = "l1",
+    truth: str = "angle",
+) -> pd.DataFrame:
+    """Cells at one alpha, or over several, with error, time and whether they lie on the error/time front.
+
+    accuracy, timing   rows as in accuracy.parquet and timing.parquet
+    alpha .. truth     as for `errors_at`
+    working_set        whose times: l1, l2 or memory
+    returns            columns COLUMNS, fastest first; a cell without a timing row, an error or an interval is left out
+    Raises UnknownNameError and InputError as `errors_at`.
+    """
+    wrong = errors_at(accuracy, alpha=alpha, metric=metric, stratum=stratum, precision=precision, truth=truth)
+    alphas = Exponents.of(alpha).measured(accuracy["alpha"].unique())
+    times = times_at(times_of(timing, working_set=working_set, precision=precision), alphas)
+    return joined(wrong, times)
+
+
+def joined(wrong: pd.DataFrame, times: pd.DataFrame) -> pd.DataFrame:
+    """The front of cells with an `error` and of kernels with times; other columns of the cells are kept at the end."""
+    cells = wrong.merge(times, on=KERNEL, how="inner")
+    cells = cells.dropna(subset=["error", "ratio", "ratio_low", "ratio_high"]).reset_index(drop=True)
+    kernel = cells.groupby(KERNEL, dropna=False, observed=True, sort=True).ngroup()
+    cells["state"] = pd.Series(
+        states(cells["error"], cells["ratio_low"], cells["ratio_high"], kernel), index=cells.index, dtype="str"
+    )
+    more = [name for name in wrong.columns if name not in (*COLUMNS, *INPUT)]
+    return cells.sort_values(["ratio", "error", *CELL], kind="stable").reset_index(drop=True)[[*COLUMNS, *more]]
+
+
+def points(
+    run: Run,
+    *,
+    alpha: float | str | Exponents,
+    metric: str = "max_abs",
+    stratum: str = "highlight",
+    precision: str = "float32",
+    working_set: str = "l1",
+    space: str = "reflect",
+) -> dict[str, Any]:
+    """The front of a stored run as plain data: what was asked, and `points`, fastest first.
+
+    alpha  one exponent, several, or a range, as `Exponents.of` reads them
+    metric, stratum, precision, working_set   as for `front`
+    ns     None in every point where the run was timed on another kind of machine
+    space  reflect, or half: formulas of (N, H) agree with Phong on coplanar vectors only, where they were measured
+    Raises CorruptRunError for a run whose bytes have changed, and InputError for one that is partial or was not timed;
+    UnknownNameError for a name that the run does not hold.
+    """
+    asked, accuracy, timing = Exponents.of(alpha), intact(run).accuracy, timed(run)
+    known = sorted(accuracy["space"].astype(str).unique())
+    if space not in known:
+        raise UnknownNameError("space", space, known)
+    found = front(
+        accuracy[accuracy["space"] == space], timing,
+        alpha=asked, metric=metric, stratum=stratum, precision=precision, working_set=working_set,
+    )  # fmt: skip
+    if not of_this_machine(run):
+        found["ns"] = np.nan
+    return {
+        "run": run.id, "alpha": str(asked), "alphas": list(asked.measured(accuracy["alpha"].unique())),
+        "metric": metric, "stratum": stratum, "precision": precision, "working_set": working_set, "space": space,
+        "timed_precision": timed_precision(precision), "same_machine": of_this_machine(run),
+        "points": [{"name": cell_name(row), **row} for row in records(found)],
+    }  # fmt: skip
+
+
+
+
+def records(cells: pd.DataFrame) -> list[dict[str, Any]]:
+    """Rows as plain data for JSON: None for what is missing."""
+    rows = cells.astype(object).where(cells.notna(), None)
+    return [{str(name): value for name, value in row.items()} for row in rows.to_dict("records")]
+
+
+def of_this_machine(run: Run) -> bool:
+    """False if the run was timed on another kind of machine: its nanoseconds mean nothing here, only its ratios."""
+    return run.manifest["provenance"].get("machine_fingerprint") in (None, fingerprint_machine())
+
+
+def cheapest(
+    accuracy: pd.DataFrame,
+    timing: pd.DataFrame,
+    *,
+    alpha: float | Exponents,
+    max_error: float,
+    metric: str = "max_abs",
+    stratum: str = "highlight",
+    precision: str = "float32",
+    working_set: str = "l1",
+    truth: str = "angle",
+) -> Choice:
+    """The cheapest cell whose error is within `max_error`, the next one, and the nearest miss.
+
+    max_error   float > 0   absolute budget in the metric's unit, 1/255 for one 8-bit code
+    The others are those of `front`. Raises InputError for a budget that is not above 0, and what `front` raises.
+    """
+    if not max_error > 0.0:
+        raise InputError(
+            f"the error budget must be above 0, not {max_error!r}", "max_error", "one 8-bit code is 0.0039"
+        )
+    cells = front(
+        accuracy, timing, alpha=alpha, metric=metric, stratum=stratum, precision=precision,
+        working_set=working_set, truth=truth,
+    )  # fmt: skip
+    return choose(cells, max_error)
+
+
+def choose(cells: pd.DataFrame, max_error: float) -> Choice:
+    """`cheapest` for cells already joined by `front`.
+
+    Variants of one kernel (beta policies) take the same time; only the most accurate of them stands for it.
+    """
+    ordered = cells.sort_values(["ratio", "error", *CELL], kind="stable")
+    one_each = ordered.drop_duplicates(KERNEL)
+    fits = one_each[one_each["error"] <= max_error]
+    misses = ordered[ordered["error"] > max_error].sort_values("error", kind="stable")
+    best = fits.iloc[0] if len(fits) else None
+    if best is not None:
+        misses = misses[misses["ratio"] < best["ratio"]]
+    second = fits.iloc[1] if len(fits) > 1 else None
+    resolved = best is not None and second is not None and bool(best["ratio_high"] < second["ratio_low"])
+    return Choice(best, second, resolved, misses.iloc[0] if len(misses) else None)

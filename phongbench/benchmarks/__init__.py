@@ -1,0 +1,1 @@
+"""phongbench beside other tools, and checks of its own timing."""

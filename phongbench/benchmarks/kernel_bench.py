@@ -1,0 +1,289 @@
+"""Our kernels against other people's tools: the same work on the same vectors, interleaved in one run.
+
+Everybody is called from Python, once a pass, and computes exact Phong and Lyon gamma 8 in float32 from two arrays of
+vectors, on one thread: ours pays for its call like the others. Passes are repeated to fill epochs, epochs are taken in
+Latin squares, ratios are within rounds, and every result is checked against float64.
+
+Known biases: the arrays are laid out for us, components in rows, which suits everybody here; a peer that allocates its
+result pays for that, because its users do; ours needs a gate on a.b > 0 that the others' formulas do not.
+"""
+
+import math
+import time
+from collections.abc import Callable
+from contextlib import closing
+from dataclasses import dataclass, field
+from functools import partial
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phongbench import __version__
+from phongbench.benchmarks import kernel_peers, numpy_sweep, subnormals
+from phongbench.benchmarks.kernel_peers import ALPHA, GAMMA, LYON, PHONG, WORKS, Peer
+from phongbench.compiler import jit
+from phongbench.compiler.lowering import FLOAT32
+from phongbench.errors import InputError
+from phongbench.formulas import pair_kernels
+from phongbench.formulas.registry import REGISTRY
+from phongbench.formulas.spec import Setting
+from phongbench.inputs import pairs
+from phongbench.inputs.strata import STRATA
+from phongbench.results.machine import cache_sizes, machine
+from phongbench.support.progress import Progress
+from phongbench.timing import rounds as clock
+from phongbench.timing import statistics, timed_kernels
+from phongbench.timing.blocks import elements_of, memory_sizes
+from phongbench.timing.budget import GOOD_ROUNDS, MOST_ROUNDS
+from phongbench.timing.epoch_loop import spin, tick
+from phongbench.timing.interference import Witness, disturbed
+from phongbench.timing.machine_lock import machine_lock
+from phongbench.timing.statistics import MIN_ROUNDS
+from phongbench.timing.timed_kernels import Contender, Subject
+
+Array = NDArray[Any]
+
+OURS, TWIN = "phongbench", "phongbench again"
+#: in cache, yet large enough for the cost of a call from Python not to decide; and beyond cache
+WORKING_SETS = ("l2", "memory")
+#: an epoch of a call from Python: longer than a compiled one, since the clock is read by Python too
+EPOCH_NS = 300_000
+#: float32 rounding of a.b, magnified by the exponent
+TOLERANCE = 8 * ALPHA * float(np.finfo(np.float32).eps)
+
+
+@jit.driver
+def _pass(address: int, a: Array, b: Array, coefficients: Array, table: Array, out: Array) -> None:
+    pair_kernels.pairs_at(address, out)(a, b, coefficients, table, out)
+
+
+class Arena:
+    """The arrays everybody works on: inputs of the highlight stratum, laid out as the timing laboratory lays them out.
+
+    All rows are parts of one aligned piece of memory. They can be written to, which some peers insist on.
+    """
+
+    def __init__(self, total_bytes: int, seed: int) -> None:
+        self.elements = elements_of(total_bytes, FLOAT32)
+        row = self.elements * FLOAT32.carrier.itemsize
+        raw = np.zeros(timed_kernels.ROWS * row + 64, np.uint8)
+        start = -raw.ctypes.data % 64
+        rows = raw[start : start + timed_kernels.ROWS * row].view(np.float32).reshape(timed_kernels.ROWS, self.elements)
+        self.a, self.b = rows[:3], rows[3:6]
+        self.out: Array = rows[6]
+        highlight = next(s for s in STRATA if s.name == "highlight")
+        self.a[:], self.b[:] = pairs.pairs(
+            highlight, FLOAT32, seed=seed, start=0, count=self.elements, scale=1 / ALPHA
+        )
+        self.scratch = np.zeros(16, np.int64)
+
+    def spin(self) -> float:
+        """Nanoseconds of a fixed chain of instructions, by its second run: the first may follow 512-bit vectors."""
+        spin(self.scratch)
+        return float(spin(self.scratch))
+
+
+@dataclass
+class Entrant:
+    """One tool doing one kind of work.
+
+    once      one pass over all elements, returning its values
+    repeats   passes of an epoch
+    pass_ns   nanoseconds of a pass when calibrated
+    cpu, wall nanoseconds of processor and of clock over all epochs: their quotient tells how many cores were used
+    """
+
+    work: str
+    by: str
+    version: str
+    once: Callable[[], Any]
+    repeats: int = 1
+    pass_ns: float = 0.0
+    error: float = math.nan
+    cpu: int = 0
+    wall: int = field(default=0)
+
+    def epoch(self, repeats: int) -> int:
+        """Nanoseconds of so many passes."""
+        cpu, started = time.process_time_ns(), time.perf_counter_ns()
+        for _ in range(repeats):
+            self.once()
+        took = time.perf_counter_ns() - started
+        self.cpu += time.process_time_ns() - cpu
+        self.wall += took
+        return max(1, took)
+
+    def calibrate(self, step: float) -> None:
+        """Warm up, then choose the repeats that fill an epoch."""
+        few = max(1, round(EPOCH_NS / self.epoch(1) / 4))
+        self.pass_ns = clock.agreed(lambda: self.epoch(few) / few)
+        self.repeats = clock.repeats_for(self.pass_ns, step, EPOCH_NS)
+        self.cpu = self.wall = 0
+
+    @property
+    def epoch_seconds(self) -> float:
+        """What an epoch is expected to take, its untimed pass included."""
+        return self.pass_ns * (self.repeats + 1) / 1e9 + 1e-4
+
+
+def bench(
+    names: tuple[str, ...] | None = None,
+    *,
+    budget_seconds: float = 10.0,
+    working_sets: tuple[str, ...] = WORKING_SETS,
+    seed: int = 1,
+    progress: Progress | None = None,
+    sweep: Callable[[], dict[str, float]] = numpy_sweep.throughput,
+) -> dict[str, Any]:
+    """Time our kernels beside every installed peer, then the sweep beside plain NumPy.
+
+    names           peers, or None for all
+    budget_seconds  for the rounds; compiling and the sweep come on top
+    returns         machine, alpha, gamma, `rows`, `absent` {peer: why}, `notes`, `subnormals`, `sweep`, as plain data
+    Raises UnknownNameError for an unknown peer, InputError where the budget is too short, saying what it takes,
+    LockedError while another timing runs.
+    """
+    wanted, progress = kernel_peers.chosen(names), progress or Progress()
+    if not (math.isfinite(budget_seconds) and budget_seconds > 0):
+        raise InputError(f"{budget_seconds} s is no time", "budget", "give seconds above 0, 10 is a good start")
+    if jit.DISABLED:
+        raise InputError("kernels run as plain Python, whose time says nothing", "NUMBA_DISABLE_JIT", "unset it")
+    caches, absent, notes, rows = cache_sizes(), dict[str, str](), list[str](), list[dict[str, Any]]()
+    sizes = {"l1": caches.l1 // 2, "l2": caches.l2 // 2, "memory": memory_sizes(caches)[-1]}
+    with machine_lock():
+        progress.stage("compiling")
+        ours = _ours()
+        fields = [_Field(name, sizes[name], ours, wanted, seed, absent, notes) for name in working_sets]
+        share = budget_seconds / max(1e-9, sum(f.round_seconds for f in fields))
+        rounds = min(MOST_ROUNDS, math.floor(share) - 1)
+        if rounds < MIN_ROUNDS:
+            need = math.ceil((MIN_ROUNDS + 1) * budget_seconds / share)
+            mend = "give that much, or name fewer --peers"
+            raise InputError(
+                f"{budget_seconds:g} s are too short for this comparison: it takes {need} s", "budget", mend
+            )
+        progress.stage("timing", rounds * len(fields))
+        for place in fields:
+            rows += place.measured(rounds, seed, progress)
+        progress.stage("timing subnormal numbers")
+        slow = subnormals.measure(seed=seed)
+    progress.stage("sweeping")
+    if rounds < GOOD_ROUNDS:
+        notes.append(f"{rounds} rounds only, so intervals are wide: a larger --budget narrows them")
+    found = {"alpha": ALPHA, "gamma": GAMMA, "machine": machine().cpu, "rows": rows, "absent": absent, "notes": notes}
+    return found | {"subnormals": slow, "sweep": sweep()}
+
+
+def _ours() -> dict[str, Contender]:
+    phong = Subject(REGISTRY["phong"], "none", Setting(ALPHA), FLOAT32)
+    lyon = Subject(REGISTRY["lyon"], "dot", Setting(ALPHA, GAMMA, "taylor"), FLOAT32)
+    return {PHONG: timed_kernels.compiled(phong), LYON: timed_kernels.compiled(lyon)}
+
+
+def _as_peer(ours: dict[str, Contender], arena: Arena) -> Peer:
+    def passing(c: Contender) -> Callable[[], Array]:
+        address = jit.address(c.kernel)
+
+        def once() -> Array:
+            _pass(address, arena.a, arena.b, c.coefficients, c.table, arena.out)
+            return arena.out
+
+        return once
+
+    return Peer(__version__, {work: passing(c) for work, c in ours.items()})
+
+
+class _Field:
+    """Everybody over the buffers of one working set."""
+
+    def __init__(
+        self,
+        working_set: str,
+        total_bytes: int,
+        ours: dict[str, Contender],
+        wanted: tuple[str, ...],
+        seed: int,
+        absent: dict[str, str],
+        notes: list[str],
+    ) -> None:
+        self.working_set, self.arena = working_set, Arena(total_bytes, seed)
+        self.notes = notes
+        us = _as_peer(ours, self.arena)
+        found: dict[str, Peer] = {OURS: us, TWIN: us}
+        for name in wanted:
+            peer = kernel_peers.prepared(name, self.arena.a, self.arena.b, self.arena.out)
+            if isinstance(peer, str):
+                absent[name] = peer
+            else:
+                found[name] = peer
+        self.entrants = [Entrant(w, by, peer.version, peer.passes[w]) for w in WORKS for by, peer in found.items()]
+        step = tick()
+        self.entrants = [e for e in self.entrants if self._right(e)]
+        for entrant in self.entrants:
+            entrant.calibrate(step)
+        self.usual_spin = float(np.percentile([self.arena.spin() for _ in range(51)], 25))
+
+    def _right(self, entrant: Entrant) -> bool:
+        """Whether its values are right to float32's rounding; a wrong one gets no row, and is told of."""
+        self.arena.out.fill(np.nan)
+        values = np.asarray(entrant.once())
+        x = (self.arena.a.astype(np.float64) * self.arena.b).sum(axis=0)
+        base = x if entrant.work == PHONG else 1 - ALPHA / GAMMA * (1 - x)
+        exact = np.maximum(base, 0) ** (ALPHA if entrant.work == PHONG else GAMMA)
+        error = float(np.abs(values - exact).max()) if values.shape == exact.shape else math.nan
+        entrant.error = error
+        if values.dtype == np.float32 and error <= TOLERANCE:
+            return True
+        self.notes.append(
+            f"{entrant.by}, {entrant.work}, {self.working_set}: left out, its values are wrong (largest error "
+            f"{error:.3g}, allowed {TOLERANCE:.3g}, {values.dtype})"
+        )
+        return False
+
+    @property
+    def round_seconds(self) -> float:
+        """What a round is expected to take."""
+        return sum(entrant.epoch_seconds for entrant in self.entrants)
+
+    def measured(self, rounds: int, seed: int, progress: Progress) -> list[dict[str, Any]]:
+        """The rows of this working set."""
+        rng = np.random.default_rng(seed)
+        end = time.perf_counter() + 1.3 * rounds * self.round_seconds
+        with closing(Witness()) as witness:
+            readings = clock.run_rounds(
+                partial(self._epoch, witness), len(self.entrants), rounds, rng,
+                repeat=lambda: time.perf_counter() < end, after_round=lambda done: progress.advance(),
+            )  # fmt: skip
+        kept = [i for i, entrant in enumerate(self.entrants) if self._right(entrant)]
+        rows = [self._row(i, readings) for i in kept]
+        twins = [row for row in rows if row["by"] == TWIN]
+        if any(row["verdict"] != "unresolved" for row in twins):
+            self.notes.append(f"{self.working_set}: identical code was told apart, so no verdict is given here")
+            rows = [row if row["by"] == OURS else row | {"verdict": "unresolved"} for row in rows]
+        for row in rows:
+            if row["cores"] > 1.2:
+                self.notes.append(f"{row['by']} used {row['cores']:.1f} cores, not one ({self.working_set})")
+        return rows
+
+    def _epoch(self, witness: Witness, index: int) -> clock.Epoch:
+        entrant = self.entrants[index]
+        before = witness.see(self.arena.spin())
+        entrant.once()
+        nanoseconds = entrant.epoch(entrant.repeats) / entrant.repeats
+        after = witness.see(self.arena.spin())
+        return clock.Epoch(nanoseconds, disturbed(before, after, self.usual_spin))
+
+    def _row(self, index: int, readings: clock.Readings) -> dict[str, Any]:
+        entrant, n = self.entrants[index], self.arena.elements
+        base = next(i for i, e in enumerate(self.entrants) if (e.by, e.work) == (OURS, entrant.work))
+        ratio = statistics.ratio(readings.used[:, index], readings.used[:, base])
+        verdict = "baseline" if index == base else statistics.verdict(ratio)
+        return {
+            "work": entrant.work, "by": entrant.by, "version": entrant.version,
+            "working_set": self.working_set, "elements": n,
+            "ns": readings.least(index) / n, "ns_median": readings.median(index) / n,
+            "ratio": ratio.middle, "ratio_low": ratio.low, "ratio_high": ratio.high, "verdict": verdict,
+            "cores": entrant.cpu / max(1, entrant.wall), "error": entrant.error,
+            "rounds": len(readings.used), "contaminated": int(readings.marked[index]),
+        }  # fmt: skip

@@ -1,0 +1,1 @@
+"""The command `phongbench`: each command parses, calls the library once, and prints."""

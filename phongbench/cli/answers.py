@@ -1,0 +1,118 @@
+"""What a run answers, and how fast we are.
+
+The front, the formula for a budget, the textbook claims, the comparison with peers.
+"""
+
+import sys
+from typing import Any
+
+import click
+
+from phongbench.cli.common import DIFFERENT, JSON, ROOT, CommaList, show
+
+_ALPHA = "One exponent, several (10,50,200) or a range (10..200)."
+_SPACE = "reflect (R, V), or half (N, H): the latter's errors hold for coplanar vectors only."
+
+
+@click.command(short_help="The error/time front of a run.")
+@click.argument("run_name", metavar="RUN")
+@click.option("--alpha", required=True, metavar="A", help=_ALPHA)
+@click.option("--metric", default="max_abs", show_default=True, help="Column of the accuracy rows.")
+@click.option("--stratum", default="highlight", show_default=True, help="Which inputs.")
+@click.option(
+    "--precision", default="float32", show_default=True, help="float16, bfloat16, float32, float64, q1.15, ..."
+)
+@click.option("--working-set", default="l1", show_default=True, help="Whose times: l1, l2 or memory.")
+@click.option("--space", default="reflect", show_default=True, help=_SPACE)
+@click.option("--all", "everything", is_flag=True, help="Show the cells that are off the front too.")
+@JSON
+def front(run_name: str, everything: bool, as_json: bool, **wishes: Any) -> None:
+    """Show which formulas no other one beats in both error and time.
+
+    Over several exponents a formula's error is its worst. A formula is `unresolved` where the intervals of the times
+    do not tell whether it is beaten.
+
+    \b
+    Examples:
+      phongbench front latest --alpha 50
+      phongbench front latest --alpha 10..200 --metric rms --working-set memory
+    """
+    from phongbench.analysis.front import points
+    from phongbench.cli.terminal import front_table
+    from phongbench.results import runs
+
+    found = points(runs.find(run_name, ROOT), **wishes)
+    show(found, as_json, lambda: front_table(found, everything=everything))
+
+
+@click.command(short_help="The cheapest formula within an error budget.")
+@click.option("--alpha", required=True, metavar="A", help=_ALPHA)
+@click.option("--max-error", required=True, metavar="E", help="Largest absolute error allowed, e.g. 0.004 or 1/255.")
+@click.option("--run", "run_name", metavar="RUN", help="Which run answers.  [default: the newest with times]")
+@click.option("--length-error", metavar="e", help="How wrong vector lengths may be: 0.01 is up to 1 %.")
+@click.option(
+    "--precision", default="float32", show_default=True, help="float16, bfloat16, float32, float64, q1.15, ..."
+)
+@click.option("--space", default="reflect", show_default=True, help=_SPACE)
+@click.option("--working-set", default="l1", show_default=True, help="Whose times: l1, l2 or memory.")
+@JSON
+def recommend(run_name: str | None, as_json: bool, **wishes: Any) -> None:
+    """Name the cheapest formula whose largest error stays within a budget, and say why.
+
+    The newest run with times answers; where there is none, the closed-form laws do, and say so. Formulas of (N, H) are
+    left out unless --space half asks for them: their errors hold for coplanar vectors only. Exit 1 if nothing meets
+    the budget.
+
+    \b
+    Examples:
+      phongbench recommend --alpha 50 --max-error 1/255
+      phongbench recommend --alpha 10..200 --max-error 0.02 --length-error 0.01
+    """
+    from phongbench.analysis.recommend import recommend, run_for
+    from phongbench.cli.terminal import recommendation
+
+    found = recommend(run_for(run_name, ROOT), **wishes)
+    show(found, as_json, lambda: recommendation(found))
+    if not found["choices"]:
+        sys.exit(DIFFERENT)
+
+
+@click.command(short_help="Judge the textbook claims by a run.")
+@click.argument("run_name", metavar="RUN")
+@JSON
+def claims(run_name: str, as_json: bool) -> None:
+    """Judge the textbook claims by the rows of a run.
+
+    Each claim holds, holds under conditions, fails, or was not measured, by a stated rule; --json has the rules, all
+    conditions as numbers and the rows that decide. What was not measured says which flags measure it.
+
+    \b
+    Examples:
+      phongbench claims latest
+      phongbench claims latest --json
+    """
+    from phongbench.analysis.claims import answer
+    from phongbench.cli.terminal import claims_table
+    from phongbench.results import runs
+
+    found = answer(runs.find(run_name, ROOT))
+    show(found, as_json, lambda: claims_table(found))
+
+
+@click.command(short_help="Time our kernels against NumPy, numexpr, JAX, PyTorch, Taichi.")
+@click.option("--peers", "names", type=CommaList("names"), help="numpy,numexpr,jax,torch,taichi  [default: all]")
+@click.option("--budget", type=float, default=10.0, show_default=True, metavar="SECONDS", help="For the rounds.")
+@JSON
+def bench(names: tuple[str, ...] | None, budget: float, as_json: bool) -> None:
+    """Time the same work, exact Phong and Lyon gamma 8 in float32, by our kernels and by every installed peer.
+
+    All run interleaved on one thread over the same vectors, one Python call a pass, and their results are checked.
+    Peers that are not installed are said to be absent; the extra `peers` brings them. The sweep's throughput against
+    plain NumPy is measured too.
+    """
+    from phongbench.benchmarks.kernel_bench import bench
+    from phongbench.cli.terminal import TerminalProgress, bench_tables
+
+    with TerminalProgress(quiet=as_json) as progress:
+        found = bench(names, budget_seconds=budget, progress=progress)
+    show(found, as_json, lambda: bench_tables(found))

@@ -1,0 +1,121 @@
+"""Pictures of scenes: `render`."""
+
+import re
+from pathlib import Path
+from typing import Any
+
+import click
+
+from phongbench.cli.common import JSON, facts, grid, show
+
+
+class Size(click.ParamType[Any]):
+    """Width and height, as 1280x720."""
+
+    name = "WxH"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """`1280x720` -> (1280, 720)."""
+        found = re.fullmatch(r"([0-9]{1,9})x([0-9]{1,9})", value) if isinstance(value, str) else None
+        if not found:
+            self.fail(f"{value!r} is not a size; write e.g. 1280x720", param, ctx)
+        return int(found[1]), int(found[2])
+
+
+#: what a terminal shows as tables, in this order
+_TABLES = ("ledger", "skips", "tracers", "compared", "absent", "formulas", "left_out")
+
+
+@click.command(short_help="Draw a scene, and tell what was left out.")
+@click.argument("scene", required=False, metavar="[SCENE.toml]")
+@click.option(
+    "--out",
+    type=click.Path(path_type=Path),
+    help="Where to write: .png; linear float32 as .npy, or as .exr (extra `scene`).  [default: SCENE.png]",
+)
+@click.option("--size", type=Size(), metavar="WxH", help="Pixels.  [default: the scene's]")
+@click.option("--specular", metavar="NAME[:form[:gamma]]", help="Formula of the specular term, e.g. lyon:difference:8.")
+@click.option(
+    "--with", "files", multiple=True, type=click.Path(path_type=Path), metavar="FILE.py",
+    help="Add your own formula, which --specular and the scene's materials may then name. Repeatable.",
+)  # fmt: skip
+@click.option("--model", type=click.Choice(["phong", "blinn-phong"]), default="phong", show_default=True)
+@click.option("--depth", type=int, metavar="N", help="Reflections in a row.  [default: the scene's]")
+@click.option("--supersampling", type=int, metavar="N", help="N x N samples for each pixel.  [default: the scene's]")
+@click.option("--shadows/--no-shadows", default=None, help="Whether objects throw shadows.  [default: the scene's]")
+@click.option("--skip/--no-skip", default=True, help="Whether to leave out what the picture does not need.")
+@click.option("--exact", is_flag=True, help="Leave out only what changes no bit.")
+@click.option(
+    "--constant-patches",
+    type=click.FloatRange(0, 1),
+    metavar="E",
+    help="Compute a light once for 64 neighbours where that changes a colour by at most E.  [default: the scene's]",
+)
+@click.option("--compare", is_flag=True, help="Write exact Phong, this formula, and their difference side by side.")
+@click.option("--bench", is_flag=True, help="Measure what each skip saves, and other tracers beside ours.")
+@click.option("--formulas", is_flag=True, help="Tell each formula's picture error and time beside exact Phong's.")
+@click.option("--threads", type=click.IntRange(min=1), help="[default: all cores]")
+@click.option("--list", "listing", is_flag=True, help="List the shipped scenes.")
+@JSON
+def render(
+    scene: str | None, specular: str | None, skip: bool, exact: bool, bench: bool, formulas: bool, listing: bool,
+    as_json: bool, files: tuple[Path, ...], **wishes: Any,
+) -> None:  # fmt: skip
+    """Draw a scene from a TOML file, or a shipped one by its name, and tell what was left out.
+
+    \b
+    Examples:
+      phongbench render --list
+      phongbench render chequerboard --out picture.png --size 1280x720
+      phongbench render test-card --specular lyon:difference:8 --compare --out triple.png
+      phongbench render test-card --formulas
+      phongbench render my-scene.toml --with my_highlight.py --specular my-highlight:dot:8 --out picture.exr
+      phongbench render many-lights --bench
+    """
+    from phongbench.benchmarks import scene_bench
+    from phongbench.cli.terminal import TerminalProgress, table
+    from phongbench.formulas.user_files import registry_with
+    from phongbench.scenes import render_to_file
+
+    if listing:
+        told = render_to_file.listed()
+        show(told, as_json, lambda: table("", ("scene", "shows"), [tuple(row.values()) for row in told]))
+        return
+    if scene is None:
+        raise click.UsageError("name a scene: a TOML file, or one of those that --list shows")
+    if (bench or formulas) and (wishes["compare"] or wishes["out"]):
+        raise click.UsageError("--bench and --formulas draw no picture: leave --compare and --out away")
+    if wishes["constant_patches"] is not None and (exact or not skip or bench or formulas):
+        other = "--exact" if exact else "--no-skip" if not skip else "--bench" if bench else "--formulas"
+        raise click.UsageError(f"--constant-patches leaves out what {other} decides: give one of the two")
+    if formulas and wishes["model"] != "phong":
+        raise click.UsageError("--formulas compares with exact Phong: leave --model away")
+    wanted = render_to_file.Wish(
+        scene, specular=specular, skip=skip, exact=exact, registry=registry_with(files), **wishes
+    )  # fmt: skip
+    with TerminalProgress(quiet=as_json) as progress:
+        found = (scene_bench.measure if bench else scene_bench.judge if formulas else render_to_file.draw)(wanted, progress)
+    tables = [lambda name=name: table(name, *grid(readable(found, name))) for name in _TABLES if readable(found, name)]
+    show(found, as_json, lambda: facts({k: v for k, v in found.items() if not isinstance(v, list)}), *tables)
+
+
+#: columns that a line has room for, of tables with more
+_COLUMNS = {
+    "tracers": ("tracer", "draws", "size", "seconds", "mpixels_per_second", "mrays_per_second", "ratio", "pixels_off",
+                "surfaces_agree"),
+    "compared": ("tracer", "version", "note"),
+    "formulas": ("formula", "max_abs", "lobe_error", "max_codes", "visible", "psnr", "flip", "energy",
+                 "highlight_area", "ratio"),
+}  # fmt: skip
+
+
+def readable(found: dict[str, Any], name: str) -> list[dict[str, Any]]:
+    """The rows of a table as people read them: a formula's name in one word, and no more columns than a line holds."""
+    from phongbench.scenes.picture_errors import name_of
+
+    rows = list(found.get("tracers" if name == "compared" else name, []))
+    if name == "formulas":
+        rows = [row | {"formula": name_of(row)} for row in rows]
+    elif name == "compared":  # a tracer is told of once, however much it drew
+        rows = list({row["tracer"]: row for row in rows}.values())
+    return [{column: row[column] for column in _COLUMNS.get(name, row)} for row in rows]

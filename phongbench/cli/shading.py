@@ -1,0 +1,54 @@
+"""Shading offline: the request of the service's /v1/shade, answered by the same functions."""
+
+import os
+import sys
+from pathlib import Path
+
+import click
+
+from phongbench.errors import InputError, StorageError
+
+
+@click.command(short_help="Shade the points of a request, as the service's /v1/shade does.")
+@click.argument("request_file", metavar="IN.json|-")
+@click.option("--out", type=click.Path(path_type=Path), help="A .json or .npy file.  [default: JSON on stdout]")
+@click.option("--threads", type=click.IntRange(min=1), help="[default: all cores]")
+@click.option(
+    "--with", "files", multiple=True, type=click.Path(path_type=Path), metavar="FILE.py", help="Add your own formula."
+)
+def shade(request_file: str, out: Path | None, threads: int | None, files: tuple[Path, ...]) -> None:
+    """Shade points by the full reflection model: ambient, diffuse and specular terms of many lights.
+
+    IN.json holds material, lights, viewer, points and normals; optional are model, specular, ambient_light, normalise
+    and precision. `-` reads it from stdin. The answer has the colours and how many (point, light) pairs were skipped.
+
+    \b
+    Example:
+      echo '{"material": {"ambient": [0.1, 0.1, 0.1], "diffuse": [0.6, 0.5, 0.4], "specular": [1, 1, 1],
+             "shininess": 50}, "specular": {"approximation": "lyon", "lambda": "dot", "gamma": 8},
+             "ambient_light": [1, 1, 1], "lights": [{"direction": [0, 0, 1]}], "viewer": {"direction": [0, 0, 1]},
+             "points": [[0, 0, 0]], "normals": [[0, 0, 1]]}' | phongbench shade -
+    """
+    from phongbench.formulas.user_files import registry_with
+    from phongbench.shading.requests import parse_json, save_shaded, shaded_json, shading_request
+
+    if out is not None and out.suffix not in (".json", ".npy"):
+        raise InputError(f"{out.name!r} is neither .json nor .npy", "--out", "the name's end says what is written")
+    request = shading_request(parse_json(_read(request_file)), registry=registry_with(files))
+    shaded = request.shade(threads=threads or os.cpu_count() or 1)
+    if out is None:
+        click.echo(shaded_json(shaded))
+    else:
+        save_shaded(shaded, out)
+        click.echo(out)
+
+
+def _read(name: str) -> bytes:
+    if name == "-":
+        return sys.stdin.buffer.read()
+    try:
+        return Path(name).read_bytes()
+    except FileNotFoundError:
+        raise InputError("no such file", name, "give a JSON file, or - for stdin") from None
+    except OSError as problem:
+        raise StorageError(problem.strerror or "cannot be read", name) from problem

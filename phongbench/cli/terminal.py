@@ -1,0 +1,201 @@
+"""What a person sees on a terminal: progress bars and tables. Talk goes to stderr, data to stdout.
+
+NO_COLOR is honoured.
+"""
+
+import re
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
+from types import TracebackType
+from typing import Any
+
+from rich.box import SIMPLE
+from rich.console import Console
+from rich.progress import BarColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+from rich.progress import Progress as Bars
+from rich.table import Table
+from rich.text import Text
+
+from phongbench.support.progress import Progress
+
+
+class TerminalProgress(Progress):
+    """Progress bars with rate and time left on a terminal; single lines for each stage elsewhere."""
+
+    def __init__(self, *, quiet: bool = False) -> None:
+        self.console = Console(stderr=True, quiet=quiet)
+        self.bars = Bars(
+            TextColumn("{task.description:<28}", markup=False),
+            BarColumn(),
+            TextColumn("{task.percentage:>3.0f} %"),
+            TimeElapsedColumn(),
+            TextColumn("left"),
+            TimeRemainingColumn(),
+            TextColumn("{task.fields[rate]}"),
+            console=self.console,
+            transient=True,
+            disable=quiet or not self.console.is_terminal,
+        )
+        self.task: Any = None
+
+    def __enter__(self) -> "TerminalProgress":
+        self.bars.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.bars.stop()
+
+    def stage(self, text: str, total: float | None = None) -> None:
+        """Begin a stage: a new bar, or a line where there is no terminal."""
+        if self.task is not None:
+            self.bars.remove_task(self.task)
+        self.task = self.bars.add_task(text, total=total, rate="")
+        if self.bars.disable:
+            self.console.print(text, style="dim", highlight=False, markup=False)
+
+    def advance(self, steps: float = 1) -> None:
+        """Move the bar; large steps are evaluations, whose rate is shown."""
+        if self.task is not None:
+            speed = next((t.speed for t in self.bars.tasks if t.id == self.task), None)
+            rate = f"{speed / 1e9:.2f} billion evaluations/s" if speed and speed > 1e6 else ""
+            self.bars.update(self.task, advance=steps, rate=rate)
+
+    def note(self, text: str) -> None:
+        """Print a remark above the bar."""
+        self.console.print(text, highlight=False, markup=False)
+
+
+def table(title: str, columns: Sequence[str], rows: Iterable[Sequence[Any]], *, right: Sequence[str] = ()) -> None:
+    """Print a table on stdout; columns named in `right` are aligned right."""
+    drawn = Table(title=title or None, box=SIMPLE, title_justify="left", pad_edge=False)
+    for name in columns:
+        drawn.add_column(name, justify="right" if name in right else "left", overflow="fold")
+    for row in rows:
+        drawn.add_row(*(cell if isinstance(cell, str) else text_of(cell) for cell in row))
+    console = Console(markup=False)
+    if not console.is_terminal:
+        console = Console(markup=False, width=160)
+    console.print(drawn)
+
+
+def text_of(value: Any) -> str:
+    """A number as people read it: four significant digits, nothing for what is missing."""
+    if value is None or value != value:
+        return ""
+    return f"{value:.4g}" if isinstance(value, float) else str(value)
+
+
+def front_table(found: Mapping[str, Any], *, everything: bool = False) -> None:
+    """A front as a table, fastest first; what is off it is only counted, unless everything is wanted."""
+    points = found["points"]
+    shown = [p for p in points if everything or p["state"] != "off"]
+    rows = [
+        (p["name"], p["error"], 255 * p["error"], p["ratio"], _interval(p), p["ns"], p["state"]) for p in shown
+    ]  # fmt: skip
+    title = f"{found['stratum']} vectors, {found['precision']}, {found['space']} space, alpha {found['alpha']}"
+    columns = ("formula", found["metric"], "8-bit codes", "time / exact Phong", "interval", "ns", "state")
+    table(title, columns, rows, right=columns[1:6])
+    notes = Console(stderr=True, markup=False, highlight=False, soft_wrap=True)
+    notes.print(f"times: working set {found['working_set']}, of run {found['run']}")
+    if not found["same_machine"]:
+        notes.print("the run was timed on another kind of machine: its ratios hold there, its nanoseconds are left out")
+    if len(found["alphas"]) > 1:
+        listed = ", ".join(f"{alpha:g}" for alpha in found["alphas"])
+        notes.print(f"error: the worst at alpha {listed}, the run's in that range")
+    if found["timed_precision"] != found["precision"]:
+        notes.print(f"{found['precision']} is emulated and not timed: times are those of {found['timed_precision']}")
+    if len(shown) < len(points):
+        notes.print(f"{len(points) - len(shown)} more are off the front: --all shows them")
+
+
+def recommendation(found: Mapping[str, Any]) -> None:
+    """The answer to a budget: a table of choices, then each one's reason, then what to bear in mind."""
+    miss, choices = found["nearest_miss"], found["choices"]
+    named = [*zip(("best", "next"), choices, strict=False), *([("nearest miss", miss)] if miss else [])]
+    rows = [
+        (role, c["name"], c["beta"], c["max_abs"], c["codes_8bit"], c["coverage"], c["ratio"], _interval(c))
+        for role, c in named
+    ]
+    title = f"Largest error at most {found['max_error']:.4g} at alpha {found['alpha']}, {found['precision']}"
+    columns = ("", "formula", "beta", "error", "8-bit codes", "coverage", "time / exact Phong", "interval")
+    table(title, columns, rows, right=("beta", "error", "8-bit codes", "time / exact Phong", "interval"))
+    console = Console(markup=False, highlight=False)
+    if not choices:
+        console.print("nothing meets the budget")
+    for role, choice in named:
+        console.print(f"{role}: {choice['why']}", soft_wrap=True)
+    for note in found["notes"]:
+        console.print(f"note: {note}", soft_wrap=True)
+    if choices and not re.search(r",|\.\.", found["alpha"]):  # a range of exponents is no one function
+        console.print(f"as code: {_as_code(choices[0], found['alpha'])}", soft_wrap=True)
+    console.print(f"from {found['run']}" if found["run"] else "from the laws, without a run")
+
+
+def _as_code(choice: Mapping[str, Any], alpha: str) -> str:
+    """The command that writes a choice for one exponent as shader code."""
+    form = None if choice["lambda"] == "none" else choice["lambda"]
+    formula = ":".join(str(part) for part in (choice["approximation"], form, choice["gamma"]) if part is not None)
+    slope = "" if choice["beta_policy"] == "none" else f" --beta {choice['beta_policy']}"
+    space = "" if choice["space"] == "reflect" else f" --space {choice['space']}"
+    return f"phongbench shader {formula} --alpha {alpha}{slope}{space}"
+
+
+def claims_table(found: Mapping[str, Any]) -> None:
+    """The textbook claims with their verdicts, each with its reason below, or what would measure it."""
+    from phongbench.analysis.claims import SIGNS
+
+    console = Console(markup=False, highlight=False)
+    if not console.is_terminal:
+        console = Console(markup=False, highlight=False, width=160)
+    drawn = Table(box=SIMPLE, pad_edge=False, show_lines=False)
+    drawn.add_column("")
+    drawn.add_column("verdict", no_wrap=True)
+    drawn.add_column("claim, and what was found")
+    for claim in found["claims"]:
+        lacking = claim["lacking"] or ""
+        mend = f"\n{lacking[:1].upper()}{lacking[1:]}" if lacking else ""
+        text = Text.assemble((claim["claim"], "bold"), f"\n{claim['because']}{mend}\n")
+        drawn.add_row(claim["key"], f"{SIGNS[claim['verdict']]} {claim['verdict']}", text)
+    console.print(drawn)
+    counted = Counter(claim["verdict"] for claim in found["claims"])
+    told = ", ".join(f"{counted[verdict]} {verdict}" for verdict in SIGNS if counted[verdict])
+    notes = Console(stderr=True, markup=False, highlight=False, soft_wrap=True)
+    notes.print(f"of run {found['run']}: {told}; --json has the rules, all conditions and the rows that decide")
+
+
+def bench_tables(found: Mapping[str, Any]) -> None:
+    """The comparison with peers, one table for each kind of work, then who is absent, then the sweep."""
+    columns = ("by", "version", "ns", "time / ours", "interval", "cores", "largest error", "verdict")
+    for work in dict.fromkeys((r["work"], r["working_set"], r["elements"]) for r in found["rows"]):
+        mine = [r for r in found["rows"] if (r["work"], r["working_set"], r["elements"]) == work]
+        rows = [
+            (r["by"], r["version"], r["ns"], r["ratio"], _interval(r), r["cores"], r["error"], r["verdict"])
+            for r in mine
+        ]
+        title = f"{work[0]}, float32, {work[2]:,} elements ({work[1]}), ns per element"
+        table(title, columns, rows, right=columns[2:7])
+    console = Console(markup=False, highlight=False)
+    for name, why in found["absent"].items():
+        console.print(f"{name} is absent: {why}", soft_wrap=True)
+    for note in found["notes"]:
+        console.print(f"note: {note}", soft_wrap=True)
+    heads = ("pairs", "subnormal", "bare chain", "ours", "chain / ours", "interval")
+    slow = [
+        (r["pairs"], f"{r['subnormal']:.1%}", r["chain_ns"], r["ours_ns"], r["ratio"], _interval(r))
+        for r in found.get("subnormals", ())
+    ]
+    if slow:
+        table("What subnormal numbers cost: lyon, gamma 64, float32, in l1, ns per element", heads, slow)
+    sweep = found["sweep"]
+    console.print(
+        f"accuracy sweep: {sweep['evaluations_per_second'] / 1e9:.2f} billion evaluations a second and core, "
+        f"{sweep['ratio']:.0f} times plain NumPy over the same cells",
+        soft_wrap=True,
+    )
+
+
+def _interval(row: Mapping[str, Any]) -> str:
+    low, high = row["ratio_low"], row["ratio_high"]
+    return "" if low is None or high is None else f"{low:.3g} .. {high:.3g}"

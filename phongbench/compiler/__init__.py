@@ -1,0 +1,1 @@
+"""Scalar Python compiled for any precision; knows nothing of light."""

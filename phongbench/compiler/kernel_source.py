@@ -1,0 +1,56 @@
+"""What a scalar body says in its source: its statements, what its names mean, and where it stands."""
+
+import ast
+import inspect
+import textwrap
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from phongbench.errors import KernelError
+
+
+class BodyText:
+    """The source of a plain Python function.
+
+    definition  ast.FunctionDef  its statements
+    Raises KernelError for what has no source, or is no plain function.
+    """
+
+    def __init__(self, body: Callable[..., Any]) -> None:
+        self.body = body
+        try:
+            lines, self._first_line = inspect.getsourcelines(body)
+        except (OSError, TypeError) as problem:
+            raise KernelError(
+                f"the source of {body!r} cannot be read", None, "define the kernel in a file"
+            ) from problem
+        tree = ast.parse(textwrap.dedent("".join(lines))).body[0]
+        if not isinstance(tree, ast.FunctionDef):
+            raise KernelError(f"{body!r} is not a plain function", None, "define the kernel with def")
+        self.definition = tree
+        self._scope = {**vars(__import__("builtins")), **body.__globals__, **inspect.getclosurevars(body).nonlocals}
+
+    def value(self, node: ast.expr, known: Mapping[str, Any]) -> Any:
+        """What an expression is where the body stands, given its names that are known; a refusal if it has no value."""
+        scope = {**self._scope, **known}
+        try:
+            return eval(compile(ast.fix_missing_locations(ast.Expression(node)), "<known>", "eval"), scope)
+        except (ArithmeticError, AttributeError, LookupError, NameError, TypeError, ValueError) as problem:
+            raise self.refusal(node, f"`{ast.unparse(node)}` ({problem})") from problem
+
+    def resolve(self, function: ast.expr) -> Any:
+        """What is called by this name."""
+        try:
+            return eval(ast.unparse(function), dict(self._scope))
+        except (NameError, AttributeError) as problem:
+            raise self.refusal(function, str(problem)) from problem
+
+    def refusal(self, node: ast.AST, what: str) -> KernelError:
+        """The error that names file and line of what cannot be compiled, and what can."""
+        line = self._first_line + getattr(node, "lineno", 1) - 1
+        where = f"{inspect.getsourcefile(self.body)}:{line}"
+        return KernelError(
+            f"{what} cannot be compiled in the kernel {self.body.__name__}",
+            where,
+            "kernels use + - * /, comparisons, conditional expressions and the helpers of phongbench.compiler.elementary",
+        )

@@ -1,0 +1,173 @@
+"""Compiled loops around the scalar bodies: the coordinates of pairs, and the values of an approximation over them.
+
+Every loop is compiled once for (approximation, precision, known arguments) and called through a pointer, so nothing is
+compiled again for another alpha, beta or lambda form.
+"""
+
+from collections.abc import Callable
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from phongbench.compiler import intrinsics, jit
+from phongbench.compiler.lowering import FLOAT64, Body, Precision, lower
+from phongbench.formulas import lambda_forms
+from phongbench.formulas.kernel import Array, coefficient_row, known_values, table_row
+from phongbench.formulas.spec import Approximation, Setting
+
+#: rows of a coordinate block: the lambda forms, the cosine, and a row of ones that serves as the gate of ungated cells
+FORM_ROW = {form: row for row, form in enumerate(lambda_forms.LAMBDA_FORMS)}
+COSINE_ROW = len(FORM_ROW)
+OPEN_ROW = COSINE_ROW + 1
+COORDINATE_ROWS = OPEN_ROW + 1
+
+
+def values_signature(dtype: Any) -> Any:
+    """(coordinate, gate, coefficients, table, out), all one-dimensional of this dtype."""
+    row = jit.array_type(dtype)
+    return jit.signature(row, row, row, row, row)
+
+
+def coordinates_signature(dtype: Any) -> Any:
+    """(a, b, out): pairs of shape (3, n) in, a block of COORDINATE_ROWS rows out."""
+    block = jit.array_type(dtype, 2)
+    return jit.signature(block, block, block)
+
+
+#: inside drivers: (address, array) -> the compiled loop at that address, for arrays of that dtype
+values_at, coordinates_at = intrinsics.function_at(values_signature), intrinsics.function_at(coordinates_signature)
+
+
+def values_kernel(spec: Approximation, precision: Precision, known: tuple[tuple[str, int], ...] = ()) -> Any:
+    """A compiled loop out[i] = kernel(coordinate[i], coefficients) where gate[i] > 0, else 0; see `values_signature`.
+
+    spec       whose kernel
+    precision  the working precision: arrays are of its carrier
+    known      pairs (name, value) of the kernel's arguments that are known when compiling, e.g. (("n", 3),)
+    """
+    return _values_kernel(spec.kernel, _wiring(spec), precision, known)
+
+
+
+
+
+
+
+
+
+
+
+
+
+
+def evaluate(spec: Approximation, setting: Setting, coordinate: Array, cosine: Array | None = None) -> Array:
+    """Values of the approximation in float64 over an array of its coordinate.
+
+    coordinate  (n,)         what the kernel takes: cosines, or lambdas
+    cosine      (n,) | None  of the angle; where it is given and not positive, the value is 0
+    returns     (n,) float64
+    Raises InputError for a setting that the approximation does not take.
+    """
+    spec.check(setting)
+    coordinate = np.ascontiguousarray(coordinate, dtype=np.float64)
+    gate = np.ones_like(coordinate) if cosine is None else np.ascontiguousarray(cosine, dtype=np.float64)
+    out = np.empty_like(coordinate)
+    kernel = values_kernel(spec, FLOAT64, known_values(spec, setting))
+    fill_values(
+        jit.address(kernel),
+        coordinate,
+        gate,
+        coefficient_row(spec, setting, FLOAT64),
+        table_row(spec, setting, FLOAT64),
+        out,
+    )
+    return out
+
+
+
+
+
+
+def coordinates(precision: Precision, a: Array, b: Array) -> Array:
+    """The COORDINATE_ROWS rows of pairs: every lambda form, the cosine, and ones; computed in this precision.
+
+    a, b  (3, n) in the precision's carrier
+    """
+    out = np.empty((COORDINATE_ROWS, a.shape[1]), precision.carrier)
+    fill_coordinates(jit.address(coordinates_kernel(precision)), a, b, out)
+    return out
+
+
+@jit.driver
+def fill_coordinates(address: int, a: Array, b: Array, out: Array) -> None:
+    """Call the loop of `coordinates_kernel` at this address, on arrays as in `coordinates_signature`."""
+    coordinates_at(address, out)(a, b, out)
+
+
+@jit.driver
+def fill_values(address: int, coordinate: Array, gate: Array, coefficients: Array, table: Array, out: Array) -> None:
+    """Call the loop of `values_kernel` at this address, on arrays as in `values_signature`."""
+    values_at(address, coordinate)(coordinate, gate, coefficients, table, out)
+
+
+def _wiring(spec: Approximation) -> tuple[str, ...]:
+    """The kernel's run-time arguments after the coordinate, as names of the loop: c0, c1, ... and table."""
+    names = {name: f"c{i}" for i, name in enumerate(spec.scalars)} | {"table": "table"}
+    return tuple(names[a] for a in spec.arguments if a in names)
+
+
+def _bound(kernel: Body, wiring: tuple[str, ...], precision: Precision, known: tuple[tuple[str, int], ...]) -> Body:
+    """The lowered kernel as a function of (coordinate, c0, c1, c2, c3, table), whatever it takes of these."""
+    namespace: dict[str, Any] = {"__name__": __name__, "kernel": lower(kernel, precision, **dict(known))}
+    text = f"def bound(x, c0, c1, c2, c3, table): return kernel({', '.join(('x', *wiring))})"
+    exec(compile(text, f"<{kernel.__module__}.bound>", "exec"), namespace)
+    bound: Callable[..., Any] = jit.inline(namespace["bound"])
+    return bound
+
+
+@cache
+def _values_kernel(
+    kernel: Body, wiring: tuple[str, ...], precision: Precision, known: tuple[tuple[str, int], ...]
+) -> Any:
+    bound, zero = _bound(kernel, wiring, precision, known), precision.constant(0.0)
+
+    def values(coordinate: Array, gate: Array, coefficients: Array, table: Array, out: Array) -> None:
+        c0, c1, c2, c3 = coefficients[0], coefficients[1], coefficients[2], coefficients[3]
+        local = intrinsics.on_stack(table)
+        for i in range(len(coordinate)):
+            value = bound(coordinate[i], c0, c1, c2, c3, local)
+            out[i] = value if gate[i] > zero else zero
+
+    return jit.elementwise(values_signature(precision.carrier), values)
+
+
+@cache
+def bound_parts(
+    spec: Approximation, form: str, precision: Precision, known: tuple[tuple[str, int], ...]
+) -> tuple[Body, Body]:
+    """For loops of other shapes: the kernel as a function of (coordinate, c0, c1, c2, c3, table), and the coordinate as
+    one of the six components, both compiled into whatever calls them.
+    """
+    body = lambda_forms.dot if form == "none" else lambda_forms.LAMBDA_FORMS[form]
+    return _bound(spec.kernel, _wiring(spec), precision, known), lower(body, precision)
+
+
+@cache
+def coordinates_kernel(precision: Precision) -> Any:
+    """A compiled loop filling a block of COORDINATE_ROWS rows from a and b of shape (3, n)."""
+    forms = [lower(body, precision) for body in lambda_forms.LAMBDA_FORMS.values()]
+    dot, difference, cross, tangent = forms
+    cosine, one = lower(lambda_forms.dot, precision), precision.constant(1.0)
+
+    def coordinates(a: Array, b: Array, out: Array) -> None:
+        for i in range(a.shape[1]):
+            ax, ay, az, bx, by, bz = a[0, i], a[1, i], a[2, i], b[0, i], b[1, i], b[2, i]
+            out[0, i] = dot(ax, ay, az, bx, by, bz)
+            out[1, i] = difference(ax, ay, az, bx, by, bz)
+            out[2, i] = cross(ax, ay, az, bx, by, bz)
+            out[3, i] = tangent(ax, ay, az, bx, by, bz)
+            out[4, i] = cosine(ax, ay, az, bx, by, bz)
+            out[5, i] = one
+
+    return jit.elementwise(coordinates_signature(precision.carrier), coordinates)

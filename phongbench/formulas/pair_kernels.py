@@ -1,0 +1,135 @@
+"""Compiled loops from vectors to highlights: what is timed, and what answers who has vectors.
+
+One pass: the lambda form of each pair, the kernel, the gate. Every loop is compiled once, as in kernels.py.
+"""
+
+from collections.abc import Callable
+from functools import cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phongbench.compiler import intrinsics, jit
+from phongbench.compiler.lowering import FLOAT32, Precision, lower
+from phongbench.errors import InputError
+from phongbench.formulas import lambda_forms
+from phongbench.formulas.coordinate_kernels import bound_parts
+from phongbench.formulas.kernel import coefficient_row, known_values, needs_gate, read_only, table_row
+from phongbench.formulas.spec import Approximation, Setting
+
+Array = NDArray[Any]
+
+
+def pairs_signature(dtype: Any) -> Any:
+    """(a, b, coefficients, table, out): a and b of shape (3, n) or (n, 3), which may be read-only."""
+    row, block = jit.array_type(dtype), jit.array_type(dtype, 2, readonly=True)
+    return jit.signature(block, block, row, row, row)
+
+
+#: inside drivers: (address, array) -> the compiled loop at that address, for arrays of that dtype
+pairs_at = intrinsics.function_at(pairs_signature)
+
+
+def pairs_kernel(
+    spec: Approximation,
+    form: str,
+    precision: Precision,
+    known: tuple[tuple[str, int], ...] = (),
+    *,
+    layout: str = "soa",
+    gated: bool = True,
+) -> Any:
+    """A compiled loop out[i] = kernel(lambda form of the i-th pair) where a.b > 0, else 0; see `pairs_signature`.
+
+    form    one of the approximation's lambda forms; none for kernels of the cosine
+    known   as for `kernels.values_kernel`
+    layout  "soa": a and b of shape (3, n), a row per component; "aos": of shape (n, 3), a row per vector
+    gated   False where `needs_gate` says that the test of a.b changes nothing
+    """
+    return _pairs_kernel(spec, form, precision, known, layout, gated)
+
+
+def highlights(
+    spec: Approximation,
+    form: str,
+    setting: Setting,
+    a: Array,
+    b: Array,
+    *,
+    precision: Precision = FLOAT32,
+    layout: str = "soa",
+) -> Array:
+    """Highlights of pairs, computed by the timed kernel itself.
+
+    a, b     (3, n) or, for layout "aos", (n, 3)  directions; read-only arrays are welcome, other dtypes are converted
+    returns  (n,)                                 in the precision's carrier
+    Raises InputError for shapes that are not these, and for a setting that the approximation does not take.
+    """
+    spec.check(setting)
+    a, b = (np.ascontiguousarray(v, dtype=precision.carrier) for v in (a, b))
+    if a.shape != b.shape or a.ndim != 2 or a.shape[_AXIS[layout]] != 3:
+        wanted = {"soa": "(3, n)", "aos": "(n, 3)"}[layout]
+        raise InputError(f"pairs of shape {a.shape} and {b.shape}", None, f"both must be {wanted}")
+    out = np.empty(a.shape[1 - _AXIS[layout]], precision.carrier)
+    prepared(spec, form, setting, precision=precision, layout=layout)(a, b, out)
+    return out
+
+
+def prepared(
+    spec: Approximation, form: str, setting: Setting, *, precision: Precision = FLOAT32, layout: str = "soa"
+) -> Callable[[Array, Array, Array], None]:
+    """What `highlights` calls, for those who call it again and again: kernel, coefficients and table are made once.
+
+    returns  (a, b, out) -> None; a and b as for `highlights`, C-contiguous and in the precision's carrier, out (n,)
+             of the same type. Nothing is checked: a wrong shape reads what it must not.
+    """
+    gated = needs_gate(spec, form, setting)
+    kernel = pairs_kernel(spec, form, precision, known_values(spec, setting), layout=layout, gated=gated)
+    address = jit.address(kernel)
+    row, table = coefficient_row(spec, setting, precision), table_row(spec, setting, precision)
+    return lambda a, b, out: _call_pairs(address, read_only(a), read_only(b), row, table, out)
+
+
+@jit.inline
+def _of_rows(v: Any, component: int, i: int) -> Any:
+    return v[component, i]
+
+
+@jit.inline
+def _of_vectors(v: Any, component: int, i: int) -> Any:
+    return intrinsics.of_three(v, i, component)
+
+
+#: layout -> the axis of components, and how one is read
+_AXIS, _PART = {"soa": 0, "aos": 1}, {"soa": _of_rows, "aos": _of_vectors}
+LAYOUTS = tuple(_AXIS)
+
+
+@cache
+def _pairs_kernel(
+    spec: Approximation,
+    form: str,
+    precision: Precision,
+    known: tuple[tuple[str, int], ...],
+    layout: str,
+    gated: bool,
+) -> Any:
+    bound, coordinate = bound_parts(spec, form, precision, known)
+    cosine, part, zero = lower(lambda_forms.dot, precision), _PART[layout], precision.constant(0.0)
+
+    def pairs(a: Array, b: Array, coefficients: Array, table: Array, out: Array) -> None:
+        c0, c1, c2, c3 = coefficients[0], coefficients[1], coefficients[2], coefficients[3]
+        local = intrinsics.on_stack(table)
+        for i in range(len(out)):
+            ax, ay, az = part(a, 0, i), part(a, 1, i), part(a, 2, i)
+            bx, by, bz = part(b, 0, i), part(b, 1, i), part(b, 2, i)
+            value = bound(coordinate(ax, ay, az, bx, by, bz), c0, c1, c2, c3, local)
+            out[i] = value if not gated or cosine(ax, ay, az, bx, by, bz) > zero else zero
+
+    return jit.elementwise(pairs_signature(precision.carrier), pairs)
+
+
+@jit.driver
+def _call_pairs(address: int, a: Array, b: Array, coefficients: Array, table: Array, out: Array) -> None:
+    pairs_at(address, out)(a, b, coefficients, table, out)

@@ -1,0 +1,1 @@
+"""A formula as a function in GLSL, HLSL, WGSL or C."""

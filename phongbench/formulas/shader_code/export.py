@@ -1,0 +1,149 @@
+"""A formula as source text for a shader or a C program: what was measured, ready to be pasted."""
+
+import shlex
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from phongbench import __version__
+from phongbench.compiler.precisions import FLOAT32
+from phongbench.errors import UnknownNameError
+from phongbench.formulas import lambda_forms
+from phongbench.formulas.curves import lobe
+from phongbench.formulas.kernel import known_values, needs_gate
+from phongbench.formulas.shader_code.languages import LANGUAGES, language_named
+from phongbench.formulas.shader_code.printer import Speller
+from phongbench.formulas.spec import Approximation, Setting
+
+__all__ = ["ANGLES", "LANGUAGES", "Shader", "command", "language_named", "shader"]
+
+#: angles at which the largest error is looked for; their squares are evenly spaced, since highlights are narrow
+ANGLES = 16_384
+#: lambda form -> the variables that lead to it, from directions {a} and {b} and their cosine; as vectors.py has them
+_FORMS: dict[str, tuple[tuple[str, str, str], ...]] = {
+    "none": (),
+    "dot": (("float", "cosine_deficit", "1.0 - cosine"),),
+    "difference": (("direction", "d", "{a} - {b}"), ("float", "cosine_deficit", "0.5 * dot(d, d)")),
+    "cross": (("direction", "c", "cross({a}, {b})"), ("float", "cosine_deficit", "0.5 * dot(c, c)")),
+    "tan2": (
+        ("direction", "c", "cross({a}, {b})"),
+        ("float", "cosine_deficit", "0.5 * dot(c, c) / (cosine * cosine)"),
+    ),
+}
+#: space -> the names of both directions, and what they are
+_DIRECTIONS = {
+    "reflect": ("r", "v", "r is the light's direction mirrored at the normal, v points to the viewer"),
+    "half": ("n", "h", "n is the normal, h the direction half way between light and viewer"),
+}
+
+
+@dataclass(frozen=True)
+class Shader:
+    """A formula in a language.
+
+    text       its source: functions, the last of which is `highlight`, of two directions
+    max_error  its largest error against exact Phong on unit vectors up to 90 degrees, at ANGLES angles, in float32
+    """
+
+    language: str
+    text: str
+    max_error: float
+
+    def as_dict(self) -> dict[str, Any]:
+        """For JSON."""
+        return {"language": self.language, "text": self.text, "max_error": self.max_error}
+
+
+def shader(
+    spec: Approximation, form: str, setting: Setting, language: str = "glsl", *, files: Iterable[str] = ()
+) -> Shader:
+    """The source of a function `highlight` of two directions, and of what it calls.
+
+    spec, form, setting  the formula, one of its lambda forms ("none" where it has none), and what it is made for
+    language             one of LANGUAGES
+    files                names of files that added the user's own formulas, for the command in the comment at the top
+    returns              Shader; float32 throughout. It computes what the kernels compute, operation by operation, but
+                         for powers, exponentials, roots and arc cosines, which are the language's own
+    Raises UnknownNameError or InputError for what does not exist, KernelError for a body that has no spelling.
+    """
+    chosen = language_named(language)
+    if form not in spec.lambda_forms:
+        raise UnknownNameError(f"lambda form of {spec.name}", form, spec.lambda_forms)
+    spec.check(setting)
+    error = _largest_error(spec, form, setting)
+    table = None if spec.table is None else spec.table(setting)
+    speller = Speller(chosen, table)
+    entry = _entry(speller, spec, form, setting)
+    parts = [_head(spec, form, setting, error, command(spec, form, setting, chosen.name, files))]
+    parts += [chosen.preamble] if chosen.preamble else []
+    if table is not None:
+        parts.append(chosen.listed("TABLE", [chosen.number(float(value)) for value in table]))
+    return Shader(chosen.name, "\n\n".join([*parts, *speller.functions, entry]) + "\n", error)
+
+
+def _largest_error(spec: Approximation, form: str, setting: Setting) -> float:
+    degrees = 90.0 * np.linspace(0.0, 1.0, ANGLES) ** 2
+    value, exact = lobe(spec, form, setting, degrees, precision=FLOAT32)
+    return float(np.abs(value - exact).max())
+
+
+def command(spec: Approximation, form: str, setting: Setting, language: str, files: Iterable[str] = ()) -> str:
+    """The command that makes the same again."""
+    formula = [spec.name, *([] if form == "none" and setting.gamma is None else [form])]
+    formula += [] if setting.gamma is None else [str(setting.gamma)]
+    words = ["phongbench", "shader", ":".join(formula), "--alpha", repr(setting.alpha).removesuffix(".0")]
+    words += ["--beta", setting.slope] if setting.slope != "none" else []
+    words += ["--space", setting.space] if setting.space != spec.spaces[0] else []
+    words += [word for file in files for word in ("--with", file)]
+    return shlex.join([*words, "--language", language])
+
+
+def _head(spec: Approximation, form: str, setting: Setting, error: float, made_by: str) -> str:
+    words = [f"alpha = {setting.alpha:g}"]
+    words += [f"gamma = {setting.gamma}"] if setting.gamma is not None else []
+    words += [f"lambda form {form}"] if form != "none" else []
+    words += [f"slope {setting.slope}"] if setting.slope != "none" else []
+    lines = [
+        f"{spec.title}: {spec.formula}",
+        ", ".join(words),
+        f"largest error against exact Phong, unit vectors up to 90 degrees: {error:.3g}, {255 * error:.2g} of 255",
+        _DIRECTIONS[setting.space][2],
+        spec.source.citation,
+        f"phongbench {__version__}: {made_by}",
+    ]
+    return "\n".join(f"// {line}" for line in lines)
+
+
+def _entry(speller: Speller, spec: Approximation, form: str, setting: Setting) -> str:
+    """The function `highlight`."""
+    language = speller.language
+    a, b, _ = _DIRECTIONS[setting.space]
+    gated = needs_gate(spec, form, setting)
+    lines = _coordinates(speller, form, a, b, gated=gated)
+    kernel = speller.function(spec.kernel, **dict(known_values(spec, setting)))
+    numbers = dict(spec.coefficients(setting))
+    coordinate = "cosine" if form == "none" else "cosine_deficit"
+    value = f"{kernel}({', '.join([coordinate, *(language.number(numbers[name]) for name in spec.scalars)])})"
+    dark = language.number(0.0)
+    lines.append(f"return {language.chosen(f'cosine > {dark}', value, dark) if gated else value};")
+    kind, name = language.direction
+    header = language.header(language.float_type, "highlight", [(kind, name.format(a)), (kind, name.format(b))])
+    return "\n".join([f"{header} {{", *(f"    {line}" for line in lines), "}"])
+
+
+def _coordinates(speller: Speller, form: str, a: str, b: str, *, gated: bool) -> list[str]:
+    """Statements that make `cosine` and `cosine_deficit`: by the language's vectors, or component by component."""
+    language = speller.language
+    if language.components:
+        given = ", ".join([a + c for c in language.components] + [b + c for c in language.components])
+        bodies = {"cosine": lambda_forms.dot} if gated or form == "none" else {}
+        bodies |= {"cosine_deficit": lambda_forms.LAMBDA_FORMS[form]} if form != "none" else {}
+        return [
+            language.declared(language.float_type, name, f"{speller.function(body)}({given})")
+            for name, body in bodies.items()
+        ]
+    kinds = {"float": language.float_type, "direction": language.direction[0]}
+    cosine = (("float", "cosine", "dot({a}, {b})"),) if gated or form in ("none", "dot", "tan2") else ()
+    return [language.declared(kinds[kind], name, text.format(a=a, b=b)) for kind, name, text in cosine + _FORMS[form]]

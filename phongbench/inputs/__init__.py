@@ -1,0 +1,1 @@
+"""What is measured: plans, strata of pairs, meshes, materials."""

@@ -1,0 +1,64 @@
+"""What a study that is under way has finished: numbered parts of its sweep, and each probe's tables.
+
+A killed run is resumed from them.
+"""
+
+import json
+from collections.abc import Mapping
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from phongbench.errors import CorruptRunError
+from phongbench.support.atomic_files import storage, write_text, write_whole
+
+#: folder of the parts, in that of the run
+PARTS = "parts"
+
+
+def append_part(path: Path, number: int, frame: pd.DataFrame) -> None:
+    """Keep finished work of a sweep that still runs."""
+    with storage(path):
+        (path / PARTS).mkdir(exist_ok=True)
+    write_whole(path / PARTS / f"{number:06d}.parquet", lambda p: frame.to_parquet(p, engine="pyarrow", index=False))
+
+
+def read_parts(path: Path) -> list[pd.DataFrame]:
+    """The parts kept so far, in order. CorruptRunError names one that cannot be read."""
+    frames = []
+    for file in sorted((path / PARTS).glob("[0-9]*.parquet")):
+        try:
+            frames.append(pd.read_parquet(file))
+        except (OSError, ValueError) as problem:
+            raise CorruptRunError(f"cannot be read: {problem}", str(file), "start over with --fresh") from problem
+    return frames
+
+
+def keep_probe(path: Path, probe: str, tables: Mapping[str, pd.DataFrame], told: Mapping[str, Any]) -> None:
+    """Keep what a finished probe found, whole: a resumed run does not ask again.
+
+    told  what it told beside its tables, as plain data for JSON
+    """
+    with storage(path):
+        (path / PARTS).mkdir(exist_ok=True)
+    box = path / PARTS / f"{probe}.{{}}.parquet"
+    for name, frame in tables.items():
+        file = Path(str(box).format(name))
+        write_whole(file, partial(frame.to_parquet, engine="pyarrow", index=False))
+    done = json.dumps({"tables": sorted(tables), "told": told})
+    write_whole(path / PARTS / f"{probe}.json", lambda p: write_text(p, done))
+
+
+def kept_probe(path: Path, probe: str) -> tuple[dict[str, pd.DataFrame], dict[str, Any]] | None:
+    """The tables and what else was told that `keep_probe` kept; None if the probe has not finished."""
+    note = path / PARTS / f"{probe}.json"
+    if not note.is_file():
+        return None
+    try:
+        done = json.loads(note.read_text(encoding="utf-8"))
+        tables = {name: pd.read_parquet(path / PARTS / f"{probe}.{name}.parquet") for name in done["tables"]}
+        return tables, done["told"]
+    except (OSError, ValueError, KeyError) as problem:
+        raise CorruptRunError(f"cannot be read: {problem}", str(note), "start over with --fresh") from problem

@@ -1,0 +1,284 @@
+"""The one on-disk form of a run: a folder with a manifest and Parquet tables. Created, appended, loaded, verified
+here.
+
+Files appear whole or not at all (whole.py). While a study runs, what is finished is kept apart (unfinished.py); the
+complete run is the tables alone.
+"""
+
+import hashlib
+import json
+import re
+import shutil
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import filelock
+import pandas as pd
+
+from phongbench.errors import CorruptRunError, InputError, LockedError
+from phongbench.inputs.plan import Plan
+from phongbench.results.checkpoints import PARTS
+from phongbench.results.schema import ACCURACY_KEY, COLUMNS
+from phongbench.support.atomic_files import storage, write_text, write_whole
+
+SCHEMA = 1
+RUN_ID = re.compile(r"^[a-z0-9][a-z0-9-]{7,63}$")
+DEFAULT_ROOT = Path("phongbench-runs")
+MANIFEST = "manifest.json"
+TABLES = tuple(COLUMNS)
+#: how a largest error was found, the weaker first: of samples, of a search, of every input, or bounded by a proof
+COVERAGES = ("sampled", "searched", "exhaustive", "certified")
+#: what stands for the precision of certified rows: the formula in exact arithmetic
+EXACT = "exact"
+#: everything a run writes into its folder
+RUN_CONTENT = (PARTS, "report", MANIFEST, *(f"{name}.parquet" for name in TABLES))
+
+
+@dataclass(frozen=True)
+class Run:
+    """A stored run; its tables are read when first asked for."""
+
+    path: Path
+    manifest: Mapping[str, Any]
+
+    @property
+    def id(self) -> str:
+        """The run's identifier."""
+        return str(self.manifest["run"])
+
+    @property
+    def plan(self) -> Plan:
+        """The plan it measured."""
+        return Plan.from_dict(self.manifest["plan"])
+
+    @property
+    def complete(self) -> bool:
+        """False if it was interrupted and can be resumed."""
+        return bool(self.manifest["state"] == "complete")
+
+    @cached_property
+    def accuracy(self) -> pd.DataFrame:
+        """One row per cell, stratum, truth and coverage."""
+        return self._table("accuracy")
+
+    @cached_property
+    def timing(self) -> pd.DataFrame:
+        """One row per timed kernel and working set; empty if timing was left out."""
+        return self._table("timing")
+
+    @cached_property
+    def worst(self) -> pd.DataFrame:
+        """The worst inputs as hex floats."""
+        return self._table("worst")
+
+    @cached_property
+    def meshes(self) -> pd.DataFrame:
+        """Errors on interpolated normals; empty if the plan did not ask for the probe."""
+        return self._table("meshes")
+
+    @cached_property
+    def behaviour(self) -> pd.DataFrame:
+        """What cells make of hostile inputs; empty if the plan did not ask for the probe."""
+        return self._table("behaviour")
+
+    @cached_property
+    def smoothness(self) -> pd.DataFrame:
+        """Shape of each lobe; empty if the plan did not ask for the probe."""
+        return self._table("smoothness")
+
+    @cached_property
+    def scenes(self) -> pd.DataFrame:
+        """Errors of pictures; this and the three below are empty if the plan did not ask for the probe `scenes`."""
+        return self._table("scenes")
+
+    @cached_property
+    def skips(self) -> pd.DataFrame:
+        """What pictures did not need."""
+        return self._table("skips")
+
+    @cached_property
+    def scene_times(self) -> pd.DataFrame:
+        """Times in scenes; empty if timing was left out, too."""
+        return self._table("scene_times")
+
+    @cached_property
+    def far(self) -> pd.DataFrame:
+        """Errors of holding directions constant over a polygon."""
+        return self._table("far")
+
+    def _table(self, name: str) -> pd.DataFrame:
+        path = self.path / f"{name}.parquet"
+        if path.name not in self.manifest["files"]:
+            return pd.DataFrame(columns=list(COLUMNS[name]))
+        try:
+            frame = pd.read_parquet(path)
+        except (OSError, ValueError) as problem:
+            raise CorruptRunError(f"cannot be read: {problem}", str(path), _REMEDY) from problem
+        missing = [c for c in COLUMNS[name] if c not in frame.columns]
+        if missing:
+            raise CorruptRunError(f"lacks the columns {', '.join(missing)}", str(path), _REMEDY)
+        return frame
+
+
+def strongest(rows: pd.DataFrame) -> pd.DataFrame:
+    """Of accuracy rows that differ in their coverage only, the strongest; the order of the rest is kept.
+
+    rows  with any columns of ACCURACY_KEY: those that are there say what is the same
+    """
+    if "coverage" not in rows or rows["coverage"].nunique() < 2:
+        return rows
+    same = [column for column in ACCURACY_KEY if column in rows.columns and column != "coverage"]
+    order = rows["coverage"].map(COVERAGES.index).sort_values(kind="stable").index
+    return rows.loc[order].drop_duplicates(same, keep="last").sort_index()
+
+
+_REMEDY = "restore the folder from a copy, or run the study again with the same plan and seed"
+
+
+def new_run_id(plan: Plan) -> str:
+    """YYYYMMDD-HHMMSS-<8 hex of the plan>, in UTC."""
+    return f"{datetime.now(UTC):%Y%m%d-%H%M%S}-{plan.digest}"
+
+
+def load(path: Path) -> Run:
+    """The run in this folder. CorruptRunError if its manifest is missing, unreadable or of another schema."""
+    manifest = path / MANIFEST
+    try:
+        data = json.loads(manifest.read_bytes())
+    except OSError as problem:
+        raise CorruptRunError(
+            "is not a run: it has no readable manifest", str(path), "`phongbench list` shows the runs"
+        ) from problem
+    except ValueError as problem:
+        raise CorruptRunError(f"is not valid JSON: {problem}", str(manifest), _REMEDY) from problem
+    wanted = {"schema", "run", "state", "plan", "seed", "code", "provenance", "files"}
+    if not isinstance(data, dict) or not wanted <= data.keys():
+        raise CorruptRunError("is not a phongbench manifest", str(manifest), _REMEDY)
+    if data["schema"] != SCHEMA:
+        raise CorruptRunError(
+            f"has schema {data['schema']}; this phongbench reads {SCHEMA}",
+            str(manifest),
+            "use the version that wrote it",
+        )
+    try:
+        Plan.from_dict(data["plan"])
+    except (AttributeError, TypeError) as problem:
+        raise CorruptRunError(
+            f"holds a plan this version does not know: {problem}", str(manifest), _REMEDY
+        ) from problem
+    return Run(path, data)
+
+
+def find(name: str, root: Path = DEFAULT_ROOT) -> Run:
+    """A run by path, by id under `root`, or the newest one for `latest`. InputError tells where it looked."""
+    if name == "latest":
+        runs = stored(root)
+        if not runs:
+            raise InputError("there is no run yet", str(root), "make one: phongbench run")
+        return runs[-1]
+    if RUN_ID.match(name) and (root / name / MANIFEST).is_file():
+        return load(root / name)
+    path = Path(name)
+    if path.is_dir():
+        return load(path)
+    known = ", ".join(run.id for run in stored(root)[-5:]) or "none"
+    raise InputError(f"no run {name!r}", str(root), f"give a folder, `latest`, or an id; the newest here: {known}")
+
+
+def stored(root: Path = DEFAULT_ROOT) -> list[Run]:
+    """The readable runs under a folder, oldest first; what is not a run is passed over."""
+    runs = []
+    for path in sorted(root.iterdir()) if root.is_dir() else ():
+        if (path / MANIFEST).is_file() and RUN_ID.match(path.name):
+            try:
+                runs.append(load(path))
+            except CorruptRunError:
+                continue
+    return runs
+
+
+def verify(run: Run) -> list[str]:
+    """What is wrong with a stored run, as sentences; empty if every byte is as it was written."""
+    problems = []
+    for name, facts in sorted(run.manifest["files"].items()):
+        path = run.path / name
+        if not path.is_file():
+            problems.append(f"{name}: is missing")
+        elif path.stat().st_size != facts["bytes"]:
+            problems.append(f"{name}: has {path.stat().st_size} bytes instead of {facts['bytes']}")
+        elif _sha256(path) != facts["sha256"]:
+            problems.append(f"{name}: its bytes have changed (SHA-256 differs)")
+        elif name.endswith(".parquet") and _rows_in(path) != facts["rows"]:
+            problems.append(f"{name}: does not have {facts['rows']} rows")
+    if not run.complete:
+        problems.append("the run is partial: it was interrupted and can be resumed")
+    return problems
+
+
+def _rows_in(path: Path) -> int:
+    """How many rows a table of a run has, by reading one of its columns."""
+    return len(pd.read_parquet(path, columns=list(COLUMNS[path.stem][:1])))
+
+
+def intact(run: Run) -> Run:
+    """The run, for building on it: InputError if it is partial, CorruptRunError if a byte has changed."""
+    if not run.complete:
+        mend = "finish it: phongbench run --resume --out with its folder"
+        raise InputError("the run is partial: it was interrupted", str(run.path), mend)
+    problems = verify(run)
+    if problems:
+        raise CorruptRunError("; ".join(problems), str(run.path), _REMEDY)
+    return run
+
+
+@contextmanager
+def locked(path: Path) -> Iterator[None]:
+    """Hold a run's folder; LockedError if another process does. The folder is made if it is missing."""
+    with storage(path):
+        path.mkdir(parents=True, exist_ok=True)
+    lock = filelock.FileLock(path / ".lock", timeout=0)
+    with storage(path):
+        try:
+            lock.acquire()
+        except filelock.Timeout as problem:  # an OSError itself, so it is told apart here
+            mend = "wait for it, or give another --out"
+            raise LockedError("another phongbench run is writing here", str(path), mend) from problem
+    try:
+        yield
+    finally:
+        lock.release()
+        (path / ".lock").unlink(missing_ok=True)
+
+
+def write_manifest(path: Path, manifest: Mapping[str, Any]) -> None:
+    """Write manifest.json, sorted and readable."""
+    text = json.dumps(manifest, indent=2, sort_keys=True, allow_nan=False) + "\n"
+    write_whole(path / MANIFEST, lambda p: write_text(p, text))
+
+
+def write_table(path: Path, name: str, frame: pd.DataFrame) -> dict[str, Any]:
+    """Write a table; the manifest's entry for it: SHA-256, rows, bytes."""
+    file = path / f"{name}.parquet"
+    write_whole(file, lambda p: frame.to_parquet(p, engine="pyarrow", compression="zstd", index=False))
+    return {"sha256": _sha256(file), "rows": len(frame), "bytes": file.stat().st_size}
+
+
+def clear(path: Path, names: Iterable[str] = RUN_CONTENT) -> None:
+    """Remove what a run wrote into its folder, and nothing else."""
+    with storage(path):
+        for name in names:
+            target = path / name
+            if target.is_dir():
+                shutil.rmtree(target)
+            else:
+                target.unlink(missing_ok=True)
+
+
+def _sha256(path: Path) -> str:
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()

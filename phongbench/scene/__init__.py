@@ -1,1 +1,0 @@
-"""Scenes: read, traced, shaded by the library, and what of the work could be left out."""

@@ -1,0 +1,1 @@
+"""Ray-traced pictures of scenes, and what of their work need not be done."""

@@ -1,0 +1,195 @@
+"""The request for a picture as a JSON document: what it may say, and what the answer tells.
+
+Strict as scene files are. It comes from a stranger: errors name the field and repeat nothing of what was sent, and the
+scene names no files.
+"""
+
+import math
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from functools import cache
+from typing import Any
+
+from numpy.typing import NDArray
+
+from phongbench.errors import InputError, UnknownNameError
+from phongbench.formulas.formula import MODELS, Specular, specular_of
+from phongbench.scenes import images
+from phongbench.scenes.render import TILE, Rendered, render
+from phongbench.scenes.scene import MOST_DEPTH, MOST_SUPERSAMPLING, MOST_TRIANGLES, Mesh, Scene
+from phongbench.scenes.scene_files import examples, read_scene, scene_of, wanted_size
+from phongbench.scenes.skips import Thrift
+from phongbench.support.document_paths import Source
+from phongbench.support.documents import Table
+
+Array = NDArray[Any]
+
+#: what may be left out, by the word a request says
+THRIFTS: Mapping[str, Thrift] = {"all": Thrift(), "exact": Thrift.exact(), "none": Thrift.none()}
+_PHONG = Specular()
+
+
+@dataclass(frozen=True, eq=False)
+class Drawn:
+    """A picture, and exact Phong's where they are compared."""
+
+    scene: str
+    done: Rendered
+    exact: Rendered | None = None
+
+    @property
+    def picture(self) -> Array:
+        """Linear light; or, compared, the codes of exact Phong, this formula and their difference side by side."""
+        return self.done.picture if self.exact is None else images.triple(self.exact.picture, self.done.picture)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Size, rays, seconds and ledger; compared, the picture's error and how much the difference is amplified.
+
+        FLIP is left out (None): it takes longer than the pictures.
+        """
+        told: dict[str, Any] = {"scene": self.scene, **self.done.as_dict()}
+        if self.exact is not None:
+            both = self.exact.picture, self.done.picture
+            told["error"] = images.compare(*both, flip=False).as_dict()
+            told["amplification"] = images.amplification(*both)
+        return told
+
+
+@dataclass(frozen=True, eq=False)
+class RenderRequest:
+    """A request, checked.
+
+    scene     its picture settings are those asked for
+    specular  formula of materials that name none
+    compare   whether exact Phong is drawn too
+    """
+
+    scene: Scene
+    specular: Specular = _PHONG
+    model: str = "phong"
+    thrift: Thrift = THRIFTS["all"]
+    compare: bool = False
+
+    @property
+    def pixels(self) -> int:
+        """Of the picture."""
+        width, height = self.scene.picture.size
+        return width * height
+
+    @property
+    def rays(self) -> int:
+        """The most that one picture may take, shadow rays not counted: every ray reflects until the cut-off."""
+        wanted, k = self.scene.picture, max((m.reflectivity for m in self.scene.materials), default=0.0)
+        bounces = wanted.depth if k > 0 or not self.thrift.reflectivity else 0
+        if 0 < k < 1 and self.thrift.cutoff > 0:
+            bounces = min(bounces, math.ceil(math.log(self.thrift.cutoff) / math.log(k)))
+        return self.pixels * wanted.supersampling**2 * (1 + bounces)
+
+    @property
+    def triangles(self) -> int:
+        """Of all meshes."""
+        return sum(len(mesh.faces) for mesh in self.scene.of(Mesh))
+
+    def draw(
+        self, *, threads: int | None = None, tile: int = TILE, cancelled: Callable[[], bool] | None = None
+    ) -> Drawn:
+        """Draw; see `render` for the arguments and errors."""
+        wishes: dict[str, Any] = {
+            "model": self.model, "thrift": self.thrift, "threads": threads, "tile": tile, "cancelled": cancelled,
+        }  # fmt: skip
+        done = render(self.scene, specular=self.specular, **wishes)
+        exact = render(self.scene.exact(), specular=_PHONG, **wishes) if self.compare else None
+        return Drawn(self.scene.name, done, exact)
+
+
+def render_request(document: Any, most_triangles: int = MOST_TRIANGLES) -> RenderRequest:
+    """Read a request.
+
+    document  what JSON gives: an object with `scene`, the name of a shipped one or the data of a scene file; optional
+              are size, depth, supersampling, shadows and constant_patches (the scene's own), specular
+              (NAME:FORM:GAMMA, or an object of approximation, lambda, gamma, beta), model, skip ("all", "exact" or
+              "none") and compare
+    Raises InputError or UnknownNameError naming the path of the field, such as scene.objects[2].radius.
+    """
+    if not isinstance(document, dict):
+        raise InputError("a request is an object", None, 'e.g. {"scene": "chequerboard"}')
+    top = Table(document, Source(afar=True))
+    specular, model = _specular(top), top.text("model", "phong", MODELS)
+    thrift, compare = THRIFTS[top.text("skip", "all", THRIFTS)], top.flag("compare", False)
+    scene = _with_wishes(_scene(top, most_triangles), top)
+    top.finish()
+    asked = RenderRequest(scene, specular, model, thrift, compare)
+    _check_formulas(asked, document["scene"])
+    return asked
+
+
+@cache
+def _shipped(name: str) -> Scene:
+    return read_scene(name)
+
+
+@cache
+def _names() -> tuple[str, ...]:
+    return tuple(examples())
+
+
+def _scene(top: Table, most_triangles: int) -> Scene:
+    given = top.value("scene")
+    if isinstance(given, dict):
+        return scene_of(given, "scene", Source(prefix=("scene",), afar=True), None, most_triangles)
+    if not isinstance(given, str):
+        raise top.fault(
+            "a scene is the name of a shipped one, or an object", "scene", f"shipped: {', '.join(_names())}"
+        )
+    return _shipped(top.text("scene", among=_names()))
+
+
+def _with_wishes(scene: Scene, top: Table) -> Scene:
+    """The scene with the size, depth, supersampling, shadows and constant patches that are asked for."""
+    wanted = scene.picture
+    return replace(scene, picture=replace(
+        wanted, size=wanted_size(top, wanted.size), depth=top.whole("depth", wanted.depth, 0, MOST_DEPTH),
+        supersampling=top.whole("supersampling", wanted.supersampling, 1, MOST_SUPERSAMPLING),
+        shadows=top.flag("shadows", wanted.shadows),
+        constant_patches=top.number("constant_patches", wanted.constant_patches, 0.0, 1.0),
+    ))  # fmt: skip
+
+
+def _specular(top: Table) -> Specular:
+    if not top.has("specular"):
+        return _PHONG
+    if isinstance(top.value("specular"), str):
+        with top.blamed("specular"):
+            return specular_of(top.text("specular"))
+    table = top.table("specular")
+    beta: Any = None
+    if table.has("beta"):
+        beta = table.text("beta") if isinstance(table.value("beta"), str) else table.number("beta", low=0.0)
+    found = Specular(
+        table.text("approximation", "phong"), table.text("lambda") if table.has("lambda") else None,
+        table.whole("gamma", low=1) if table.has("gamma") else None, beta,
+    )  # fmt: skip
+    table.finish()
+    return found
+
+
+def _check_formulas(asked: RenderRequest, given: Any) -> None:
+    """Raise InputError where a formula does not fit a material, which a stranger's scene calls by its number."""
+    names = [] if isinstance(given, str) else list(given["materials"])
+    for material in asked.scene.materials:
+        place = f"scene.materials[{names.index(material.name)}]" if names else f"materials.{material.name}"
+        with _at("specular" if material.specular is None else place, place):
+            for formula in (material.specular or asked.specular, *((_PHONG,) if asked.compare else ())):
+                formula.resolved(asked.model, material.reflection.highlight_exponent)
+
+
+@contextmanager
+def _at(field: str, place: str) -> Iterator[None]:
+    """Errors inside are about this field; what is wrong with a material's exponent names the material."""
+    try:
+        yield
+    except UnknownNameError as problem:
+        raise UnknownNameError(problem.kind, problem.name, problem.known, field) from problem
+    except InputError as problem:
+        raise InputError(f"does not fit {place}: {problem.what}", field, problem.mend) from problem

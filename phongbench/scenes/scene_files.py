@@ -1,0 +1,258 @@
+"""From a document to a scene: what it may hold, and what cannot be drawn."""
+
+import math
+from collections.abc import Mapping
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+from phongbench.errors import InputError, UnknownNameError
+from phongbench.formulas.formula import Specular, specular_of
+from phongbench.formulas.registry import REGISTRY
+from phongbench.formulas.spec import Approximation
+from phongbench.inputs.mtl_files import OPENGL
+from phongbench.inputs.mtl_files import Material as Named
+from phongbench.scenes import mesh_objects
+from phongbench.scenes.camera import check_camera
+from phongbench.scenes.scene import (
+    MOST_DEPTH,
+    MOST_LIGHTS,
+    MOST_OBJECTS,
+    MOST_PIXELS,
+    MOST_SUPERSAMPLING,
+    MOST_TRIANGLES,
+    Camera,
+    Chequerboard,
+    Material,
+    Mesh,
+    Object,
+    Picture,
+    Plane,
+    Scene,
+    Sphere,
+)
+from phongbench.shading.lighting import Light
+from phongbench.shading.lighting import Material as Reflection
+from phongbench.support.document_paths import Source
+from phongbench.support.documents import Table, load
+
+#: brightest that a light's colour times its intensity may be
+BRIGHTEST = 1e6
+_CLASSIC = {m.name: m for m in OPENGL}
+#: materials of the document by name: an index, or a pattern of two
+Palette = dict[str, int | Chequerboard]
+
+
+def examples() -> dict[str, str]:
+    """The shipped scenes: name -> what the first line of the file says."""
+    folder = resources.files(__package__) / "examples"
+    texts = {item.name.removesuffix(".toml"): item.read_text("utf-8") for item in folder.iterdir()}
+    return {name: texts[name].splitlines()[0].lstrip("# ") for name in sorted(texts)}
+
+
+def read_scene(name: str | Path, registry: Mapping[str, Approximation] = REGISTRY) -> Scene:
+    """A scene from a TOML or JSON file, or a shipped one by its name.
+
+    registry  the approximations that its materials may name
+    Raises InputError, with file, line and key, for what is unknown, missing, malformed, or cannot be drawn.
+    """
+    path = Path(name)
+    if path.suffix.lower() in (".toml", ".json"):
+        data, source = load(path)
+        return scene_of(data, path.stem, source, path.parent, registry=registry)
+    if str(name) not in examples():
+        problem = UnknownNameError("scene", name, examples())
+        problem.mend = f"{problem.mend}; or give a file whose name ends in .toml or .json"
+        raise problem
+    with resources.as_file(resources.files(__package__) / "examples" / f"{name}.toml") as shipped:
+        data, source = load(shipped)
+        return scene_of(data, str(name), Source(f"{name}.toml", source.text), shipped.parent)
+
+
+def scene_of(
+    data: Mapping[str, Any], name: str, source: Source | None = None, folder: Path | None = None,
+    most_triangles: int = MOST_TRIANGLES, registry: Mapping[str, Approximation] = REGISTRY,
+) -> Scene:  # fmt: skip
+    """A scene from a document's data.
+
+    source          where the data came from; None for data that is no file's
+    folder          where its mesh files lie; None forbids files: a document from afar names none
+    most_triangles  of all its meshes; what goes beyond is refused as soon as it is made
+    registry        the approximations that its materials may name
+    """
+    top = Table(data, source or Source())
+    materials, palette = _materials(top.named("materials"), registry)
+    found: list[Object] = []
+    for table in top.tables("objects", MOST_OBJECTS):
+        found += _object(table, materials, palette, folder)
+        table.finish()
+        most_triangles -= sum(len(thing.faces) for thing in found[-1:] if isinstance(thing, Mesh))
+        if most_triangles < 0:
+            raise table.fault("with this mesh the scene has too many triangles", None, "use fewer or coarser meshes")
+    if not found:
+        raise top.fault("a scene needs an object", "objects", "add: [[objects]]")
+    lights = tuple(_light(table) for table in top.tables("lights", MOST_LIGHTS))
+    camera = _camera(top.table("camera"))
+    scene = Scene(
+        name, camera, tuple(materials), tuple(found), lights, top.colour("ambient_light", (0.1, 0.1, 0.1)),
+        top.colour("background", (0.0, 0.0, 0.0), BRIGHTEST), _picture(top.table("picture")),
+    )  # fmt: skip
+    top.finish()
+    with top.table("camera").blamed("position"):
+        check_camera(scene)
+    return scene
+
+
+
+
+def check_size(width: int, height: int) -> tuple[int, int]:
+    """The size, if a picture may have it; InputError otherwise."""
+    if width < 1 or height < 1 or width * height > MOST_PIXELS:
+        mend = f"both at least 1, {MOST_PIXELS:,} pixels at most"
+        raise InputError(f"a picture of {width}x{height} pixels", "size", mend)
+    return width, height
+
+
+def wanted_size(table: Table, default: tuple[int, int]) -> tuple[int, int]:
+    """The `size` of a table, if a picture may have it."""
+    width, height = table.numbers("size", 2, default, 1, MOST_PIXELS)
+    if width % 1 or height % 1:
+        raise table.fault("a size is two whole numbers", "size", "write [width, height]")
+    with table.blamed("size"):
+        return check_size(int(width), int(height))
+
+
+def _camera(table: Table) -> Camera:
+    if not table.data:
+        raise table.fault("position and target of the camera are missing", None, "add: [camera]")
+    position, target = table.vector("position"), table.vector("target")
+    camera = Camera(
+        position, target, table.direction("up", (0.0, 1.0, 0.0)), table.number("field_of_view", 45.0, 1, 170)
+    )
+    table.finish()
+    view = [t - p for t, p in zip(target, position, strict=True)]
+    length = math.hypot(*view)
+    if length < 1e-6:
+        raise table.fault("the camera looks at itself", "target", "position and target must differ")
+    if abs(sum(v * u for v, u in zip(view, camera.up, strict=True))) > (1 - 1e-6) * length:
+        raise table.fault("the camera looks along up", "up" if table.has("up") else "target", "choose another up")
+    return camera
+
+
+def _picture(table: Table) -> Picture:
+    picture = Picture(
+        wanted_size(table, (640, 360)), table.whole("depth", 3, 0, MOST_DEPTH),
+        table.whole("supersampling", 1, 1, MOST_SUPERSAMPLING), table.flag("shadows", False),
+        table.number("constant_patches", 0.0, 0.0, 1.0),
+    )  # fmt: skip
+    table.finish()
+    return picture
+
+
+def _light(table: Table) -> Light:
+    colour = table.colour("colour", (1.0, 1.0, 1.0))
+    highlight = table.colour("highlight", colour)
+    intensity = table.number("intensity", 1.0, 0.0, BRIGHTEST)
+    diffuse, specular = (tuple(intensity * c for c in of) for of in (colour, highlight))
+    if table.has("direction") == table.has("position"):
+        raise table.fault("a light has either a direction or a position", "position", "remove one, or add one")
+    if table.has("direction"):
+        for key in ("attenuation", "reach"):
+            if table.has(key):
+                raise table.fault(f"a light from everywhere far away has no {key}", key, "give it a position")
+        light = Light(direction=table.direction("direction"), diffuse=diffuse, specular=specular)
+    else:
+        reach = table.number("reach", None, 1e-6) if table.has("reach") else None
+        position, attenuation = table.vector("position"), table.numbers("attenuation", 3, (1.0, 0.0, 0.0), 0.0)
+        with table.blamed("attenuation"):
+            light = Light(
+                position=position, attenuation=attenuation, reach=reach, diffuse=diffuse, specular=specular
+            )  # fmt: skip
+    table.finish()
+    return light
+
+
+def _materials(tables: dict[str, Table], registry: Mapping[str, Approximation]) -> tuple[list[Material], Palette]:
+    """The plain materials and, by name, what an object may ask for."""
+    materials: list[Material] = []
+    palette: Palette = {}
+    for name, table in tables.items():
+        if not table.has("chequerboard"):
+            palette[name] = len(materials)
+            materials.append(_material(name, table, registry))
+            table.finish()
+    for name, table in tables.items():
+        if table.has("chequerboard"):
+            palette[name] = _chequerboard(table, palette)
+            table.finish()
+    return materials, palette
+
+
+def _material(name: str, table: Table, registry: Mapping[str, Approximation]) -> Material:
+    base = _CLASSIC[table.text("like", among=_CLASSIC)] if table.has("like") else Named(name)
+    specular = None
+    if table.has("approximation"):
+        text = table.text("approximation")
+        with table.blamed("approximation"):
+            specular = specular_of(text)
+    reflection = Reflection(
+        table.colour("ambient", base.ambient), table.colour("diffuse", base.diffuse),
+        table.colour("specular", base.specular), table.number("shininess", base.shininess, 0.0, 1e5),
+    )  # fmt: skip
+    if max(reflection.specular) > 0 and reflection.shininess == 0:
+        raise table.fault("a highlight needs a shininess", "specular", "add e.g.: shininess = 50")
+    made = Material(name, reflection, table.number("reflectivity", 0.0, 0.0, 1.0), specular)
+    _check_formula(made, table, registry)
+    return made
+
+
+def _check_formula(material: Material, table: Table, registry: Mapping[str, Approximation]) -> None:
+    """Raise InputError, naming the line, for a formula that is unknown or does not take the material's shininess."""
+    try:
+        (material.specular or Specular()).resolved("phong", material.reflection.highlight_exponent, registry)
+    except InputError as problem:
+        key = "shininess" if problem.where == "material.shininess" else "approximation"
+        if (problem.where or "").startswith(("material.", "specular.")):
+            problem.where = None  # its place is the line
+        with table.blamed(key):
+            raise problem
+
+
+def _chequerboard(table: Table, palette: Palette) -> Chequerboard:
+    names = table.value("chequerboard")
+    if not isinstance(names, list) or len(names) != 2 or not all(isinstance(name, str) for name in names):
+        raise table.fault("a chequerboard has two materials", "chequerboard", 'write ["white", "black"]')
+    known = {name: index for name, index in palette.items() if isinstance(index, int)}
+    for name in names:
+        if name not in known:
+            raise table.unknown("material", name, known, "chequerboard")
+    return Chequerboard(known[names[0]], known[names[1]], table.number("side", 1.0, 1e-6))
+
+
+def _object(table: Table, materials: list[Material], palette: Palette, folder: Path | None) -> list[Object]:
+    shape = table.text("shape", among=("sphere", "plane", "mesh"))
+    if shape == "mesh":
+        material = _plain(table, palette) if table.has("material") or not table.has("file") else None
+        return [mesh_objects.read_mesh(table, materials, material, folder)]
+    name = _asked(table, palette)
+    if shape == "sphere":
+        return [Sphere(table.vector("centre"), table.number("radius", None, 1e-6), _plain(table, palette))]
+    chosen = palette[name]
+    point, normal = table.vector("point", (0.0, 0.0, 0.0)), table.direction("normal", (0.0, 1.0, 0.0))
+    if isinstance(chosen, Chequerboard):
+        return [Plane(point, normal, chosen.even, chosen)]
+    return [Plane(point, normal, chosen)]
+
+
+def _asked(table: Table, palette: Palette) -> str:
+    name = table.text("material")
+    if name not in palette:
+        raise table.unknown("material", name, palette, "material")
+    return name
+
+
+def _plain(table: Table, palette: Palette) -> int:
+    chosen = palette[_asked(table, palette)]
+    if isinstance(chosen, Chequerboard):
+        raise table.fault("only a plane wears a chequerboard", "material", "name a plain material")
+    return chosen

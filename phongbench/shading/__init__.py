@@ -1,0 +1,1 @@
+"""The reflection model over points and lights."""

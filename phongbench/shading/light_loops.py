@@ -1,0 +1,148 @@
+"""The loops of shading that depend on the kind of light, the viewer and the lambda form.
+
+Each is compiled when first wanted, and called by the loop of shade_loop.py through its address. What is the same for
+all points may be computed once or at every point; both must give the same bits, so products and sums are not fused.
+"""
+
+from functools import cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phongbench.compiler import intrinsics, jit
+from phongbench.compiler.lowering import Precision, lower
+from phongbench.formulas import lambda_forms
+from phongbench.shading import tiles as at
+
+Array = NDArray[Any]
+
+#: a light in a direction; the same, but its direction repeated in planes; a light at a position; one that fades
+KINDS = ("directional", "spread", "point", "fading")
+
+
+def loop_signature(dtype: Any) -> Any:
+    """(planes, numbers of the light, flags of the blocks)."""
+    return jit.signature(jit.array_type(dtype), jit.array_type(dtype), jit.array_type(np.int64))
+
+
+loop_at = intrinsics.function_at(loop_signature)
+
+
+def _numbers(precision: Precision) -> tuple[Any, ...]:
+    """0, 1, 2, the smallest squared length that is not 0, the largest number, NaN."""
+    info = np.finfo(precision.carrier)
+    return (*map(precision.constant, (0.0, 1.0, 2.0)), info.tiny, info.max, precision.constant(np.nan))
+
+
+@cache
+def facing_loop(kind: str, shadowed: bool, precision: Precision) -> Any:
+    """The loop over a tile that finds N.L and the fading of a light, and flags the blocks that face it.
+
+    kind  "directional"; "spread", the same but written to planes; "point"; "fading", a point with attenuation
+    A point nearer to a light than its squared distance can tell is dark. The fading is at most the largest number.
+    """
+    zero, one, _, tiny, most, nan = _numbers(precision)
+    dot = lower(lambda_forms.dot, precision)
+    placed, fading, planes = kind in ("point", "fading"), kind == "fading", kind != "directional"
+    always = np.int32((0 if placed else at.REACHES) | (0 if shadowed else at.SEES))
+    none, faces_it, reaches, sees = (np.int32(bit) for bit in (0, at.FACES, at.REACHES, at.SEES))
+    entry, put, select, three, put_three = intrinsics.entry, intrinsics.put, intrinsics.select, at.three, at.put_three
+
+    def facing(s: Array, light: Array, flags: Array) -> None:
+        x, y, z = light[at.WHERE], light[at.WHERE + 1], light[at.WHERE + 2]
+        c, l, q, reach = light[at.FADE], light[at.FADE + 1], light[at.FADE + 2], light[at.REACH]  # noqa: E741  its name in texts
+        for b in range(flags[at.USED]):
+            if flags[at.FLAGS + b] & at.HOLDS:
+                continue
+            found = always
+            for j in range(at.BLOCK):
+                i = b * at.BLOCK + j
+                nx, ny, nz = three(s, at.NORMAL + i)
+                lx, ly, lz, fade, near = x, y, z, one, True
+                if placed:
+                    px, py, pz = three(s, at.POINT + i)
+                    lx, ly, lz = x - px, y - py, z - pz
+                    squared = dot(lx, ly, lz, lx, ly, lz)
+                    inverse = select(squared > tiny, one / np.sqrt(squared), nan)
+                    lx, ly, lz = lx * inverse, ly * inverse, lz * inverse
+                    near = squared <= reach
+                    if fading:
+                        value = one / (c + l * (squared * inverse) + q * squared)
+                        fade = select(value < most, value, most)
+                    else:
+                        fade = c
+                if planes:
+                    put_three(s, at.TOWARDS + i, lx, ly, lz)
+                cosine = dot(nx, ny, nz, lx, ly, lz)
+                if placed:
+                    cosine = select(near, cosine, zero)
+                if shadowed:
+                    seen = entry(s, at.SEEN + i) > zero
+                    cosine = select(seen, cosine, zero)
+                    found = np.int32(found | select(seen, sees, none))
+                faces = cosine > zero
+                found = np.int32(found | select(faces, faces_it, none))
+                if placed:
+                    found = np.int32(found | select(near, reaches, none))
+                put(s, at.FACING + i, select(faces, cosine, zero))
+                put(s, at.FADING + i, select(faces, fade, zero))
+            flags[at.FLAGS + b] = found
+
+    return jit.elementwise(loop_signature(precision.carrier), facing, fused=False)
+
+
+@cache
+def coordinate_loop(
+    space: str, form: str, light_planes: bool, view_planes: bool, exact_tail: bool, precision: Precision
+) -> Any:
+    """The loop over a tile that finds the formula's coordinate and its gate, and flags the blocks with a highlight.
+
+    space         "reflect": of R = 2 (N.L) N - L and V; "half": of N and H = (L + V) / |L + V|
+    form          a lambda form, or "none" for the cosine itself
+    light_planes  whether L is a plane or the same everywhere; view_planes the same of V. What is the same everywhere is
+                  computed once: the compiler lifts it out of the loop.
+    """
+    zero, one, two, tiny, _, nan = _numbers(precision)
+    dot, none = lower(lambda_forms.dot, precision), np.int32(0)
+    plain, half = form == "none", space == "half"
+    coordinate = dot if plain else lower(lambda_forms.LAMBDA_FORMS[form], precision)
+    sign = one if plain else -one
+    entry, put, select, three = intrinsics.entry, intrinsics.put, intrinsics.select, at.three
+
+    def coordinates(s: Array, light: Array, flags: Array) -> None:
+        x, y, z = light[at.WHERE], light[at.WHERE + 1], light[at.WHERE + 2]
+        ex, ey, ez = light[at.EYE], light[at.EYE + 1], light[at.EYE + 2]
+        dark, tail = sign * light[at.DARK], light[at.TAIL]
+        for b in range(flags[at.USED]):
+            flags[at.LIT + b] = 0
+            if flags[at.FLAGS + b] & at.FACES:
+                found = none
+                for j in range(at.BLOCK):
+                    i = b * at.BLOCK + j
+                    nx, ny, nz = three(s, at.NORMAL + i)
+                    lx, ly, lz, vx, vy, vz = x, y, z, ex, ey, ez
+                    if light_planes:
+                        lx, ly, lz = three(s, at.TOWARDS + i)
+                    if view_planes:
+                        vx, vy, vz = three(s, at.VIEW + i)
+                    facing = entry(s, at.FACING + i)
+                    if half:
+                        hx, hy, hz = lx + vx, ly + vy, lz + vz
+                        squared = dot(hx, hy, hz, hx, hy, hz)
+                        inverse = select(squared > tiny, one / np.sqrt(squared), nan)
+                        ax, ay, az, bx, by, bz = nx, ny, nz, hx * inverse, hy * inverse, hz * inverse
+                    else:
+                        twice = two * facing
+                        ax, ay, az, bx, by, bz = twice * nx - lx, twice * ny - ly, twice * nz - lz, vx, vy, vz
+                    cosine = dot(ax, ay, az, bx, by, bz)
+                    value = cosine if plain else coordinate(ax, ay, az, bx, by, bz)
+                    gate = select(facing > zero, cosine, zero)
+                    if exact_tail:
+                        gate = select(cosine > tail, gate, zero)
+                    put(s, at.COORDINATE + i, value)
+                    put(s, at.GATE + i, gate)
+                    found = np.int32(found | np.int32((gate > zero) & (sign * value > dark)))
+                flags[at.LIT + b] = found
+
+    return jit.elementwise(loop_signature(precision.carrier), coordinates, fused=False)

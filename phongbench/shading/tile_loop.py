@@ -1,0 +1,220 @@
+"""The loop of shading: for every tile, load it, ask every light, add up, store.
+
+For each light four loops run over a tile's blocks: which points face it, the coordinate of its highlight, the formula
+(a compiled loop of kernels.py over runs of blocks that have a highlight), and the sum.
+"""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phongbench.compiler import intrinsics, jit
+from phongbench.formulas import coordinate_kernels
+from phongbench.shading import constant_patches, reach_bounds
+from phongbench.shading import tiles as at
+from phongbench.shading.light_loops import loop_at
+
+Array = NDArray[Any]
+_entry, _put, _select = intrinsics.entry, intrinsics.put, intrinsics.select
+_values_at = coordinate_kernels.values_at
+
+
+@jit.inline
+def _add(s: Any, light: Any, b: Any, diffuse: Any, lit: Any) -> None:
+    """Add a light's diffuse term, its specular term or both to the sums of a block."""
+    dr, dg, db = light[at.DIFFUSE], light[at.DIFFUSE + 1], light[at.DIFFUSE + 2]
+    sr, sg, sb = light[at.SPECULAR], light[at.SPECULAR + 1], light[at.SPECULAR + 2]
+    for j in range(at.BLOCK):
+        i = b * at.BLOCK + j
+        r, g, u = at.three(s, at.SUM + i)
+        fade = _entry(s, at.FADING + i)
+        if diffuse:
+            w = _entry(s, at.FACING + i) * fade
+            r, g, u = r + dr * w, g + dg * w, u + db * w
+        if lit:
+            h = _entry(s, at.HIGHLIGHT + i) * fade
+            r, g, u = r + sr * h, g + sg * h, u + sb * h
+        at.put_three(s, at.SUM + i, r, g, u)
+
+
+@jit.inline
+def _shadow(s: Any, visible: Any, first: Any, used: Any, count: Any) -> None:
+    """What of a tile sees the light, as a plane; the filling of the last block sees nothing."""
+    zero, one = s.dtype.type(0), s.dtype.type(1)
+    for j in range(used):
+        _put(s, at.SEEN + j, one if first + j < count and visible[min(first + j, count - 1)] else zero)
+
+
+@jit.inline
+def _why(flag: Any) -> Any:
+    """Why a block that does not face a light is left out."""
+    return at.OUT if flag & at.REACHES == 0 else (at.SHADE if flag & at.SEES == 0 else at.BEHIND)
+
+
+@jit.inline
+def _facing(flags: Any, counts: Any, inside: Any, keep: Any) -> Any:
+    """Count the blocks that do not face the light, or keep them all; whether any is left."""
+    some = False
+    for b in range(flags[at.USED]):
+        if flags[at.FLAGS + b] & (at.FACES | at.HOLDS) == 0:
+            if keep:
+                flags[at.FLAGS + b] |= at.FACES
+            else:
+                counts[_why(flags[at.FLAGS + b])] += min(at.BLOCK, inside - b * at.BLOCK)
+        some = some or flags[at.FLAGS + b] & at.FACES != 0
+    return some
+
+
+@jit.inline
+def _wanted(flags: Any, counts: Any, inside: Any, plan: Any, keep: Any) -> None:
+    """Decide and count the blocks for which the formula is evaluated."""
+    for b in range(flags[at.USED]):
+        faces = flags[at.FLAGS + b] & at.FACES != 0
+        size = min(at.BLOCK, inside - b * at.BLOCK) if faces else 0
+        if plan[at.EVALUATES] == 0:
+            flags[at.LIT + b] = 0
+            if plan[at.HAS_LOOP] == 0:
+                counts[at.UNBUILT] += size
+        elif faces and keep:
+            flags[at.LIT + b] = 1
+        elif flags[at.LIT + b] == 0:
+            counts[at.UNLIT] += size
+
+
+@jit.inline
+def _formula(s: Any, flags: Any, values: Any, coefficients: Any, table: Any) -> None:
+    """Evaluate the formula over each run of blocks that are lit: it is called for a run, not for a block."""
+    start = -1
+    for b in range(flags[at.USED] + 1):
+        lit = b < flags[at.USED] and flags[at.LIT + b] != 0
+        if lit and start < 0:
+            start = b
+        if not lit and start >= 0:
+            low, high = start * at.BLOCK, b * at.BLOCK
+            _values_at(values, s)(
+                s[at.COORDINATE + low : at.COORDINATE + high], s[at.GATE + low : at.GATE + high], coefficients, table,
+                s[at.HIGHLIGHT + low : at.HIGHLIGHT + high],
+            )  # fmt: skip
+            start = -1
+
+
+@jit.inline
+def _sum(s: Any, light: Any, flags: Any, plan: Any) -> None:
+    """Add what a light gives to the blocks that face it; the flags are told apart here, outside the loops."""
+    diffuse, specular = plan[at.ADDS_DIFFUSE] != 0, plan[at.ADDS_SPECULAR] != 0
+    for b in range(flags[at.USED]):
+        if flags[at.FLAGS + b] & at.FACES:
+            lit = specular and flags[at.LIT + b] != 0
+            if diffuse and lit:
+                _add(s, light, b, True, True)
+            elif lit:
+                _add(s, light, b, False, True)
+            elif diffuse:
+                _add(s, light, b, True, False)
+
+
+@jit.inline
+def _ready(points: Any, normals: Any, s: Any, first: Any, used: Any, options: Any, limits: Any) -> Any:
+    """Load a tile; 0 if every point of it can be shaded."""
+    count, columns = len(points) // 3, options[at.COLUMNS]
+    bad = at.load(points, s, at.POINT, first, used, count, columns, limits[at.LARGEST])
+    bad |= at.load(normals, s, at.NORMAL, first, used, count, columns, limits[at.LARGEST])
+    if options[at.NORMALISE]:
+        bad |= at.unit_normals(s, used, limits[at.TINY])
+    return bad
+
+
+@jit.inline
+def _first_bad(points: Any, normals: Any, first: Any, count: Any, options: Any, limits: Any) -> int:
+    """The index of the first point from here on that cannot be shaded."""
+    for i in range(first, count):
+        squared = limits.dtype.type(0)
+        fine = True
+        for k in range(3):
+            p, n = (
+                at.component(points, i, k, count, options[at.COLUMNS]),
+                at.component(normals, i, k, count, options[at.COLUMNS]),
+            )
+            fine = fine and abs(p) <= limits[at.LARGEST] and abs(n) <= limits[at.LARGEST]
+            squared += n * n
+        if not fine or (options[at.NORMALISE] and not squared >= limits[at.TINY]):
+            return int(i)
+    return int(first)
+
+
+@jit.driver
+def shade_tiles(
+    points: Array, normals: Array, visible: Array, towards: Array, lights: Array, spread: Array, plan: Array,
+    ambient: Array, values: int, coefficients: Array, table: Array, limits: Array, options: Array, tiles: Array,
+    out: Array, counts: Array, lost: Array, s: Array,
+) -> int:  # fmt: skip
+    """Shade some tiles. Returns the index of the first point that cannot be shaded, or -1.
+
+    points, normals  3n        rows of three or three columns (options), flat and read-only
+    visible          (L, n)    of the shadowed lights; (0, 0) without
+    towards          3n        unit directions from the points to where they are seen from, as of reflected rays; empty
+                               where the options tell it
+    lights, spread   (L, at.NUMBERS) and the same transposed and flat
+    plan             (L, at.PLAN) what is to be done for each light
+    ambient          3         ka ia
+    values .. table            the formula's loop of kernels.py, and what it takes
+    tiles            2         first tile and the one after the last
+    out              3n        colours, laid out as the points
+    counts           at.COUNTS    added to
+    lost             losses.LOSSES  raised to the most that a point lost; by reach only where the options want boxes
+    """
+    flags = np.zeros(2 * at.BLOCKS + 1, np.int64)
+    verdicts, spare = np.zeros(len(lights), points.dtype), np.zeros(len(lights), points.dtype)
+    room = np.zeros(reach_bounds.ROOM * len(lights), points.dtype)
+    held, told = np.zeros(constant_patches.words(len(lights)), np.int64), np.zeros(constant_patches.INFO, np.int64)
+    for k in range(len(lights)):
+        held[2 * len(lights) + k] = plan[k, at.SEEN_ROW]
+    told[constant_patches.FORMULA], told[constant_patches.VIEWS], told[constant_patches.SHADOWS] = values, options[at.NEEDS_VIEW], len(visible)
+    work = np.zeros(constant_patches.room(len(lights)) if options[at.PATCHES] else 0, points.dtype)
+    count = len(points) // 3
+    for tile in range(tiles[0], tiles[1]):
+        first = tile * at.TILE
+        inside = min(at.TILE, count - first)
+        used = (inside + at.BLOCK - 1) // at.BLOCK
+        flags[at.USED] = used
+        if _ready(points, normals, s, first, used, options, limits):
+            return _first_bad(points, normals, first, count, options, limits)
+        if options[at.NEEDS_VIEW]:
+            if len(towards):
+                at.load(towards, s, at.VIEW, first, used, count, options[at.COLUMNS], limits[at.LARGEST])
+            else:
+                at.look(s, lights[0], used, options[at.EYE_PLACED], limits[at.TINY])
+        if options[at.BOXES]:
+            at.enclose(s, 0, used)
+            reach_bounds.judge(s, spread, verdicts, room, limits[at.SLACK], limits[at.TINY])
+            if options[at.LIMITED]:
+                reach_bounds.loop_at(options[at.REACH_LOOP], s)(s, spread, spare, room, limits, lost, flags)
+        for c in range(3):
+            s[at.SUM + c * at.TILE : at.SUM + c * at.TILE + used * at.BLOCK] = ambient[c]
+        if options[at.PATCHES]:
+            told[constant_patches.FIRST], told[constant_patches.INSIDE], told[constant_patches.USED] = first, inside, used
+            constant_patches.patch_at(options[at.PATCH_LOOP], s)(
+                s, lights, verdicts, visible, told, held, counts, lost, coefficients, table, limits, work
+            )
+        for k in range(len(lights)):
+            if verdicts[k] > 0:
+                counts[at.BEHIND if verdicts[k] < 2 else at.OUT] += inside
+                continue
+            light, todo = lights[k], plan[k]
+            if options[at.PATCHES]:
+                if held[k] == (1 << used) - 1:
+                    continue
+                for b in range(used):
+                    flags[at.FLAGS + b] = at.HOLDS if held[k] >> b & 1 else 0
+            if todo[at.SEEN_ROW] >= 0:
+                _shadow(s, visible[todo[at.SEEN_ROW]], first, used * at.BLOCK, count)
+            loop_at(todo[at.FACING_LOOP], s)(s, light, flags)
+            if _facing(flags, counts, inside, options[at.KEEP_BEHIND]):
+                if todo[at.HAS_LOOP]:
+                    loop_at(todo[at.COORDINATE_LOOP], s)(s, light, flags)
+                _wanted(flags, counts, inside, todo, options[at.KEEP_UNLIT])
+                _formula(s, flags, values, coefficients, table)
+                _sum(s, light, flags, todo)
+        at.store(s, out, first, used, count, options[at.COLUMNS])
+    return -1

@@ -1,0 +1,81 @@
+"""A second process that compiles, on a cold kernel cache, what the first will need later: the sweep's drivers and the
+timed kernels.
+
+Compilation holds the interpreter, so threads cannot share it; a process can. It writes to the same cache, in files of
+its own: numba keeps one index for each function, and the first process compiles other functions meanwhile. On two cores
+it takes the time of `make run` on a fresh machine down by about a quarter.
+"""
+
+import json
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from phongbench.accuracy import sweep as engine
+from phongbench.compiler import jit
+from phongbench.compiler.lowering import precision_named
+from phongbench.inputs.plan import Plan
+from phongbench.support.process import seldom_collected
+from phongbench.timing import measure, skip_kernels
+
+
+def start(plan: Plan) -> "subprocess.Popen[bytes] | None":
+    """Begin compiling for this plan if the cache is cold; the process, which nobody has to wait for but a timing."""
+    if jit.DISABLED or any(jit.cache_folder().rglob("*_pairs_kernel*")):
+        return None
+    process = subprocess.Popen(
+        [sys.executable, "-m", "phongbench.study.precompile"],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+    )
+    if process.stdin:
+        process.stdin.write(json.dumps(plan.as_dict()).encode())
+        process.stdin.close()
+    return process
+
+
+def stop(process: "subprocess.Popen[bytes] | None", *, at_once: bool) -> None:
+    """Wait for the process, or end it: nothing may run beside a timing, nor be left when a study ends early."""
+    if process is not None:
+        if at_once:
+            process.kill()
+        process.wait()
+
+
+@contextmanager
+def beside(plan: Plan) -> "Iterator[subprocess.Popen[bytes] | None]":
+    """The process that compiles for this plan; ended where the study that it helps ends early, at whatever step."""
+    process = start(plan)
+    try:
+        yield process
+    except BaseException:
+        stop(process, at_once=True)
+        raise
+
+
+@seldom_collected()
+def compile_for(plan: Plan) -> None:
+    """Compile the drivers and timed kernels of a plan's own approximations.
+
+    A user's are compiled where they are loaded.
+    """
+    sweep = engine.prepare(plan)
+    engine.compile_drivers(sweep)
+    if plan.timing:
+        measure.compile_all(
+            measure.subjects(
+                (sweep.registry[c.approximation], c.lambda_form, c.setting, precision_named(c.precision))
+                for c in sweep.cells
+            ),
+            lit=skip_kernels.LIT if plan.skipping else (),
+        )
+
+
+if __name__ == "__main__":
+    given = Plan.from_dict(json.load(sys.stdin))
+    from phongbench.formulas.registry import REGISTRY
+
+    known = tuple(name for name in given.approximations if name in REGISTRY)
+    compile_for(Plan.from_dict(given.as_dict() | {"approximations": list(known)}))

@@ -1,0 +1,1 @@
+"""Files, documents, processes and progress; knows nothing of light."""

@@ -1,0 +1,1 @@
+"""Run times that can be believed: interleaved rounds, intervals, interference."""

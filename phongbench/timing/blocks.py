@@ -1,0 +1,267 @@
+"""Kernels over one set of buffers: allocation, calibration, verification, and one epoch with its evidence.
+
+Nothing here decides anything about rounds or statistics; see timing.py, pacing.py and clock.py.
+"""
+
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phongbench.compiler.lowering import Precision
+from phongbench.errors import MeasurementError
+from phongbench.formulas.kernel import read_only
+from phongbench.inputs import pairs
+from phongbench.inputs.strata import STRATA
+from phongbench.results.machine import MEMORY_CAP, Caches
+from phongbench.results.schema import COPY, TRIAD
+from phongbench.timing import epoch_loop, rounds, timed_kernels
+from phongbench.timing.interference import Witness, disturbed
+from phongbench.timing.rounds import Epoch
+from phongbench.timing.timed_kernels import Contender
+
+Array = NDArray[Any]
+#: (precision, seed, count) -> a, b of shape (3, count)
+Inputs = Callable[[Precision, int, int], tuple[Array, Array]]
+
+WORKING_SETS = ("l1", "l2", "memory")
+#: nanoseconds of an epoch that are not its loop: Python, counters, and two spins; and what a second thread adds
+OVERHEAD_NS, MEETING_NS = 70_000, 120_000
+#: one untimed pass for so many timed ones
+_WARM = 10
+#: threads that start further apart than this did not run together
+_APART_NS = 5_000
+#: how many values are compared with plain Python, and which share of them may differ: a table's value may land beyond
+#: a step
+_CHECKED, _STRAY = 512, 0.01
+
+
+def elements_of(total_bytes: float, precision: Precision) -> int:
+    """Pairs whose seven rows fill about this many bytes.
+
+    A row is an odd multiple of 512 bytes: no two rows share their cache sets, no store is mistaken for a load 4096
+    bytes away, and every vector width divides it.
+    """
+    lines = max(1, 2 * round((total_bytes / timed_kernels.ROWS / 512 - 1) / 2) + 1)
+    return lines * 512 // precision.carrier.itemsize
+
+
+def memory_sizes(caches: Caches) -> tuple[int, ...]:
+    """Bytes the working set "memory" may have, largest first.
+
+    Four times the last-level cache, or MEMORY_CAP where that is more than the cap; small budgets may halve it down to
+    twice the last level, and on servers whose last level is larger than the cap down to eight times the second.
+    """
+    largest = min(4 * caches.last, MEMORY_CAP)
+    floor = min(largest, max(8 * caches.l2, 2 * caches.last if 2 * caches.last <= MEMORY_CAP else 0))
+    return tuple(size for size in (largest >> k for k in range(16)) if size >= floor)
+
+
+def highlight_pairs(precision: Precision, seed: int, count: int) -> tuple[Array, Array]:
+    """Pairs of the highlight stratum at shininess ALPHA: what kernels are timed on."""
+    stratum = next(s for s in STRATA if s.name == "highlight")
+    return pairs.pairs(stratum, precision, seed=seed, start=0, count=count, scale=1 / timed_kernels.ALPHA)
+
+
+@dataclass(frozen=True)
+class Share:
+    """What one thread works on: its own inputs, output and scratch, in one aligned piece of memory."""
+
+    a: Array
+    b: Array
+    out: Array
+    scratch: NDArray[np.int64]
+
+    @staticmethod
+    def of(a: Array, b: Array) -> "Share":
+        """A share with a copy of these inputs."""
+        row = a.shape[1] * a.itemsize
+        raw = np.zeros(timed_kernels.ROWS * row + 64, np.uint8)
+        start = -raw.ctypes.data % 64
+        rows = raw[start : start + timed_kernels.ROWS * row].view(a.dtype).reshape(timed_kernels.ROWS, a.shape[1])
+        rows[:3], rows[3:6] = a, b
+        left, right = read_only(rows[:3]), read_only(rows[3:6])
+        return Share(left, right, rows[6], np.zeros(epoch_loop.SCRATCH, np.int64))
+
+    def digest(self) -> int:
+        """Checksum of the output."""
+        return int(epoch_loop.digest(self.out.view(np.int64)))
+
+
+class Block:
+    """All contenders of one precision over one set of buffers.
+
+    lit  the share of pairs that are lit, where that is what the block is about; see skipping.py
+    """
+
+    def __init__(
+        self,
+        working_set: str,
+        precision: Precision,
+        group: list[Contender],
+        total_bytes: int,
+        seed: int,
+        inputs: Inputs = highlight_pairs,
+        lit: float | None = None,
+    ) -> None:
+        self.working_set, self.precision, self.contenders, self.inputs = working_set, precision, group, inputs
+        self.lit, self.cached = lit, working_set != "memory"
+        self.crew: ThreadPoolExecutor | None = None
+        self.allocate(total_bytes, seed)
+        self.repeats = 1
+        self.pass_ns: NDArray[np.float64] = np.zeros(len(group))
+        self.digests: list[int] = []
+        self.usual_spin = 0.0
+
+    @staticmethod
+    def prepare(precision: Precision, contender: Contender) -> None:
+        """Compile the drivers for this precision."""
+        block = Block("l1", precision, [contender], 1, 0)
+        block.nanoseconds(0, 1)
+        block.shares[0].digest()
+        epoch_loop.spin(block.shares[0].scratch)
+        epoch_loop.tick()
+
+    @property
+    def threads(self) -> int:
+        """The most threads any contender runs on."""
+        return max(c.threads for c in self.contenders)
+
+    def allocate(self, total_bytes: int, seed: int) -> None:
+        """Inputs for every thread, equal but in memory of its own."""
+        self.elements = elements_of(total_bytes, self.precision)
+        a, b = self.inputs(self.precision, seed, self.elements)
+        self.shares = [Share.of(a, b) for _ in range(self.threads)]
+
+    def enlarge(self, scale: float, total_bytes: int, seed: int) -> None:
+        """Take larger buffers after calibration; passes are expected to take that much longer."""
+        self.shares = []
+        self.allocate(total_bytes, seed)
+        self.pass_ns = self.pass_ns * scale
+
+    def keep(self, kept: list[int]) -> None:
+        """Leave out all contenders but these."""
+        self.contenders, self.pass_ns = [self.contenders[i] for i in kept], self.pass_ns[kept]
+        self.digests = [self.digests[i] for i in kept] if self.digests else []
+        self.shares = self.shares[: self.threads]
+
+    def close(self) -> None:
+        """Let go of the further threads."""
+        if self.crew:
+            self.crew.shutdown()
+            self.crew = None
+
+    def nanoseconds(self, index: int, repeats: int) -> float:
+        """Nanoseconds of that many passes, from the first start to the last end; with several threads, over their
+        number.
+
+        Spins are left in each scratch.
+        """
+        c = self.contenders[index]
+        meeting = np.zeros(c.threads * epoch_loop.STRIDE, np.int64)
+
+        def work(me: int) -> None:
+            mine = self.shares[me]
+            epoch_loop.run(
+                c.kernel, mine.a, mine.b, c.coefficients, c.table, mine.out, self.warm(repeats), repeats,
+                mine.scratch, meeting, me,
+            )  # fmt: skip
+
+        if c.threads > 1 and self.crew is None:
+            self.crew = ThreadPoolExecutor(self.threads - 1)
+        others = [self.crew.submit(work, me) for me in range(1, c.threads)] if self.crew else []
+        work(0)
+        for other in others:
+            other.result()
+        stamps = np.array([share.scratch[[epoch_loop.STARTED, epoch_loop.ENDED]] for share in self.shares[: c.threads]])
+        return float(stamps[:, 1].max() - stamps[:, 0].min()) / c.threads
+
+    def warm(self, repeats: int) -> int:
+        """Untimed passes before so many timed ones: they bring inputs back into the cache, and the core to its pace.
+
+        Beyond the cache too: without one, what a kernel follows in the order showed, and told the twin apart by 4 %.
+        """
+        return max(1, repeats // _WARM)
+
+    def calibrate(self, tick: float) -> None:
+        """Nanoseconds of a pass of each kernel, from two readings that agree; then the repeats that suit them all.
+
+        The fastest formula fills an epoch, so slower ones take longer, libm's power many times longer; a bare copy may
+        stay below an epoch, but not below the least number of ticks.
+        """
+        for index in range(len(self.contenders)):
+            once = max(1.0, self.nanoseconds(index, 1))
+            few = max(1, round(0.2 * rounds.EPOCH_NS / once)) if self.cached else 1
+            self.pass_ns[index] = rounds.agreed(partial(self._reading, index, few))
+        bare = (COPY, TRIAD)
+        alone = [(c.name, ns) for c, ns in zip(self.contenders, self.pass_ns, strict=True) if c.threads == 1]
+        formulas = [ns for name, ns in alone if name not in bare]
+        least = rounds.repeats_for(float(self.pass_ns.min()), tick, 0.0)
+        self.repeats = max(rounds.repeats_for(min(formulas), tick), least)
+        scratch = self.shares[0].scratch
+        self.usual_spin = float(np.percentile([epoch_loop.spin(scratch) for _ in range(51)], 25))
+
+    def _reading(self, index: int, repeats: int) -> float:
+        return max(1.0, self.nanoseconds(index, repeats)) / repeats
+
+    def verify(self, found: list[MeasurementError]) -> None:
+        """Run every kernel once and compare it with plain Python; what differs is left out, and reported."""
+        kept: list[int] = []
+        digests: list[int] = []
+        a, b = (rows[:, :_CHECKED].astype(np.float64) for rows in (self.shares[0].a, self.shares[0].b))
+        for index, c in enumerate(self.contenders):
+            for share in self.shares:
+                share.out.fill(np.nan)
+            self.nanoseconds(index, 1)
+            wrong = float(np.mean(~(np.abs(self.shares[0].out[:_CHECKED] - c.plain(a, b)) <= c.tolerance)))
+            if wrong > _STRAY:
+                found.append(self.void(c, f"{wrong:.0%} of its values differ from the plain formula"))
+            else:
+                kept.append(index)
+                digests.append(self.digest())
+        self.keep(kept)
+        self.digests = digests
+
+    def void(self, c: Contender, why: str) -> MeasurementError:
+        """The problem that takes this contender's row away."""
+        words = [str(part) for part in c.key if part is not None]
+        return MeasurementError(
+            f"{why}; its row is left out", f"{' '.join(words)}, {self.working_set}", "the kernel is wrong"
+        )
+
+    @property
+    def where(self) -> str:
+        """The block's name for people."""
+        return f"{self.working_set}, {self.precision.name}" + ("" if self.lit is None else f", {self.lit:.0%} lit")
+
+    def digest(self, share: int = 0) -> int:
+        """Checksum of a thread's output."""
+        return self.shares[share].digest()
+
+    def seconds_of(self, indices: list[int]) -> float:
+        """What a round of these contenders is expected to take."""
+        passes = self.repeats + self.warm(self.repeats)
+        threads = np.array([self.contenders[i].threads for i in indices])
+        total = float((self.pass_ns[indices] * threads * passes + OVERHEAD_NS + MEETING_NS * (threads > 1)).sum())
+        return (total if self.cached else 1.15 * total) / 1e9  # reading a large output to check it
+
+    @property
+    def round_seconds(self) -> float:
+        """What a round of all contenders is expected to take."""
+        return self.seconds_of(list(range(len(self.contenders))))
+
+    def epoch(self, witness: Witness, lying: set[int], index: int) -> Epoch:
+        """One reading with its evidence; its outputs are compared with the verified one."""
+        before = witness.see(0.0)
+        nanoseconds = self.nanoseconds(index, self.repeats)
+        used = [share.scratch for share in self.shares[: self.contenders[index].threads]]
+        after = witness.see(float(max(max(s[epoch_loop.SPIN_BEFORE], s[epoch_loop.SPIN_AFTER]) for s in used)))
+        if any(self.digest(me) != self.digests[index] for me in range(len(used))):
+            lying.add(index)
+        starts = [int(s[epoch_loop.STARTED]) for s in used]
+        apart = max(starts) - min(starts) > _APART_NS
+        return Epoch(nanoseconds, apart or disturbed(before, after, self.usual_spin))

@@ -1,0 +1,197 @@
+"""The arithmetic of believable timing: orders, calibration, intervals, verdicts, evidence of disturbances.
+
+Nothing here knows a kernel; everything takes its readings as arguments, so a made-up clock tests all of it.
+"""
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phongbench.errors import MeasurementError
+from phongbench.timing.statistics import Floats, Integers, Interval, ratio
+
+#: an epoch is this many nanoseconds long, and at least this many ticks of the clock
+EPOCH_NS, EPOCH_TICKS = 100_000, 1000
+#: two readings agree when they differ by less than this
+AGREEMENT = 0.1
+
+
+
+# orders
+
+
+def latin_square(size: int, rng: np.random.Generator) -> Integers:
+    """A shuffled Latin square: every kernel once in each round (row) and once at each position (column).
+
+    Williams' construction: for an even size every kernel also follows every other exactly once, so what one leaves
+    behind in caches and clock frequency is spread evenly; a merely cyclic square would have the same predecessor
+    everywhere. For an odd size no kernel follows another more than twice.
+    """
+    zigzag = np.array([(i + 1) // 2 if i % 2 else (size - i // 2) % size for i in range(size)], dtype=np.int64)
+    square = (zigzag[None, :] + np.arange(size)[:, None]) % size
+    return np.asarray(rng.permutation(size)[square[rng.permutation(size)]], dtype=np.int64)
+
+
+def orders(size: int, rounds: int, rng: np.random.Generator) -> Iterator[Integers]:
+    """The order of the kernels in each round: rows of Latin squares, a fresh one whenever the last is used up."""
+    for start in range(0, rounds, size):
+        yield from latin_square(size, rng)[: rounds - start]
+
+
+# calibration
+
+
+def agreed(reading: Callable[[], float], tries: int = 8) -> float:
+    """The smaller of the first two successive readings that agree; if none ever do, the smallest of all."""
+    last = reading()
+    best = last
+    for _ in range(tries - 1):
+        now = reading()
+        if abs(now - last) <= AGREEMENT * min(now, last):
+            return min(now, last)
+        best, last = min(best, now), now
+    return best
+
+
+def repeats_for(nanoseconds: float, tick: float, least: float = EPOCH_NS) -> int:
+    """How often a pass of this length must be repeated to make an epoch."""
+    return max(1, math.ceil(max(least, EPOCH_TICKS * tick) / max(nanoseconds, 1e-3)))
+
+
+def tick(readings: Integers) -> float:
+    """The clock's step: the smallest difference between successive readings that is not 0."""
+    steps = np.diff(readings)
+    steps = steps[steps > 0]
+    if not steps.size:
+        raise MeasurementError("the clock does not advance between two readings", "timing", "time on another machine")
+    return float(steps.min())
+
+
+# statistics
+
+
+
+
+
+
+
+
+
+
+
+
+# evidence
+
+
+
+
+
+
+
+
+# rounds
+
+
+@dataclass(frozen=True, slots=True)
+class Epoch:
+    """One reading: nanoseconds of an epoch, and whether something disturbed it."""
+
+    nanoseconds: float
+    disturbed: bool
+
+
+@dataclass(frozen=True)
+class Readings:
+    """All epochs of a block.
+
+    used      float (rounds, kernels)  nanoseconds that count: the first undisturbed reading of a round, else the
+                                       repeated one; NaN where a round left the kernel out
+    clean     bool (rounds, kernels)   whether that reading is undisturbed
+    marked    int (kernels,)           disturbed epochs, the repeated ones included
+    every     list of (round, kernel, Epoch)  every reading, in the order taken: none is ever dropped
+    """
+
+    used: Floats
+    clean: NDArray[np.bool_]
+    marked: Integers
+    every: list[tuple[int, int, Epoch]]
+
+    def least(self, kernel: int) -> float:
+        """The shortest undisturbed epoch, or the shortest of all where none is undisturbed."""
+        return float(self._clean_ones(kernel).min())
+
+    def median(self, kernel: int) -> float:
+        """The median over undisturbed epochs, or over all where none is undisturbed."""
+        return float(np.median(self._clean_ones(kernel)))
+
+    def rounds(self, kernel: int) -> int:
+        """In how many rounds the kernel was timed."""
+        return int(np.isfinite(self.used[:, kernel]).sum())
+
+    def ratio(self, kernel: int, other: int) -> Interval:
+        """The kernel's time over another's, from the rounds that hold both."""
+        both = np.isfinite(self.used[:, kernel]) & np.isfinite(self.used[:, other])
+        return ratio(self.used[both, kernel], self.used[both, other])
+
+    def with_further(self, further: "Readings", members: Sequence[int]) -> "Readings":
+        """These readings with rounds appended in which only the members were timed, in that order."""
+        used = np.full((len(further.used), self.used.shape[1]), np.nan)
+        clean = np.zeros(used.shape, np.bool_)
+        marked = self.marked.copy()
+        columns = list(members)
+        used[:, columns], clean[:, columns] = further.used, further.clean
+        marked[columns] += further.marked
+        every = [(len(self.used) + n, columns[k], epoch) for n, k, epoch in further.every]
+        return Readings(
+            np.concatenate([self.used, used]), np.concatenate([self.clean, clean]), marked, [*self.every, *every]
+        )
+
+    def _clean_ones(self, kernel: int) -> Floats:
+        column, clean = self.used[:, kernel], self.clean[:, kernel]
+        return column[clean] if clean.any() else column[np.isfinite(column)]
+
+
+
+
+def run_rounds(
+    epoch: Callable[[int], Epoch],
+    kernels: int,
+    rounds: int,
+    rng: np.random.Generator,
+    *,
+    repeat: Callable[[], bool] = lambda: True,
+    go_on: Callable[[int], bool] = lambda done: True,
+    after_round: Callable[[int], None] = lambda done: None,
+) -> Readings:
+    """Time all kernels once per round, interleaved; a disturbed epoch is repeated once, and both readings are kept.
+
+    epoch        kernel index -> Epoch
+    repeat       whether there is time to repeat disturbed epochs
+    go_on        rounds done -> whether to take another
+    after_round  told how many rounds are done
+    """
+    used: list[Floats] = []
+    clean: list[NDArray[np.bool_]] = []
+    marked = np.zeros(kernels, np.int64)
+    every: list[tuple[int, int, Epoch]] = []
+    for number, order in enumerate(orders(kernels, rounds, rng)):
+        if not go_on(number):
+            break
+        times, quiet = np.empty(kernels), np.ones(kernels, np.bool_)
+        for kernel in order.tolist():
+            reading = epoch(kernel)
+            every.append((number, kernel, reading))
+            marked[kernel] += reading.disturbed
+            if reading.disturbed and repeat():
+                reading = epoch(kernel)
+                every.append((number, kernel, reading))
+                marked[kernel] += reading.disturbed
+            times[kernel], quiet[kernel] = reading.nanoseconds, not reading.disturbed
+        used.append(times)
+        clean.append(quiet)
+        after_round(number + 1)
+    size = (len(used), kernels)
+    return Readings(np.array(used).reshape(size), np.array(clean, np.bool_).reshape(size), marked, every)

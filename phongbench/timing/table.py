@@ -1,0 +1,105 @@
+"""From readings to rows of timing.parquet: columns, ratios, verdicts, and rows of several processes merged."""
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from phongbench.results.schema import BASELINE, COPY, DOT, TRIAD, TWIN
+from phongbench.timing.rounds import Readings
+from phongbench.timing.statistics import Interval, sign_interval, verdict
+from phongbench.timing.timed_kernels import Contender
+
+#: columns of timing.parquet as contract.md fixes them, then ours
+COLUMNS = [
+    "approximation", "lambda_form", "space", "beta_policy", "gamma", "precision", "working_set", "elements", "threads",
+    "ns_min", "ns_median", "ratio", "ratio_low", "ratio_high", "verdict", "dot_ratio", "bandwidth_fraction", "rounds",
+    "contaminated", "repeats", "compile_ms", "lit", "processes",
+]  # fmt: skip
+_NUMBERS = (
+    "ns_min", "ns_median", "ratio", "ratio_low", "ratio_high", "dot_ratio", "bandwidth_fraction", "compile_ms", "lit",
+)  # fmt: skip
+_COUNTS = ("elements", "threads", "rounds", "contaminated", "repeats", "processes")
+TYPES = dict.fromkeys(COLUMNS, "str") | dict.fromkeys(_NUMBERS, "float64") | dict.fromkeys(_COUNTS, "int64")
+TYPES["gamma"] = "Int64"
+#: what identifies a row
+KEY = [
+    "approximation", "lambda_form", "space", "beta_policy", "gamma", "precision", "working_set", "threads", "lit",
+]  # fmt: skip
+
+
+def analyse(timed: Sequence[Contender], readings: Readings, per_epoch: int) -> list[dict[str, Any]]:
+    """One row for each contender of a block: nanoseconds, ratios and verdict, from the epochs' readings.
+
+    per_epoch  elements times repeats: what an epoch's nanoseconds are divided by
+
+    On several threads nanoseconds are of wall time for each element of all threads together: half of one thread's,
+    at best, where there are two. The bandwidth is a fraction of what one thread copies or triads in the same rounds,
+    whichever moves more: the least times of the two kernels may stem from moments when neighbours were unlike.
+    """
+    place = {c.name: i for i, c in reversed(list(enumerate(timed)))}
+    baseline, dot = place[BASELINE], place[DOT]
+    bare = [place[name] for name in (COPY, TRIAD)]
+    ceiling = max(bare, key=lambda k: timed[k].rows / readings.median(k))
+    rows = []
+    for i, c in enumerate(timed):
+        name, form, space, gamma, precision = c.key
+        ratio = readings.ratio(i, baseline)
+        rows.append({
+            "approximation": name, "lambda_form": form, "space": space, "beta_policy": "none", "gamma": gamma,
+            "precision": precision, "threads": c.threads,
+            "ns_min": readings.least(i) / per_epoch, "ns_median": readings.median(i) / per_epoch,
+            "ratio": ratio.middle, "ratio_low": ratio.low, "ratio_high": ratio.high, "verdict": verdict(ratio),
+            "dot_ratio": readings.ratio(i, dot).middle,
+            "bandwidth_fraction": c.rows / timed[ceiling].rows / readings.ratio(i, ceiling).middle,
+            "rounds": readings.rounds(i), "contaminated": int(readings.marked[i]), "compile_ms": c.compile_ms,
+            "lit": math.nan, "processes": 1,
+        })  # fmt: skip
+    return rows
+
+
+def withheld(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """The rows; if the twin was told apart from itself anywhere, no other row claims to be faster or slower."""
+    if all(row["verdict"] == "unresolved" for row in rows if row["approximation"] == TWIN):
+        return rows
+    return [row if row["approximation"] == TWIN else {**row, "verdict": "unresolved"} for row in rows]
+
+
+def frame(rows: list[dict[str, Any]]) -> pd.DataFrame:
+    """The table of these rows, with its types even where it is empty."""
+    return pd.DataFrame(rows, columns=COLUMNS).astype(TYPES)
+
+
+def merged(frames: Sequence[pd.DataFrame]) -> pd.DataFrame:
+    """One row per kernel from the tables of several processes, each with its own placement in memory.
+
+    The ratio is the median of the processes' ratios. Its interval covers both what varies within a process and what
+    varies between them: the sign-test interval across processes, from 8 of them on, widened to the median of the
+    intervals within; with fewer processes it reaches from the lowest end to the highest. A row that is void in one
+    process is left out.
+    """
+    everything = pd.concat(frames, ignore_index=True)
+    rows = []
+    for _, same in everything.groupby(KEY, dropna=False, sort=False):
+        if len(same) == len(frames):
+            rows.append(_one(same))
+    return frame(withheld(rows))
+
+
+def _one(same: pd.DataFrame) -> dict[str, Any]:
+    logs = {name: np.log(same[name].to_numpy(np.float64)) for name in ("ratio", "ratio_low", "ratio_high")}
+    middle, low, high = (float(np.median(logs[name])) for name in ("ratio", "ratio_low", "ratio_high"))
+    across = sign_interval(logs["ratio"])
+    if math.isinf(across.low):
+        across = Interval(middle, float(logs["ratio_low"].min()), float(logs["ratio_high"].max()))
+    found = Interval(math.exp(middle), math.exp(min(low, across.low)), math.exp(max(high, across.high)))
+    row: dict[str, Any] = {str(name): value for name, value in same.iloc[0].items()}
+    for name in ("ns_median", "dot_ratio", "bandwidth_fraction"):
+        row[name] = float(same[name].median())
+    for name in ("rounds", "contaminated", "processes"):
+        row[name] = int(same[name].sum())
+    row |= {"ns_min": float(same["ns_min"].min()), "compile_ms": float(same["compile_ms"].max())}
+    row |= {"ratio": found.middle, "ratio_low": found.low, "ratio_high": found.high}
+    return row | {"verdict": verdict(found)}

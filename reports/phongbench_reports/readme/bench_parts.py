@@ -1,0 +1,114 @@
+"""The generated parts of README.md that no run holds: our kernels beside peers, and the timing beside itself."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from phongbench.benchmarks import scene_bench, skip_gains
+from phongbench.benchmarks.false_alarms import ALLOWED, Alarms
+from phongbench.scenes.scene_files import read_scene
+from phongbench.support.progress import Progress
+from phongbench_reports.readme.run_parts import table
+from phongbench_reports.text import listed, number
+
+
+def peers(found: Mapping[str, Any]) -> str:
+    """Time of every peer over ours, for each kind of work and working set; who is absent is said to be."""
+    kinds = list(dict.fromkeys((row["work"], row["working_set"]) for row in found["rows"]))
+    tools = {row["by"]: f"{row['by']} {row['version']}" for row in found["rows"]}
+    cells = {(row["by"], row["work"], row["working_set"]): _cell(row) for row in found["rows"]}
+    lines = [(name, *(cells.get((by, *kind), "–") for kind in kinds)) for by, name in tools.items()]
+    headings = ("", *(f"{work}, {place}" for work, place in kinds))
+    shown = table(headings, lines, right=range(1, len(headings)))
+    rounds = sorted({row["rounds"] for row in found["rows"]})
+    absent = f" Absent: {listed(found['absent'])}." if found["absent"] else ""
+    return (
+        f"{shown}\n\n(float32 from six arrays of components, one thread, alpha {found['alpha']:g}, "
+        f"gamma {found['gamma']}; ours in ns per element, the others as time / ours with its interval; "
+        f"{rounds[0]} to {rounds[-1]} rounds.{absent})"
+    )
+
+
+def _cell(row: Mapping[str, Any]) -> str:
+    if row["verdict"] == "baseline":
+        return f"{number(row['ns'])} ns"
+    return f"{number(row['ratio'])} ({number(row['ratio_low'])} to {number(row['ratio_high'])})"
+
+
+def alarms(found: Sequence[Alarms]) -> str:
+    """How often identical code was told apart, in each working set."""
+    lines = [
+        (a.working_set, str(a.repeats), str(a.rounds), str(a.resolved), f"{100 * a.share:.3g} %", number(a.spread))
+        for a in found
+    ]
+    headings = ("working set", "repeats", "rounds", "told apart", "share", "98 % of ratios within 1 ±")
+    shown = table(headings, lines, right=range(1, len(headings)))
+    good = all(a.share <= ALLOWED for a in found)
+    return f"{shown}\n\nAllowed is {100 * ALLOWED:.3g} %: {'kept' if good else 'not kept'}."
+
+
+#: scenes whose skips are measured, with the depth of reflections; and what the plain tracer is raced on
+SCENES = {"many-lights": 2, "chequerboard": 5, "tessellation": 1, "test-card": 1, "torus": 1}
+RACE, DEPTH, SIZE, LARGE = "chequerboard", 3, (1280, 720), (1920, 1080)
+
+
+def measured_scenes(progress: Progress) -> dict[str, Any]:
+    """What leaving out saves in every shipped scene, and our tracer beside others."""
+    skips = {
+        name: skip_gains.skips(read_scene(name), rounds=5, size=SIZE, depth=depth, progress=progress)
+        for name, depth in SCENES.items()
+    }
+    tracers, absent = scene_bench.tracers(read_scene(RACE), rounds=3, size=LARGE, depth=DEPTH, progress=progress)
+    return {"skips": skips, "tracers": tracers, "absent": absent}
+
+
+def scenes(found: Mapping[str, Any]) -> str:
+    """What `measured_scenes` found: a table of skips, and one of tracers with what is compared."""
+    lines = []
+    for name, rows in found["skips"].items():
+        full, exact, none = ({row["variant"]: row for row in rows}[v] for v in ("all", "exact", "none"))
+        lines.append((
+            name, str(SCENES[name]), f"{1e3 * full['seconds']:.0f} ms", f"{none['ratio']:.2f} ×",
+            f"{none['ratio'] / exact['ratio']:.2f} ×", "yes" if exact["same_bits"] else "no",
+            number(full["largest_change"]),
+        ))  # fmt: skip
+    headings = ("scene", "depth", "time", "all skips", "exact ones alone", "which change no bit", "all change at most")
+    return (
+        f"{table(headings, lines, right=(1, 2, 3, 4, 6))}\n\n({SIZE[0]} × {SIZE[1]} pixels, exact Phong, every core; "
+        "gains over nothing left out, from interleaved rounds; changes in linear light, where white is 1.)\n\n"
+        f"{_tracers(found['tracers'], found['absent'])}"
+    )
+
+
+def _tracers(rows: Sequence[Mapping[str, Any]], absent: Sequence[Mapping[str, str]]) -> str:
+    """Who drew the same scene in which time, how alike the pictures are, and what is compared."""
+    lines = [
+        (
+            row["tracer"], row["draws"], f"{1e3 * row['seconds']:.0f} ms", number(row["mpixels_per_second"]),
+            number(row["mrays_per_second"]), number(row["ratio"]),
+            "–" if row["tracer"] == scene_bench.OURS else _share(row["pixels_off"]), _share(row["surfaces_agree"]),
+        )
+        for row in rows
+    ]  # fmt: skip
+    headings = (
+        "tracer", "draws", "time", "million pixels / s", "million rays / s", "time / ours drawing the same",
+        "pixels off by a code", "pixels as far away",
+    )  # fmt: skip
+    told = {row["tracer"]: f"- {row['tracer']} {row['version']}: {row['note']}." for row in rows}
+    told |= {row["tracer"]: f"- {row['tracer']} is absent: {row['why']}." for row in absent}
+    notes = "\n".join(told.values())
+    return (
+        f"{RACE} at {rows[0]['size']}, drawn by others in the same run, in interleaved rounds:\n\n"
+        f"{table(headings, lines, right=range(2, len(headings)))}\n\n"
+        "(Least time; a ratio is the median over the rounds. Rays count mirrored ones, not those for shadows. Pixels "
+        "off are those that differ from ours by more than 1/255; pixels as far away show something at the distance "
+        f"that a plain float64 tracer finds, to 1 %, or nothing as it does.)\n\n{notes}"
+    )
+
+
+def _share(value: float | None) -> str:
+    """A share in percent that does not round to all or nothing."""
+    if value is None:
+        return "–"
+    return f"{100 * value:.2g} %" if value < 0.5 else f"{100 * value:.4f} %".replace("100.0000", "100")

@@ -1,0 +1,29 @@
+"""A table of a report: its columns, rows and notes."""
+
+from dataclasses import dataclass, field
+
+import pandas as pd
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table of the page.
+
+    headings   tuple of str         column titles
+    rows       tuple of rows        each a tuple of plain strings, as many as headings
+    numeric    frozenset of int     columns that are set right-aligned
+    details    tuple of rows        lines of code below each row, or empty
+    code       frozenset of int     columns that are set as code
+    data       DataFrame            the numbers behind it, unrounded; becomes the CSV
+    takeaway   str                  one sentence computed from the rows
+    basis      str                  what the rows rest on
+    """
+
+    headings: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+    data: pd.DataFrame
+    takeaway: str
+    basis: str = ""
+    numeric: frozenset[int] = field(default_factory=frozenset)
+    code: frozenset[int] = field(default_factory=frozenset)
+    details: tuple[tuple[str, ...], ...] = ()

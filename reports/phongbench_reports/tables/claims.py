@@ -1,0 +1,148 @@
+"""The textbook claims: verdict, reason, the rule, its numbers, and the rows that decide."""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from dataclasses import dataclass
+from typing import Any
+
+import pandas as pd
+
+from phongbench.analysis.claims import SIGNS, VERDICTS, Judgement, judge
+from phongbench.errors import InputError
+from phongbench_reports.cuts import Absent, Study
+from phongbench_reports.figures import FIGURES
+from phongbench_reports.figures.pictures import SECTIONS
+from phongbench_reports.reproduce import reproduce
+from phongbench_reports.text import label, listed, missing, number
+
+#: verdict -> how a sentence on one claim, and on several, says it
+_TOLD = {
+    "holds": ("holds", "hold"), "holds under conditions": ("holds under conditions", "hold under conditions"),
+    "fails": ("fails", "fail"), "not measured": ("was not measured", "were not measured"),
+}  # fmt: skip
+#: parts of a row's key that its label does not tell
+_WHERE = (
+    "alpha", "precision", "mesh", "edge_degrees", "normals", "pair", "stratum", "perturbation", "length_error",
+    "working_set", "coverage", "scene", "depth", "kind", "name", "formula", "setting", "held", "term", "distance",
+)  # fmt: skip
+_UNSAID = (None, "none", 0.0)
+#: anchors that a claim may point to
+_SHOWN = {part.name for part in (*FIGURES, *SECTIONS)}
+
+
+@dataclass(frozen=True)
+class Numbers:
+    """Conditions of one kind: what all have in common, and a table of the rest."""
+
+    common: str
+    headings: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One claim as the page shows it; plain text throughout.
+
+    figure      anchor of the section that shows it, or ""
+    numbers     the conditions of the verdict
+    evidence    the rows that decide, a line each
+    command     what measures the accuracy rows among them again, or ""
+    """
+
+    key: str
+    title: str
+    source: str
+    sign: str
+    verdict: str
+    because: str
+    lacking: str
+    rule: str
+    figure: str
+    numbers: tuple[Numbers, ...]
+    evidence: tuple[str, ...]
+    command: str
+
+
+@dataclass(frozen=True)
+class ClaimTable:
+    """The section's content: entries in the order of their letters; `data` becomes the CSV."""
+
+    entries: tuple[Entry, ...]
+    data: pd.DataFrame
+    takeaway: str
+    basis: str
+
+
+def claims(study: Study) -> ClaimTable | Absent:
+    """All claims, judged by the rows of the run."""
+    try:
+        found = judge(study.run)
+    except InputError as lacking:
+        return Absent(f"{lacking.what}.", lacking.mend or "")
+    counted = Counter(one.verdict for one in found)
+    parts = [f"{counted[v]} {_TOLD[v][counted[v] != 1]}" for v in VERDICTS if counted[v]]
+    sentence = f"Of {len(found)} textbook claims {listed(parts)}."
+    told = "Verdicts follow from stated rules and this run's rows, or from formulas alone where the coverage is law"
+    return ClaimTable(tuple(_entry(study, one) for one in found), _data(found), sentence, told)
+
+
+def _entry(study: Study, one: Judgement) -> Entry:
+    told = one.as_dict()
+    rows = [row for row in told["evidence"] if row["table"] == "accuracy"]
+    command = reproduce(study, pd.DataFrame(rows).convert_dtypes()) if rows else ""
+    lacking = told["lacking"] or ""
+    return Entry(
+        told["key"], told["claim"], told["source"], SIGNS[one.verdict], one.verdict, told["because"],
+        f"{lacking[:1].upper()}{lacking[1:]}", told["rule"],
+        told["figure"] if told["figure"] in _SHOWN and told["evidence"] else "",
+        _numbers(told["conditions"]),
+        tuple(_row(row) for row in told["evidence"]), command,
+    )  # fmt: skip
+
+
+def _numbers(records: list[dict[str, Any]]) -> tuple[Numbers, ...]:
+    """One table for all records that have the same names."""
+    kinds: dict[tuple[str, ...], list[dict[str, str]]] = {}
+    for record in records:
+        kinds.setdefault(tuple(record), []).append({name: _value(value) for name, value in record.items()})
+    found = []
+    for names, rows in kinds.items():
+        same = [name for name in names if len(rows) > 1 and len({row[name] for row in rows}) == 1]
+        shown = [name for name in names if name not in same]
+        common = " · ".join(f"{_words(name)} {rows[0][name]}" for name in same)
+        found.append(Numbers(common, tuple(map(_words, shown)), tuple(tuple(row[n] for n in shown) for row in rows)))
+    return tuple(found)
+
+
+def _words(name: str) -> str:
+    return name.replace("_", " ")
+
+
+def _value(value: Any) -> str:
+    if isinstance(value, list):
+        return ", ".join(_value(part) for part in value) or "none"
+    if isinstance(value, dict):
+        return " ".join(f"{_words(name)} {_value(part)}" for name, part in value.items())
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    return number(value) if missing(value) or isinstance(value, int | float) else str(value)
+
+
+def _row(row: dict[str, Any]) -> str:
+    """`lyon · dot · γ8 · alpha 50 · float32 · highlight: max abs 0.0353 (accuracy)`."""
+    where = [
+        f"{_words(name)} {_value(row[name])}" if isinstance(row[name], int | float) else str(row[name])
+        for name in _WHERE
+        if name in row and row[name] not in _UNSAID
+    ]
+    cell = [label({"beta_policy": "none", "gamma": None, **row})] if "approximation" in row else []
+    return f"{' · '.join([*cell, *where])}: {_words(row['column'])} {number(row['value'])} ({row['table']})"
+
+
+def _data(found: list[Judgement]) -> pd.DataFrame:
+    """One row per claim; conditions and evidence as JSON."""
+    rows = [one.as_dict() for one in found]
+    lists = ("conditions", "evidence", "needs")
+    return pd.DataFrame([row | {name: json.dumps(row[name]) for name in lists} for row in rows])

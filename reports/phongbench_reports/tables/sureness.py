@@ -1,0 +1,105 @@
+"""How sure the numbers are: the same largest error, found in up to four ways, and whether they agree."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pandas as pd
+
+from phongbench.accuracy.probes.consistency import UNIT_STRATA, VECTORS
+from phongbench_reports.cuts import Absent, Study
+from phongbench_reports.table import Table
+from phongbench_reports.text import label, missing, number, records
+
+#: What tells laws apart; with the precision, cells.
+LAW = ["approximation", "lambda_form", "space", "beta_policy", "alpha", "gamma"]
+#: The gamma and the slopes that stand for a formula on the page; all are in the CSV.
+SHOWN_GAMMA, SHOWN_SLOPES = 8, ("none", "taylor")
+FOUND = ("sampled", "searched", "exhaustive")
+
+
+def sureness(study: Study) -> Table | Absent:
+    """Sampled, searched, exhaustive and certified maxima side by side, and the re-check of the truth."""
+    data = maxima(study)
+    if data.empty or not data[["searched", "exhaustive", "certified"]].notna().any().any():
+        return Absent(
+            "Every largest error of this run is that of samples: a lower bound.",
+            "Run with --probe cosines,search,certify,recheck.",
+        )
+    shown = _headline(study, data)
+    body = tuple(
+        (label(row), *(number(row[name], 5) for name in FOUND), number(row["model"], 5), number(row["certified"], 5),
+         _gap(row["certified"], row["model"]))
+        for row in records(shown)
+    )  # fmt: skip
+    headings = ("formula", "sampled", "searched", "every cosine", "formula alone, measured", "its proven bound", "gap")
+    told = (
+        f"{study.precision}, α\u00a0=\u00a0{study.alpha:g}; sampled: unit vectors; searched: all nearly unit vectors; "
+        "every cosine: λ made of each float x itself, so the rounding of a·b is left out; the formula alone: in exact "
+        "arithmetic, for which its bound is proven"
+    )
+    return Table(headings, body, data, _sentence(study, data), told, frozenset(range(1, 7)))
+
+
+def maxima(study: Study) -> pd.DataFrame:
+    """One row per cell: its largest errors by coverage, that of the formula alone, and the certified bound of that."""
+    rows = study.accuracy
+    rows = rows[rows["gated"].astype(bool) & (rows["truth"] == "angle") & (rows["perturbation"] == "none")]
+    rows = rows[(rows["stratum"] != "hostile")]
+    cell = [*LAW, "precision"]
+    table = _largest(rows[rows["stratum"].isin(UNIT_STRATA)], cell, "max_abs", "sampled")
+    for name, chosen in (
+        ("searched", rows[rows["stratum"] == VECTORS]),
+        ("exhaustive", rows[rows["coverage"] == "exhaustive"]),
+    ):
+        table = table.merge(_largest(chosen, cell, "max_abs", name), on=cell, how="outer")
+    measured = rows[rows["coverage"] != "certified"]
+    table = table.merge(_largest(measured, LAW, "model_max", "model"), on=LAW, how="left")
+    certified = rows[rows["coverage"] == "certified"]
+    table = table.merge(_largest(certified, LAW, "model_max", "certified"), on=LAW, how="left")
+    return table.sort_values(cell, kind="stable").reset_index(drop=True)
+
+
+def _largest(rows: pd.DataFrame, key: list[str], metric: str, name: str) -> pd.DataFrame:
+    return rows.groupby(key, dropna=False, observed=True)[metric].max().rename(name).reset_index()
+
+
+def _headline(study: Study, data: pd.DataFrame) -> pd.DataFrame:
+    """Each formula and form once, at one exponent: Taylor's slope, and gamma 8 if there is one."""
+    mine = study.at(data, precision=study.precision, alpha=study.alpha, space="reflect", beta_policy=SHOWN_SLOPES)
+    order = mine.assign(away=(mine["gamma"].astype(float) - SHOWN_GAMMA).abs())
+    order = order.sort_values(["approximation", "lambda_form", "away"], kind="stable")
+    return order.drop_duplicates(["approximation", "lambda_form"]).drop(columns="away")
+
+
+def _gap(bound: Any, found: Any) -> str:
+    if missing(bound) or missing(found) or not found > 1e-9:
+        return "–"
+    return f"{100 * (bound / found - 1):.2f}\u00a0%"
+
+
+def _sentence(study: Study, data: pd.DataFrame) -> str:
+    violations = study.run.manifest.get("violations") or []
+    told = (
+        f"{len(violations)} contradiction{'s' * (len(violations) > 1)} between rows: a bug, see the top of the page"
+        if violations
+        else "No two numbers contradict each other: sampled ≤ searched, sampled ≤ every cosine, none above its bound"
+    )
+    laws = data[data["certified"].notna() & (data["model"] > 1e-7)].drop_duplicates(LAW)
+    if len(laws):
+        gap = (laws["certified"] / laws["model"] - 1).max()
+        told += f"; the bounds of {number(len(laws))} laws lie within {100 * gap:.2g}\u00a0% of what was measured"
+    return f"{told}. {_recheck(study)}".strip()
+
+
+def _recheck(study: Study) -> str:
+    facts = (study.run.manifest.get("probes") or {}).get("recheck")
+    if not facts:
+        return ""
+    values = facts["random_values"] + facts["worst_values"]
+    off = max(facts["random_disagreement"], facts["worst_disagreement"])
+    share = max(facts["random_share"], facts["worst_share"])
+    return (
+        f"{number(values)} exact values were computed again with {facts['digits']} digits: the truth is off by at most "
+        f"{number(off, 2)}, {100 * share:.2g}\u00a0% of its stated error."
+    )

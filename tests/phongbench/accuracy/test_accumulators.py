@@ -1,0 +1,79 @@
+"""Tallies: they merge like sets, and their quantiles are those of the errors."""
+
+import numpy as np
+import pytest
+
+from phongbench.accuracy import reductions
+from phongbench.accuracy.accumulators import BINS, METRICS, Tally
+
+
+def tally_of(values, exact):
+    """A one-row tally filled by the compiled passes, as the sweep fills it."""
+    t = Tally(1)
+    errors, indices = np.empty(len(values), np.float32), np.empty(len(values), np.uint32)
+    assert reductions._reduce(values, values.astype(float), values.astype(float), exact, errors, t.sums[0])
+    reductions._census(values, t.counts[0])
+    reductions._bin_indices(errors, indices)
+    reductions._fill_bins(indices, np.zeros((4, BINS), np.uint32), t.bins[0])
+    t.samples = len(values)
+    return t
+
+
+@pytest.fixture
+def sample():
+    rng = np.random.default_rng(0)
+    exact = rng.random(5003)
+    return (exact + rng.normal(0, 10.0 ** rng.uniform(-9, -1, 5003))).astype(np.float32), exact
+
+
+def test_metrics_are_those_of_the_errors(sample):
+    values, exact = sample
+    error = values.astype(float) - exact
+    found = {name: float(m.of(tally_of(values, exact))[0]) for name, m in METRICS.items()}
+    assert found["max_abs"] == np.abs(error).max()
+    assert found["codes_8bit"] == 255 * np.abs(error).max()
+    assert found["mean_abs"] == pytest.approx(np.abs(error).mean(), rel=1e-13)
+    assert found["rms"] == pytest.approx(np.sqrt((error**2).mean()), rel=1e-13)
+    assert found["bias"] == pytest.approx(error.mean(), rel=1e-10)
+    assert found["max_above"] == error.max()
+    assert found["max_below"] == -error.min()
+    assert found["above_one"] == (values > 1).sum()
+    assert found["negative"] == (values < 0).sum()
+
+
+@pytest.mark.parametrize(("name", "q"), [("p50_abs", 0.5), ("p99_abs", 0.99), ("p999_abs", 0.999)])
+def test_quantiles_are_right_to_a_bin(sample, name, q):
+    values, exact = sample
+    wanted = np.quantile(np.abs(values.astype(float) - exact), q)
+    assert float(METRICS[name].of(tally_of(values, exact))[0]) == pytest.approx(wanted, rel=0.07)
+
+
+def test_merging_parts_equals_the_whole(sample):
+    values, exact = sample
+    parts = [tally_of(values[i:j], exact[i:j]) for i, j in ((0, 1000), (1000, 1001), (1001, 5003))]
+    merged = parts[0]
+    for part in parts[1:]:
+        merged.merge(part)
+    whole = tally_of(values, exact)
+    assert merged.samples == whole.samples
+    assert np.array_equal(merged.bins, whole.bins)
+    assert np.array_equal(merged.counts, whole.counts)
+    assert np.array_equal(merged.sums[:, 3:], whole.sums[:, 3:])
+    assert np.allclose(merged.sums[:, :3], whole.sums[:, :3], rtol=1e-12)
+
+
+def test_a_chunk_with_anything_not_finite_is_refused_untouched(sample):
+    values, exact = sample
+    for broken in (np.nan, np.inf, -np.inf):
+        t, dirty = Tally(1), values.copy()
+        dirty[77] = broken
+        errors = np.empty(len(dirty), np.float32)
+        assert not reductions._reduce(dirty, dirty.astype(float), exact, exact, errors, t.sums[0])
+        assert not t.sums.any()
+
+
+def test_every_metric_says_what_it_is():
+    for name, metric in METRICS.items():
+        assert metric.name == name
+        assert metric.unit in ("1", "codes", "count")
+        assert metric.meaning

@@ -1,0 +1,158 @@
+"""The front and the budget answer, on runs small enough to check by hand."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pandas as pd
+import pytest
+
+from phongbench.analysis.front import COLUMNS, cheapest, front, states
+from phongbench.analysis.kernel_times import multiplications
+from phongbench.errors import InputError
+
+ACCURACY = {
+    "lambda_form": "dot", "space": "reflect", "beta_policy": "taylor", "alpha": 50.0, "precision": "float32",
+    "gated": True, "stratum": "highlight", "perturbation": "none", "length_error": 0.0, "truth": "angle",
+}  # fmt: skip
+TIMING = {"lambda_form": "dot", "space": "reflect", "beta_policy": "none", "precision": "float32", "threads": 1}
+
+
+def accuracy_rows(*rows: dict[str, Any]) -> pd.DataFrame:
+    frame = pd.DataFrame([{**ACCURACY, **row} for row in rows])
+    frame["rms"] = frame["max_abs"] / 3.0
+    return frame.astype({"gamma": "Int64"})
+
+
+def timing_rows(*rows: dict[str, Any]) -> pd.DataFrame:
+    frame = pd.DataFrame([{**TIMING, "working_set": "l1", "ns_min": row["ratio"] * 2.0, **row} for row in rows])
+    frame["ratio_low"] = frame["ratio"] - frame.pop("half")
+    frame["ratio_high"] = 2 * frame["ratio"] - frame["ratio_low"]
+    return frame.astype({"gamma": "Int64"})
+
+
+@pytest.fixture
+def accuracy() -> pd.DataFrame:
+    return accuracy_rows(
+        {"approximation": "lyon", "gamma": 4, "max_abs": 0.068},
+        {"approximation": "lyon", "gamma": 4, "max_abs": 0.031, "beta_policy": "minimax"},
+        {"approximation": "lyon", "gamma": 16, "max_abs": 0.012},
+        {"approximation": "lyon", "gamma": 64, "max_abs": 0.0012},
+        {"approximation": "gaussian", "gamma": None, "max_abs": 0.0025, "lambda_form": "difference"},
+        {"approximation": "schlick", "gamma": None, "max_abs": 0.2, "lambda_form": "none", "beta_policy": "none"},
+        {"approximation": "lyon", "gamma": 4, "max_abs": 0.5, "length_error": 0.01, "perturbation": "a"},
+        {"approximation": "lyon", "gamma": 4, "max_abs": 1.0, "gated": False, "stratum": "grazing"},
+        {"approximation": "untimed", "gamma": None, "max_abs": 0.0},
+    )
+
+
+@pytest.fixture
+def timing() -> pd.DataFrame:
+    return timing_rows(
+        {"approximation": "lyon", "gamma": 4, "ratio": 0.30, "half": 0.01},
+        {"approximation": "lyon", "gamma": 16, "ratio": 0.34, "half": 0.01},
+        {"approximation": "lyon", "gamma": 64, "ratio": 0.52, "half": 0.04},
+        {"approximation": "gaussian", "gamma": None, "ratio": 0.50, "half": 0.04, "lambda_form": "difference"},
+        {"approximation": "schlick", "gamma": None, "ratio": 0.40, "half": 0.01, "lambda_form": "none"},
+        {"approximation": "copy", "gamma": None, "ratio": 0.1, "half": 0.01, "lambda_form": "none"},
+    )
+
+
+def state_of(cells: pd.DataFrame) -> dict[tuple[str, int, str], str]:
+    return {
+        (row.approximation, 0 if pd.isna(row.gamma) else int(row.gamma), row.beta_policy): row.state
+        for row in cells.itertuples()
+    }
+
+
+def test_a_cell_is_off_only_where_a_rival_is_certainly_faster(accuracy: pd.DataFrame, timing: pd.DataFrame) -> None:
+    cells = front(accuracy, timing, alpha=50)
+    assert list(cells.columns) == COLUMNS
+    assert state_of(cells) == {
+        ("lyon", 4, "taylor"): "off",  # the same kernel with minimax slope errs less
+        ("lyon", 4, "minimax"): "on",
+        ("lyon", 16, "taylor"): "on",
+        ("schlick", 0, "none"): "off",
+        ("gaussian", 0, "taylor"): "unresolved",  # lyon 64 errs less and may be as fast
+        ("lyon", 64, "taylor"): "on",  # nothing errs less
+    }
+    assert list(cells["ratio"]) == sorted(cells["ratio"])
+    assert cells.set_index("approximation").loc["gaussian", "ns"] == pytest.approx(1.0)
+
+
+def test_equal_errors_with_overlapping_times_leave_both_unresolved() -> None:
+    assert states([0.1, 0.1], [0.4, 0.45], [0.5, 0.55], [0, 1]) == ["unresolved", "unresolved"]
+    assert states([0.1, 0.1], [0.4, 0.6], [0.5, 0.7], [0, 1]) == ["on", "off"]
+    assert states([0.0, 0.1], [0.4, 0.4], [0.5, 0.5], [7, 7]) == ["on", "off"]
+    assert states([], [], [], []) == []
+
+
+def test_the_cheapest_cell_within_the_budget_names_its_rival_and_the_miss(
+    accuracy: pd.DataFrame, timing: pd.DataFrame
+) -> None:
+    choice = cheapest(accuracy, timing, alpha=50, max_error=1 / 255)
+    assert choice.best is not None
+    assert choice.runner_up is not None
+    assert choice.nearest_miss is not None
+    assert (choice.best["approximation"], choice.runner_up["approximation"]) == ("gaussian", "lyon")
+    assert not choice.resolved
+    assert (choice.nearest_miss["approximation"], choice.nearest_miss["gamma"]) == ("lyon", 16)
+
+    wide = cheapest(accuracy, timing, alpha=50, max_error=0.05)
+    assert wide.best is not None
+    assert (wide.best["gamma"], wide.best["beta_policy"], wide.resolved) == (4, "minimax", True)
+
+    none = cheapest(accuracy, timing, alpha=50, max_error=1e-6)
+    assert none.best is None
+    assert none.nearest_miss is not None
+    assert none.nearest_miss["gamma"] == 64
+
+
+@pytest.mark.parametrize(
+    ("asked", "known"),
+    [
+        ({"alpha": 51}, "50"),
+        ({"metric": "ulps"}, "max_abs"),
+        ({"stratum": "highlights"}, "grazing"),
+        ({"precision": "float8"}, "float32"),
+        ({"truth": "given"}, "angle"),
+        ({"working_set": "l3"}, "l1"),
+    ],
+)
+def test_unknown_names_list_the_known_ones(
+    accuracy: pd.DataFrame, timing: pd.DataFrame, asked: dict[str, Any], known: str
+) -> None:
+    with pytest.raises(InputError, match=known):
+        front(accuracy, timing, **{"alpha": 50, **asked})
+
+
+def test_a_budget_must_be_positive(accuracy: pd.DataFrame, timing: pd.DataFrame) -> None:
+    for budget in (0.0, -1.0, float("nan")):
+        with pytest.raises(InputError, match="budget"):
+            cheapest(accuracy, timing, alpha=50, max_error=budget)
+
+
+def test_a_run_without_timing_has_an_empty_front(accuracy: pd.DataFrame, timing: pd.DataFrame) -> None:
+    assert front(accuracy, timing.iloc[:0], alpha=50).empty
+    assert cheapest(accuracy, timing.iloc[:0], alpha=50, max_error=0.1).best is None
+
+
+def test_other_metrics_rank_by_their_own_column(accuracy: pd.DataFrame, timing: pd.DataFrame) -> None:
+    cells = front(accuracy, timing, alpha=50, metric="rms")
+    assert cells["error"].max() == pytest.approx(0.2 / 3)
+
+
+def test_an_integer_power_is_timed_by_one_that_multiplies_at_least_as_often(timing: pd.DataFrame) -> None:
+    alphas = (10.0, 50.0, 64.0, 128.0, 200.0, 10.5)
+    powers = {"approximation": "integer-power", "gamma": None, "max_abs": 0.0, "lambda_form": "none"}
+    accuracy = accuracy_rows(*({**powers, "alpha": alpha} for alpha in alphas))
+    own = {"gamma": None, "lambda_form": "none", "half": 0.01}
+    timed = timing_rows(
+        {**own, "approximation": "integer-power", "ratio": 0.4},
+        {**own, "approximation": "integer-power-64", "ratio": 0.3},
+    )
+    both = pd.concat([timing, timed], ignore_index=True)
+    found = {alpha: front(accuracy, both, alpha=alpha)["ratio"].tolist() for alpha in alphas}
+    # 10 takes 4 multiplications, 64 takes 6, 50 and 128 take 7, 200 takes 9; a fractional one has none
+    assert found == {10.0: [0.3], 50.0: [0.4], 64.0: [0.3], 128.0: [0.4], 200.0: [], 10.5: []}
+    assert [multiplications(exponent) for exponent in (1, 2, 3, 10, 64, 50, 1000)] == [0, 1, 2, 4, 6, 7, 14]

@@ -1,0 +1,310 @@
+"""The budget answer: on stored runs of the real engine with made-up times, and from the laws alone."""
+
+import json
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from phongbench.analysis.front import points
+from phongbench.analysis.recommend import number, recommend, run_for
+from phongbench.errors import CorruptRunError, InputError, UnknownNameError
+from phongbench.formulas import error_laws
+from phongbench.results.runs import Run
+
+CODE = 1 / 255
+Stored = Callable[..., Run]
+
+
+def errors(run: Run, choice: dict[str, Any], **where: Any) -> pd.DataFrame:
+    """The gated accuracy rows of a choice."""
+    rows = run.accuracy
+    wanted = {
+        "approximation": choice["approximation"], "lambda_form": choice["lambda"], "space": choice["space"],
+        "beta_policy": choice["beta_policy"], "precision": choice["precision"], "gated": True, "truth": "angle",
+    }  # fmt: skip
+    for column, value in (wanted | where).items():
+        rows = rows[rows[column] == value]
+    return rows[rows["gamma"].isna() if choice["gamma"] is None else rows["gamma"] == choice["gamma"]]
+
+
+def test_the_cheapest_formula_within_the_budget_is_chosen(stored: Stored) -> None:
+    run = stored()
+    found = recommend(run, alpha=50, max_error="0.05")
+    best, following = found["choices"]
+    assert (best["name"], best["ratio"]) == ("lyon, dot, gamma 8", pytest.approx(0.24))
+    assert following["ratio"] >= best["ratio"]
+    assert following["max_abs"] <= 0.05
+    assert best["beta"] == 50 / 8
+    unit = errors(run, best, alpha=50.0)
+    unit = unit[unit["stratum"].isin(["highlight", "uniform", "peak"])]
+    assert best["max_abs"] == unit["max_abs"].max()
+    assert found["nearest_miss"]["name"] == "lyon, dot, gamma 4"
+    assert found["nearest_miss"]["max_abs"] > 0.05
+    assert (found["basis"], found["run"]) == ("run", run.id)
+
+
+def proven(rows: pd.DataFrame) -> pd.DataFrame:
+    """The rows with those of a search, a tenth above the samples, and with certified ones."""
+    own = rows[rows["gated"].astype(bool) & (rows["stratum"] == "highlight")]
+    searched = own.assign(stratum="vectors", coverage="searched", max_abs=1.1 * own["max_abs"])
+    certified = own[own["precision"] == "float32"].assign(
+        stratum="cosines", coverage="certified", precision="exact", samples=0, max_abs=1.002 * own["model_max"],
+        model_max=1.002 * own["model_max"],
+    )  # fmt: skip
+    return pd.concat([rows, searched, certified], ignore_index=True)
+
+
+def test_what_a_search_found_and_what_was_proven_is_told(stored: Stored, small_rows: pd.DataFrame) -> None:
+    run = stored(accuracy=proven(small_rows))
+    best = recommend(run, alpha=50, max_error=0.05)["choices"][0]
+    assert (best["name"], best["coverage"]) == ("lyon, dot, gamma 8", "searched")
+    assert best["max_abs"] == errors(run, best, alpha=50.0, stratum="vectors")["max_abs"].item()
+    model = errors(run, best, alpha=50.0, stratum="highlight")["model_max"].item()
+    assert best["certified"] == 1.002 * model
+    assert "the worst that a search found: a lower bound" in best["why"]
+    assert f"the formula alone errs by at most {1.002 * model:.3g}, proven" in best["why"]
+    # an exponent between two measured ones is vouched for by both, so both bounds are needed
+    between = recommend(run, alpha=30, max_error=0.5)["choices"][0]
+    assert between["certified"] >= errors(run, between, alpha=50.0, stratum="highlight")["model_max"].item()
+    lacking = proven(small_rows).query("not (coverage == 'certified' and alpha == 10)")
+    assert (
+        recommend(stored("other-run-1", accuracy=lacking), alpha=30, max_error=0.5)["choices"][0]["certified"] is None
+    )
+
+
+def test_the_answer_is_json_with_the_keys_of_the_contract(stored: Stored) -> None:
+    found = recommend(stored(), alpha=50, max_error="1/255")
+    keys = ["approximation", "lambda", "gamma", "beta", "max_abs", "coverage", "ns", "ratio", "ratio_low", "ratio_high"]
+    assert {*keys, "why"} <= found["choices"][0].keys()
+    assert json.loads(json.dumps(found, allow_nan=False)) == found
+
+
+def test_a_sampled_maximum_is_called_a_lower_bound(stored: Stored) -> None:
+    best = recommend(stored(), alpha=50, max_error=0.05)["choices"][0]
+    assert best["coverage"] == "sampled"
+    assert "lower bound" in best["why"]
+    assert "surely slower" in best["why"]
+
+
+def test_overlapping_intervals_are_not_called_faster(stored: Stored) -> None:
+    found = recommend(stored(ratio=lambda row: 0.2), alpha=50, max_error=0.05)
+    assert "not settled" in found["choices"][0]["why"]
+
+
+def test_nothing_within_the_budget_leaves_the_nearest_miss(stored: Stored) -> None:
+    found = recommend(stored(), alpha=50, max_error=1e-12)
+    assert found["choices"] == []
+    assert found["nearest_miss"]["approximation"] == "phong"
+    assert "beyond" in found["nearest_miss"]["why"]
+
+
+def test_the_worst_exponent_of_a_range_counts(stored: Stored) -> None:
+    run = stored()
+    whole = recommend(run, alpha="10..50", max_error=0.05)["choices"][0]
+    each = [recommend(run, alpha=alpha, max_error=0.05)["choices"][0] for alpha in (10, 50)]
+    assert whole["max_abs"] == max(c["max_abs"] for c in each if c["name"] == whole["name"])
+    assert whole["beta"] is None
+
+
+def test_neighbours_answer_for_an_exponent_between_and_it_is_said(stored: Stored) -> None:
+    run = stored()
+    between = recommend(run, alpha=30, max_error=0.05)
+    assert between["choices"][0]["max_abs"] == recommend(run, alpha="10,50", max_error=0.05)["choices"][0]["max_abs"]
+    assert any("not measured" in note and "10, 50" in note for note in between["notes"])
+
+
+@pytest.mark.parametrize("alpha", [5, 51, "10..60", "50,1000"])
+def test_an_exponent_outside_the_run_is_refused_with_the_command_that_measures_it(stored: Stored, alpha: Any) -> None:
+    with pytest.raises(InputError, match="phongbench run --alpha"):
+        recommend(stored(), alpha=alpha, max_error=0.05)
+
+
+def test_wrong_lengths_up_to_the_wish_count_in_every_direction(stored: Stored) -> None:
+    run = stored()
+    found = recommend(run, alpha=10, max_error=0.09, length_error=0.009)
+    best = found["choices"][0]
+    assert "0.01 wrong" in found["notes"][0]
+    rows = errors(run, best, alpha=10.0)
+    rows = rows[
+        (rows["stratum"].isin(["highlight", "uniform", "peak", "lengths"])) & (rows["length_error"].abs() <= 0.01)
+        & rows["perturbation"].isin(["none", "a", "both", "opposite"])
+    ]  # fmt: skip
+    assert set(rows["perturbation"]) == {"none", "a", "both", "opposite"}
+    assert best["max_abs"] == rows["max_abs"].max()
+    assert best["max_abs"] > recommend(run, alpha=10, max_error=0.09)["choices"][0]["max_abs"]
+
+
+def test_lengths_that_were_not_measured_are_refused(stored: Stored, small_rows: pd.DataFrame) -> None:
+    with pytest.raises(InputError, match=r"0\.1, not 0\.5"):
+        recommend(stored(), alpha=10, max_error=0.1, length_error=0.5)
+    unit = stored("20260102-000000-0123abcd", accuracy=small_rows[small_rows["stratum"] != "lengths"])
+    with pytest.raises(InputError, match="no vectors of wrong length"):
+        recommend(unit, alpha=10, max_error=0.1, length_error=0.01)
+
+
+def test_cells_with_values_that_are_not_finite_never_qualify(stored: Stored, small_rows: pd.DataFrame) -> None:
+    rows = small_rows.copy()
+    bad = (rows["approximation"] == "lyon") & (rows["stratum"] == "uniform")
+    rows.loc[bad, "nonfinite"] = 1
+    found = recommend(stored(accuracy=rows), alpha=50, max_error=0.05)
+    assert {c["approximation"] for c in found["choices"]} <= {"gaussian", "phong"}
+
+
+def test_half_space_formulas_are_chosen_only_when_asked_for(stored: Stored) -> None:
+    run = stored(ratio=lambda row: 0.1 if row.space == "half" else 0.5)
+    assert {c["space"] for c in recommend(run, alpha=50, max_error=0.2)["choices"]} == {"reflect"}
+    half = recommend(run, alpha=50, max_error=0.2, space="half")
+    assert {c["space"] for c in half["choices"]} == {"half"}
+    assert any("coplanar" in note for note in half["notes"])
+
+
+def test_float16_is_ordered_by_the_times_of_float32_and_says_so(stored: Stored) -> None:
+    found = recommend(stored(), alpha=10, max_error=0.2, precision="float16")
+    assert found["choices"][0]["precision"] == "float16"
+    assert any("emulated" in note for note in found["notes"])
+
+
+def test_integer_powers_serve_listed_whole_exponents_but_no_range(stored: Stored, small_rows: pd.DataFrame) -> None:
+    phong = small_rows[small_rows["approximation"] == "phong"]
+    rows = pd.concat([small_rows, phong.assign(approximation="integer-power")], ignore_index=True)
+    run = stored(accuracy=rows, ratio=lambda row: 0.1 if row.approximation == "integer-power" else 0.9)
+    names = [
+        recommend(run, alpha=a, max_error=1e-3)["choices"][0]["approximation"] for a in (50, "10,50", "10..50", 30.5)
+    ]
+    assert names == ["integer-power", "integer-power", "phong", "phong"]
+
+
+def test_a_run_that_told_its_twin_apart_makes_no_claim(stored: Stored, monkeypatch: pytest.MonkeyPatch) -> None:
+    run = stored()
+    timing = run.timing.copy()
+    timing.loc[timing["approximation"] == "aa-twin", "verdict"] = "slower"
+    monkeypatch.setitem(run.__dict__, "timing", timing)
+    assert any("identical code" in n for n in recommend(run, alpha=50, max_error=0.05)["notes"])
+
+
+def test_a_run_of_another_machine_answers_in_ratios_only(stored: Stored) -> None:
+    run = stored(provenance={"machine_fingerprint": "another"})
+    found = recommend(run, alpha=50, max_error=0.05)
+    assert found["choices"][0]["ns"] is None
+    assert found["choices"][0]["ratio"] == pytest.approx(0.24)
+    assert any("another kind of machine" in note for note in found["notes"])
+    told = points(run, alpha=50)
+    assert not told["same_machine"]
+    assert {p["ns"] for p in told["points"]} == {None}
+
+
+@pytest.mark.parametrize(
+    ("asked", "said"),
+    [
+        ({"max_error": "1/0"}, "not a number"),
+        ({"max_error": "much"}, "not a number"),
+        ({"max_error": 0}, "above 0"),
+        ({"max_error": "nan"}, "not a number"),
+        ({"max_error": -1}, "above 0"),
+        ({"length_error": -0.1}, "length error"),
+        ({"precision": "float8"}, "float16, float32, float64"),
+        ({"precision": "float64"}, "run --precision float64"),
+        ({"space": "quarter"}, "reflect, half"),
+        ({"working_set": "l3"}, "known: l1"),
+    ],
+)
+def test_bad_input_is_told_with_its_mend(stored: Stored, asked: dict[str, Any], said: str) -> None:
+    with pytest.raises(InputError, match=said):
+        recommend(stored(), **({"alpha": 50, "max_error": 0.05} | asked))
+
+
+def test_fractions_are_numbers() -> None:
+    assert number("1/255", "e") == number(" 1 / 255 ", "e") == CODE
+    assert number("1e-3", "e") == number(0.001, "e") == 0.001
+
+
+def test_the_newest_whole_run_with_times_answers(stored: Stored, tmp_path: Any) -> None:
+    root = tmp_path / "phongbench-runs"
+    assert run_for(None, root) is None
+    stored("20260101-000000-0123abcd")
+    stored("20260102-000000-0123abcd")
+    stored("20260103-000000-0123abcd", timed=False)
+    stored("20260104-000000-0123abcd", state="partial")
+    found = run_for(None, root)
+    assert found is not None
+    assert found.id == "20260102-000000-0123abcd"
+    assert run_for("20260103-000000-0123abcd", root) is not None
+
+
+def test_untimed_partial_and_changed_runs_are_refused(stored: Stored) -> None:
+    with pytest.raises(InputError, match="without --no-timing"):
+        recommend(stored("20260101-000000-0123abcd", timed=False), alpha=50, max_error=0.05)
+    with pytest.raises(InputError, match="--resume"):
+        recommend(stored("20260102-000000-0123abcd", state="partial"), alpha=50, max_error=0.05)
+    run = stored("20260103-000000-0123abcd")
+    path = run.path / "timing.parquet"
+    path.write_bytes(path.read_bytes()[:-1] + b"?")
+    with pytest.raises(CorruptRunError, match="bytes have changed"):
+        points(run, alpha=50)
+
+
+# the laws alone
+
+
+def dense(form: str, alpha: float, gamma: float, e: float = 0.0, d: float = 0.0) -> float:
+    """Largest error of Lyon's formula on a dense float64 grid, lengths 1 + e and 1 + d."""
+    u = np.concatenate([np.linspace(0, 12, 20001), np.linspace(12, alpha, 2001)])
+    deficit = np.minimum(u / alpha, 1.0)
+    s = (1 + e) * (1 + d)
+    forms = {
+        "dot": 1 - s * (1 - deficit),
+        "difference": s * deficit + 0.5 * (e - d) ** 2,
+        "cross": s * s * (deficit - 0.5 * deficit**2),
+    }
+    value = np.maximum(0.0, 1.0 - alpha / gamma * forms[form]) ** gamma
+    return float(np.abs(value - (1 - deficit) ** alpha).max())
+
+
+@pytest.mark.parametrize("alpha", [10.0, 50.0, 200.0, 1000.0])
+@pytest.mark.parametrize("length", [0.0, 1e-4, 1e-3])
+def test_a_law_answer_bounds_the_formula_it_names(alpha: float, length: float) -> None:
+    for budget in (0.05, 0.02, CODE):
+        found = recommend(None, alpha=alpha, max_error=budget, length_error=length)
+        for told in [*found["choices"], *filter(None, [found["nearest_miss"]])]:
+            if told["approximation"] == "lyon":
+                pairs = [(0.0, 0.0), (length, 0.0), (-length, 0.0), (length, length), (length, -length)]
+                true = max(dense(told["lambda"], alpha, told["gamma"], e, d) for e, d in pairs)
+                assert told["max_abs"] >= true
+                if not length:  # the largest model error and the largest change by lengths lie apart
+                    assert told["max_abs"] <= 1.1 * true + 2.4e-7 * alpha
+
+
+def test_the_laws_say_that_they_answer_and_name_no_time() -> None:
+    found = recommend(None, alpha=50.5, max_error="1/255")
+    assert (found["basis"], found["run"]) == ("laws", None)
+    assert "from the laws alone" in found["notes"][0]
+    best = found["choices"][0]
+    assert best["gamma"] == error_laws.smallest_gamma(50.5, CODE)
+    assert best["coverage"] == "law"
+    assert {best[name] for name in ("ns", "ratio", "ratio_low", "ratio_high")} == {None}
+    assert json.loads(json.dumps(found, allow_nan=False)) == found
+
+
+def test_only_exact_powers_meet_a_budget_beyond_every_law() -> None:
+    assert recommend(None, alpha=10, max_error=1e-4)["choices"][0]["approximation"] == "integer-power"
+    assert recommend(None, alpha="10..12", max_error=1e-4)["choices"][0]["approximation"] == "phong"
+
+
+@pytest.mark.parametrize("asked", [{"alpha": 2}, {"precision": "float16"}, {"space": "half"}])
+def test_what_no_law_speaks_of_is_refused_with_the_command_that_measures_it(asked: dict[str, Any]) -> None:
+    with pytest.raises(InputError, match="phongbench run"):
+        recommend(None, **({"alpha": 50, "max_error": 0.01} | asked))
+
+
+def test_the_laws_do_not_reach_large_length_errors() -> None:
+    found = recommend(None, alpha=50, max_error=0.5, length_error=0.1)
+    assert any("left out" in note for note in found["notes"])
+    assert not found["choices"]
+
+
+def test_unknown_names_list_the_known_ones() -> None:
+    with pytest.raises(UnknownNameError, match="float16"):
+        recommend(None, alpha=50, max_error=0.01, precision="half")

@@ -1,0 +1,246 @@
+"""The command line as a user meets it: exit codes, two-line errors, data on stdout, talk on stderr."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+
+import pytest
+from click.testing import CliRunner
+
+from phongbench.cli.main import EXIT_CODES, main
+
+QUICKLY = [
+    "--alpha",
+    "10",
+    "--gamma",
+    "8",
+    "--only",
+    "lyon",
+    "--precision",
+    "float32",
+    "--samples",
+    "2000",
+    "--no-timing",
+]
+#: where only the folder and the rows of the sweep matter
+BARELY = [*QUICKLY, "--no-report", "--probe", "none"]
+
+
+@pytest.fixture
+def call(tmp_path, monkeypatch):
+    """Run a command in an empty folder."""
+    monkeypatch.chdir(tmp_path)
+    return lambda *words: CliRunner().invoke(main, list(words))
+
+
+def test_help_opens_with_examples(call):
+    assert "Examples:" in call("--help").stdout
+    assert "Examples:" in call("run", "--help").stdout
+
+
+def test_a_run_is_made_listed_shown_verified_and_reported(call, tmp_path):
+    made = call("run", *QUICKLY, "--json")
+    assert made.exit_code == 0, made.stderr
+    told = json.loads(made.stdout)
+    assert set(told) == {"run", "path", "cells", "evaluations", "seconds", "failed_cells", "violations", "report"}
+    assert told["failed_cells"] == 0
+    assert (tmp_path / told["report"]).is_file()
+    assert [r["run"] for r in json.loads(call("list", "--json").stdout)] == [told["run"]]
+    assert told["run"] in call("list").stdout
+    assert json.loads(call("show", "latest", "--json").stdout)["facts"]["state"] == "complete"
+    assert "accuracy rows" in call("show", told["run"]).stdout
+    assert call("verify", "latest").exit_code == 0
+    report = call("report", "latest", "--out", "elsewhere", "--single-file")
+    assert report.exit_code == 0, report.stderr
+    again = call("compare", "latest", told["run"])
+    assert again.exit_code == 0
+    assert "0" in again.stdout
+
+
+def test_compare_tells_what_changed(call):
+    for seed in ("1", "2"):
+        assert call("run", *BARELY, "--seed", seed, "--out", f"run-{seed}").exit_code == 0
+    found = call("compare", "run-1", "run-2", "--json")
+    assert found.exit_code == 1
+    told = json.loads(found.stdout)
+    assert told["changed"] > 0
+    assert told["only_a"] == told["only_b"] == 0
+    assert abs(told["rows"][0]["change"]) == max(abs(r["change"]) for r in told["rows"])
+    assert call("compare", "run-1", "run-2", "--tolerance", "10").exit_code == 0
+    assert call("compare", "run-1", "run-2", "--metric", "maxabs").exit_code == 2
+
+
+@pytest.mark.parametrize(
+    ("words", "code", "said"),
+    [
+        (["run", "--alpha", "0"], 2, "alpha = 0"),
+        (["run", "--alpha", "nan"], 2, "alpha = nan"),
+        (["run", "--alpha", "ten"], 2, "'ten' is not a list of numbers"),
+        (["run", "--alpha", ""], 2, "alphas is empty"),
+        (["run", "--gamma", "6"], 2, "power of two"),
+        (["run", "--gamma", "4.5"], 2, "whole numbers"),
+        (["run", "--only", "lion"], 2, "did you mean 'lyon'"),
+        (["run", "--lambda", "krone"], 2, "known: dot"),
+        (["run", "--precision", "half"], 2, "known: float16"),
+        (["run", "--preset", "huge"], 2, "known: quick"),
+        (["run", "--materials", "none.mtl"], 2, "none.mtl"),
+        (["run", "none.toml"], 2, "none.toml"),
+        (["run", "--with", "none.py"], 2, "none.py"),
+        (["run", "--jobs", "0"], 2, "--jobs"),
+        (["run", "--resume", "--out", "empty"], 2, "nothing to resume"),
+        (["run", "--no-timing", "--no-report", "--out", "/proc/nothing"], 5, "cannot write"),
+        (["show", "nothing"], 2, "no run 'nothing'"),
+        (["show", "."], 6, "is not a run"),
+        (["report", "latest"], 2, "no run yet"),
+        (["verify", "latest"], 2, "phongbench run"),
+        (["nonsense"], 2, "nonsense"),
+    ],
+)
+def test_bad_input_gets_an_exit_code_and_a_short_message(call, words, code, said):
+    found = call(*words)
+    assert found.exit_code == code, found.output
+    assert said in found.stderr
+    assert "Traceback" not in found.stderr
+    assert found.stdout == ""
+
+
+def test_bad_input_leaves_nothing_behind(call, tmp_path):
+    call("run", "--alpha", "0", "--out", "here")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_flipped_byte_is_found(call, tmp_path):
+    assert call("run", *BARELY, "--out", "mine").exit_code == 0
+    path = tmp_path / "mine" / "accuracy.parquet"
+    data = bytearray(path.read_bytes())
+    data[100] ^= 4
+    path.write_bytes(data)
+    found = call("verify", "mine")
+    assert found.exit_code == 1
+    assert "bytes have changed" in found.stdout
+
+
+def test_a_run_in_the_same_folder_is_refused(call):
+    assert call("run", *BARELY, "--out", "mine").exit_code == 0
+    found = call("run", *BARELY, "--out", "mine")
+    assert found.exit_code == 2
+    assert "--resume" in found.stderr
+
+
+def test_dry_run_tells_and_does_nothing(call, tmp_path):
+    found = call("run", *QUICKLY, "--dry-run", "--json")
+    assert set(json.loads(found.stdout)) == {"cells", "rows", "evaluations", "bytes", "seconds"}
+    assert "evaluations" in call("run", *QUICKLY, "--dry-run").stdout
+    assert list(tmp_path.iterdir()) == []
+
+
+MINE = """
+from phongbench import powers
+from phongbench.formulas.citations import Source
+from phongbench.formulas.spec import Approximation, Cost
+
+def tent(cosine_deficit: float, beta: float) -> float:
+    return powers.positive_part(1.0 - beta * cosine_deficit)
+
+SPEC = Approximation(
+    name="tent", title="Tent", kind="alternative", formula="max(0, 1 - alpha lambda)", source=Source("MINE", "Own work",
+    2026), kernel=tent, coefficients=lambda s: {BODY}, domain="a joke", cost=Cost("one multiply-add"),
+)
+"""
+
+
+def test_the_users_own_approximation_is_measured_like_ours(call, tmp_path):
+    (tmp_path / "tent.py").write_text(MINE.replace("{BODY}", '{"beta": s.alpha}'))
+    found = call("run", "--with", "tent.py", *QUICKLY[:4], "--only", "tent", *QUICKLY[6:], "--out", "mine", "--json")
+    assert found.exit_code == 0, found.stderr
+    listed = json.loads(call("approximations", "--with", "tent.py", "--json").stdout)
+    assert listed[-1]["name"] == "tent"
+    best = json.loads(call("show", "mine", "--json").stdout)["best"]
+    assert best[0]["approximation"] == "tent"
+
+
+def test_cells_that_fail_are_told_and_counted(call, tmp_path):
+    (tmp_path / "tent.py").write_text(MINE.replace("{BODY}", '{"beta": 1 / (s.alpha - 20)}'))
+    found = call(
+        "run",
+        "--with",
+        "tent.py",
+        "--alpha",
+        "10,20",
+        "--only",
+        "tent",
+        *QUICKLY[6:],
+        "--out",
+        "mine",
+        "--json",
+        "--no-report",
+    )
+    assert found.exit_code == 3
+    assert "ZeroDivisionError" in found.stderr
+    assert json.loads(found.stdout)["failed_cells"] > 0
+
+
+def test_approximations_are_listed(call):
+    assert "max(0, 1 - beta lambda)^gamma" in call("approximations").stdout
+    names = [a["name"] for a in json.loads(call("approximations", "--json").stdout)]
+    assert names[:2] == ["phong", "lyon"]
+
+
+def test_doctor_finds_this_installation_fit(call):
+    found = call("doctor", "--json")
+    assert found.exit_code == 0
+    assert {c["state"] for c in json.loads(found.stdout)} <= {"good", "poor"}
+
+
+def test_every_error_has_an_exit_code():
+    assert [code for _, code in EXIT_CODES] == [4, 5, 6, 2, 3, 130, 1]
+
+
+def test_colours_are_left_out_when_asked(tmp_path):
+    found = subprocess.run(
+        [sys.executable, "-m", "phongbench", "approximations"],
+        cwd=tmp_path,
+        env=os.environ | {"NO_COLOR": "1"},
+        capture_output=True,
+        check=True,
+    )
+    assert b"\x1b[3" not in found.stdout
+
+
+#: undoes an inherited refusal of SIGINT, as a job that a script started in the background has
+HEEDING = """import signal
+signal.signal(signal.SIGINT, signal.default_int_handler)
+from phongbench.cli.main import main
+main(prog_name="phongbench")
+"""
+
+
+def test_an_interrupted_run_leaves_with_130_and_says_how_to_go_on(tmp_path):
+    process = subprocess.Popen(
+        [
+            sys.executable,
+            "-c",
+            HEEDING,
+            "run",
+            *BARELY,
+            "--samples",
+            "4000000000",  # hours: it cannot end before it is told to
+            "--out",
+            "mine",
+        ],
+        cwd=tmp_path,
+        stderr=subprocess.PIPE,
+        stdout=subprocess.DEVNULL,
+    )
+    assert process.stderr is not None
+    for line in process.stderr:
+        if b"accuracy" in line:
+            break
+    process.send_signal(signal.SIGINT)
+    said = process.stderr.read().decode()
+    process.stderr.close()
+    assert process.wait() == 130
+    assert "--out mine --resume" in said
+    assert "Traceback" not in said

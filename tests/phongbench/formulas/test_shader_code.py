@@ -1,0 +1,252 @@
+"""Formulas written for other languages: compiled and run where a compiler is here, they give what the kernels give.
+
+GLSL and WGSL run in the browser, in tests/browser.
+"""
+
+import ctypes
+import itertools
+import json
+import re
+import shutil
+import subprocess
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from phongbench.cli.main import main
+from phongbench.compiler import elementary
+from phongbench.errors import InputError, KernelError, UnknownNameError
+from phongbench.formulas import curves, pair_kernels
+from phongbench.formulas.citations import PHONGBENCH
+from phongbench.formulas.registry import REGISTRY, example
+from phongbench.formulas.shader_code.export import LANGUAGES, shader
+from phongbench.formulas.shader_code.printer import PRIMITIVES
+from phongbench.formulas.spec import Approximation, Cost, Setting
+
+CASES = [
+    (s.name, form, space) for s in REGISTRY.values() for form, space in itertools.product(s.lambda_forms, s.spaces)
+]
+#: language -> compiler, its options, and what stands before and after the source to make a library of it
+LOOP = """
+    for (int i = 0; i < count; i++) out[i] = highlight({a}, {b});
+}}
+"""
+SHIM = """
+#include <cmath>
+#include <cstring>
+using std::abs; using std::floor; using std::exp; using std::pow; using std::acos; using std::sqrt;
+using std::min; using std::max;
+struct float3 { float x, y, z; };
+static float3 operator-(float3 a, float3 b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+static float dot(float3 a, float3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+static float3 cross(float3 a, float3 b) {
+    return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+static float min(float a, float b) { return fminf(a, b); }
+static float max(float a, float b) { return fmaxf(a, b); }
+static int asint(float x) { int bits; memcpy(&bits, &x, sizeof bits); return bits; }
+static float asfloat(int bits) { float x; memcpy(&x, &bits, sizeof x); return x; }
+"""
+BUILDS = {
+    "c": ("cc", ["-x", "c", "-std=c99", "-Wall", "-Wextra", "-Wconversion"], "", "void run",
+          LOOP.format(a="a + 3 * i", b="b + 3 * i")),
+    "hlsl": ("c++", ["-x", "c++", "-Wno-unused-function", "-fsingle-precision-constant"], SHIM, 'extern "C" void run',
+             LOOP.format(a="float3{a[3 * i], a[3 * i + 1], a[3 * i + 2]}",
+                         b="float3{b[3 * i], b[3 * i + 1], b[3 * i + 2]}")),
+}  # fmt: skip
+
+
+def setting_of(spec: Approximation, space: str, alpha: float = 32.0) -> Setting:
+    return Setting(alpha, 8 if spec.uses_gamma else None, spec.slopes[-1], space)
+
+
+def built(language: str, text: str, folder: Path) -> Any:
+    """(a, b) -> highlights, by the text compiled with warnings as errors."""
+    compiler, options, shim, begin, loop = BUILDS[language]
+    found = shutil.which(compiler)
+    if found is None:
+        pytest.skip(f"no {compiler} here")
+    arguments = "(int count, const float *a, const float *b, float *out) {"
+    source, library = folder / "source", folder / "library.so"
+    source.write_text(f"{shim}\n{text}\n{begin}{arguments}{loop}")
+    subprocess.run(
+        [found, *options, "-Werror", "-O1", "-ffp-contract=off", "-shared", "-fPIC", "-o", library, source, "-lm"],
+        check=True,
+    )
+    run = ctypes.CDLL(str(library)).run
+    rows = np.ctypeslib.ndpointer(np.float32, flags="C")
+    run.argtypes, run.restype = [ctypes.c_int, rows, rows, rows], None
+
+    def values(a: Any, b: Any) -> Any:
+        out = np.empty(len(a), np.float32)
+        run(len(a), a, b, out)
+        return out
+
+    return values
+
+
+def pairs(alpha: float, count: int = 2000) -> tuple[Any, Any]:
+    """Directions within a few widths of the highlight and anywhere, lengths up to a tenth wrong, and hostile ones."""
+    rng = np.random.default_rng(1)
+    a = rng.normal(size=(count, 3))
+    spread = np.where(np.arange(count) % 4, 2 / np.sqrt(alpha), 10.0)[:, None]
+    a /= np.linalg.norm(a, axis=1, keepdims=True)
+    b = a + spread * rng.normal(size=(count, 3))
+    b /= np.linalg.norm(b, axis=1, keepdims=True)
+    a *= rng.uniform(0.9, 1.0, (count, 1))
+    hostile = np.array([[0, 0, 0], [0, 0, 1], [np.nan, 0, 1], [1e-30, 0, 0], [0, 0, -1]])
+    both = np.array(list(itertools.product(hostile, hostile)))
+    a, b = np.concatenate([a, both[:, 0]]), np.concatenate([b, both[:, 1]])
+    return np.ascontiguousarray(a, np.float32), np.ascontiguousarray(b, np.float32)
+
+
+@pytest.mark.parametrize("language", BUILDS)
+@pytest.mark.parametrize(("name", "form", "space"), CASES)
+def test_compiled_it_gives_what_the_kernel_gives(
+    name: str, form: str, space: str, language: str, tmp_path: Path
+) -> None:
+    spec = REGISTRY[name]
+    setting = setting_of(spec, space)
+    a, b = pairs(setting.alpha)
+    values = built(language, shader(spec, form, setting, language).text, tmp_path)(a, b)
+    expected = pair_kernels.highlights(spec, form, setting, a, b, layout="aos")
+    # fused multiply-adds and the library's power differ in the last bits, which a slope of alpha enlarges
+    np.testing.assert_allclose(values, expected, rtol=1e-4, atol=4 * setting.exponent * 2.0**-24)
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+@pytest.mark.parametrize(("name", "form", "space"), CASES)
+def test_nothing_of_python_is_left(name: str, form: str, space: str, language: str) -> None:
+    spec = REGISTRY[name]
+    text = shader(spec, form, setting_of(spec, space), language).text
+    code = re.sub("//.*", "", text)
+    assert not re.search(r"\b_\w|\bNone\b|\bnp\b|\*\*|\bif\b|\belse\b|\blambda\b", code)
+    assert code.count("{") == code.count("}")
+    assert code.count("(") == code.count(")")
+    assert len(re.findall(r"\bhighlight\(", code)) == 1
+
+
+@pytest.mark.parametrize(("name", "form", "space"), CASES)
+def test_its_error_is_that_of_the_lobe(name: str, form: str, space: str) -> None:
+    spec = REGISTRY[name]
+    setting = setting_of(spec, space)
+    found = shader(spec, form, setting)
+    angle = np.radians(np.linspace(0, 89.9, 4001))
+    cosine = np.cos(angle)
+    curve = curves.curve(spec, form, setting, cosine)
+    worst = float(np.abs(curve - np.maximum(cosine, 0) ** setting.alpha).max())
+    assert found.max_error == pytest.approx(worst, rel=2e-2, abs=2e-5)
+    assert f"{found.max_error:.3g}" in found.text
+
+
+def test_every_primitive_has_a_spelling() -> None:
+    primitives = {body for body in vars(elementary).values() if hasattr(body, "__implementations__")}
+    assert primitives
+    assert primitives == set(PRIMITIVES)
+
+
+def made(kernel: Any, **coefficients: float) -> Approximation:
+    return Approximation(
+        name="mine", title="Mine", kind="approximation", formula="?", source=PHONGBENCH, kernel=kernel,
+        coefficients=lambda s: coefficients, domain="", cost=Cost(""), lambda_forms=("none",),
+    )  # fmt: skip
+
+
+def awkward(cosine: float, out: float, half: float) -> float:
+    """Takes words of other languages for names, and changes an argument."""
+    sample = elementary.clamped(cosine, 0.0, 1.0)
+    cosine = sample * (out - half) - (out - (half - sample))
+    near = -(cosine - 1.0)
+    return near / (2.0 / out) if 0.0 < near <= 1.5 and not sample < 0.0 else abs(half - (sample - 1.0))
+
+
+@pytest.mark.parametrize("language", BUILDS)
+def test_awkward_names_and_brackets_survive(language: str, tmp_path: Path) -> None:
+    spec, setting = made(awkward, out=0.75, half=0.5), Setting(10.0)
+    a, b = pairs(10.0)
+    values = built(language, shader(spec, "none", setting, language).text, tmp_path)(a[:2000], b[:2000])
+    expected = pair_kernels.highlights(spec, "none", setting, a[:2000], b[:2000], layout="aos")
+    np.testing.assert_allclose(values, expected, atol=1e-5)
+
+
+def highlight(cosine: float, pow: float) -> float:  # noqa: A002  as careless as a user may be
+    """Has the name of what calls it."""
+    return pow * elementary.power(cosine, 3.0)
+
+
+@pytest.mark.parametrize("language", BUILDS)
+def test_a_kernel_may_have_any_name(language: str, tmp_path: Path) -> None:
+    spec, setting = made(highlight, pow=0.5), Setting(10.0)
+    a, b = pairs(10.0)
+    values = built(language, shader(spec, "none", setting, language).text, tmp_path)(a, b)
+    np.testing.assert_allclose(
+        values, pair_kernels.highlights(spec, "none", setting, a, b, layout="aos"), rtol=1e-5, atol=1e-6
+    )
+
+
+def endless(cosine: float, top: float) -> float:
+    """A constant that no float32 holds."""
+    return cosine * top if cosine < 1e300 else 1e300
+
+
+def test_what_cannot_be_written_is_refused() -> None:
+    lyon = REGISTRY["lyon"]
+    with pytest.raises(UnknownNameError, match="glsl, hlsl, wgsl, c"):
+        shader(lyon, "dot", example(lyon), "basic")
+    with pytest.raises(UnknownNameError, match="lambda form"):
+        shader(lyon, "none", example(lyon))
+    with pytest.raises(InputError, match="gamma"):
+        shader(lyon, "dot", Setting(50.0, 7, "taylor"))
+    with pytest.raises(KernelError, match="finite"):
+        shader(made(endless, top=1.0), "none", Setting(10.0))
+
+
+def test_the_command_in_the_comment_makes_the_same_again() -> None:
+    runner = CliRunner()
+    first = runner.invoke(main, ["shader", "lyon:cross:16", "--alpha", "200", "--beta", "minimax", "--language", "c"])
+    assert first.exit_code == 0
+    command = re.search(r": phongbench (shader .*)", first.output)
+    assert command
+    assert runner.invoke(main, command[1].split()).output == first.output
+
+
+def test_a_budget_chooses_the_formula(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    runner = CliRunner()
+    ask = ["--alpha", "33.3", "--max-error", "0.02"]
+    best = json.loads(runner.invoke(main, ["recommend", *ask, "--json"]).output)["choices"][0]
+    told = json.loads(runner.invoke(main, ["shader", *ask, "--json"]).output)
+    assert told["formula"] == best["approximation"]
+    assert told["max_error"] <= 0.02
+    assert f"gamma = {best['gamma']}" in told["text"]
+    out = tmp_path / "highlight.glsl"
+    assert runner.invoke(main, ["shader", *ask, "--out", str(out)]).output == f"{out}\n"
+    assert out.read_text() == told["text"]
+    assert runner.invoke(main, ["shader", *ask, "--out", str(tmp_path / "highlight.c")]).exit_code == 0
+    assert "#include" in (tmp_path / "highlight.c").read_text()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["--alpha", "50"], "--max-error"),
+        (["lyon:dot:8", "--alpha", "50", "--max-error", "0.1"], "either"),
+        (["lyn:dot:8", "--alpha", "50"], "lyon"),
+        (["lyon:dot", "--alpha", "50"], "gamma"),
+        (["lyon:dot:8", "--alpha", "nan"], "alpha"),
+        (["lyon:dot:8", "--alpha", "50", "--space", "third"], "reflect"),
+        (["lyon:dot:8", "--alpha", "50", "--beta", "none"], "minimax"),
+        (["--alpha", "50", "--max-error", "1e-12"], "recommend"),
+    ],
+)
+def test_wrong_wishes_are_answered_in_two_lines(
+    arguments: list[str], said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    found = CliRunner().invoke(main, ["shader", *arguments])
+    assert found.exit_code == 2
+    assert said in found.output
+    assert found.output.count("\n") <= 2

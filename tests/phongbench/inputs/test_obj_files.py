@@ -1,0 +1,138 @@
+"""OBJ files: what is odd is refused with its line, or mended and counted."""
+
+import sys
+
+import numpy as np
+import pytest
+
+from phongbench.errors import InputError
+from phongbench.inputs import obj_files
+
+CORNERS = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nv 0 0 1\n"
+
+
+@pytest.fixture
+def obj(tmp_path):
+    """A factory of OBJ files."""
+
+    def write(text, name="some.obj"):
+        path = tmp_path / name
+        path.write_text(text, encoding="utf-8")
+        return path
+
+    return write
+
+
+def test_a_triangle_is_read_with_an_area_weighted_normal(obj):
+    surface = obj_files.load(obj(CORNERS + "f 1 2 3\n"))
+    assert surface.name == "some.obj"
+    assert surface.vertices[surface.faces[0]].tolist() == [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
+    np.testing.assert_allclose(surface.normals[surface.faces[0]], 3 * [(0, 0, 1)])
+    assert surface.notes == ("it has no normals: area-weighted ones are used",)
+    assert surface.true_normals is None
+
+
+def test_normals_of_the_file_are_made_unit_and_bad_ones_replaced(obj):
+    text = CORNERS + "vn 0 0 2\nvn 0 0 0\nvn 3 0 4\nvn 1e200 0 0\nf 1//1 2//2 3//3\nf 2//4 4//1 3//3\n"
+    surface = obj_files.load(obj(text))
+    found = surface.normals[surface.faces].tolist()
+    np.testing.assert_allclose(found[0], [(0, 0, 1), (0, 0, 1), (0.6, 0, 0.8)])
+    np.testing.assert_allclose(found[1], [(1, 0, 0), (0, 0, 1), (0.6, 0, 0.8)])
+    assert surface.notes == ("normals that are zero or not finite, replaced by area-weighted ones: 1",)
+
+
+def test_normals_that_do_not_fit_are_told(obj):
+    for faces in ("f 1//4 2//4 3//4\n", "f 1//1 2//1 3//1\nf 2 4 3\n"):
+        surface = obj_files.load(obj(CORNERS + "vn 1 0 0\n" + faces))
+        np.testing.assert_allclose(surface.normals[surface.faces[0]], 3 * [(0, 0, 1)])
+        assert surface.notes == ("its normals do not fit its faces: area-weighted ones are used",)
+
+
+@pytest.mark.parametrize(
+    ("faces", "triangles", "polygons"),
+    [("f 1 2 4 3\n", 2, 1), ("f 1 2 4 3 5\n", 3, 1), ("f 1 2 3\nf 1 2 4 3\nf 1/ 2/ 4/ 3/ 5/\n", 6, 2)],
+)
+def test_polygons_are_cut_into_triangles_and_counted(obj, faces, triangles, polygons):
+    surface = obj_files.load(obj(CORNERS + faces))
+    assert len(surface.faces) == triangles
+    assert f"polygons cut into triangles: {polygons}" in surface.notes
+
+
+def test_degenerate_triangles_are_left_out_and_counted(obj):
+    surface = obj_files.load(obj(CORNERS + "v 2 0 0\nf 1 2 3\nf 1 1 2\nf 1 2 6\n"))
+    assert len(surface.faces) == 1
+    assert surface.left_out == 2
+    assert "degenerate triangles left out: 2" in surface.notes
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        CORNERS + "f -5 -4 -3\n",
+        CORNERS.replace("\n", "\r\n") + "f 1 2 3\r\n",
+        CORNERS + "f 1 \\\n 2 3 # the first\n",
+        "mtllib absent.mtl\no one\n" + CORNERS + "vt 0 0\nusemtl red\n\t f  1/1 2/1 3/1\n",
+        "\ufeff" + CORNERS + "s off\ng some\nf 1 2 3\nl 1 2\np 1\n",
+    ],
+)  # fmt: skip
+def test_what_files_look_like_in_the_wild(obj, text):
+    surface = obj_files.load(obj(text))
+    assert surface.vertices[surface.faces].tolist() == [[[0, 0, 0], [1, 0, 0], [0, 1, 0]]]
+
+
+def test_several_objects_and_materials_make_one_surface(obj):
+    text = CORNERS + "o one\nusemtl red\nf 1 2 3\nusemtl blue\nf 2 4 3\no two\nv 5 5 5\nv 6 5 5\nv 5 6 5\nf 6 7 8\n"
+    surface = obj_files.load(obj(text))
+    assert len(surface.faces) == 3
+    np.testing.assert_allclose(surface.normals, len(surface.normals) * [(0, 0, 1)])
+
+
+@pytest.mark.parametrize(
+    ("text", "where", "what"),
+    [
+        ("", "", "no faces"),
+        (CORNERS, "", "no faces"),
+        ("v nan 0 0\nf 1 1 1\n", ":1", "three finite numbers"),
+        ("v 0 0 0\nv 1e999 0 0\n", ":2", "three finite numbers"),
+        ("v 0 0\n", ":1", "three finite numbers"),
+        ("v a b c\n", ":1", "three finite numbers"),
+        (CORNERS + "f 1 2 9\n", ":6", "1 to 5"),
+        (CORNERS + "f 1 2 0\n", ":6", "1 to 5"),
+        (CORNERS + "f 1 2\n", ":6", "three corners"),
+        (CORNERS + "f one two three\n", ":6", "number of a vertex"),
+        ("v 0 0 0\nv 1 0 0\nv 0 1 0\nf -1 -2 -3\nv 1 1 1\n", ":4", "counted from the end"),
+        (CORNERS + "f 1 1 2\n", "", "degenerate"),
+        ("v 0 0 0\nv 1e200 0 0\nv 0 1e200 0\nf 1 2 3\n", "", "1e+200"),
+        ("v 0 0 0\nv 0 0 0\nv 0 0 0\nf 1 2 3\n", "", "largest coordinate is 0"),
+    ],
+)
+def test_what_cannot_be_mended_is_refused_with_its_place(obj, text, where, what):
+    path = obj(text)
+    with pytest.raises(InputError) as refused:
+        obj_files.load(path)
+    assert refused.value.where == f"{path}{where}"
+    assert what in refused.value.what
+    assert refused.value.mend
+
+
+def test_files_that_are_none_are_refused(tmp_path, obj):
+    binary = tmp_path / "binary.obj"
+    binary.write_bytes(bytes(range(256)))
+    for path, what in ((binary, "not a text file"), (tmp_path / "absent.obj", "No such file"), (tmp_path, "directory")):
+        with pytest.raises(InputError, match=what):
+            obj_files.load(path)
+
+
+def test_without_trimesh_the_refusal_says_how_to_get_it(obj, monkeypatch):
+    monkeypatch.setitem(sys.modules, "trimesh.exchange.obj", None)
+    with pytest.raises(InputError, match="not installed") as refused:
+        obj_files.load(obj(CORNERS + "f 1 2 3\n"))
+    assert "phongbench[scene]" in refused.value.mend
+
+
+def test_a_file_is_read_again_only_when_it_changed(obj):
+    path = obj(CORNERS + "f 1 2 3\n")
+    first = obj_files.load(path)
+    assert obj_files.load(path) is first
+    obj(CORNERS + "f 1 2 3\nf 2 4 3\n")
+    assert len(obj_files.load(path).faces) == 2

@@ -1,0 +1,141 @@
+"""Plans: presets, TOML, validation that says what, where and how to mend it."""
+
+import math
+from dataclasses import replace
+
+import pytest
+
+from phongbench.errors import InputError, UnknownNameError
+from phongbench.inputs.plan import PRESETS, Plan, preset
+from phongbench.inputs.plan_files import compose, read_toml
+
+QUICK = preset("quick")
+
+
+def write(folder, text):
+    path = folder / "plan.toml"
+    path.write_text(text)
+    return path
+
+
+@pytest.mark.parametrize("plan", PRESETS.values(), ids=PRESETS)
+def test_presets_are_valid_and_survive_a_round_trip(plan):
+    ready = plan.validated()
+    assert Plan.from_dict(ready.as_dict()) == ready
+    assert ready.validated() == ready
+
+
+def test_quick_covers_what_it_promises():
+    assert len(QUICK.alphas) >= 12
+    assert {10, 20, 50, 200} <= set(QUICK.alphas)
+    assert {2, 4, 8, 16, 32, 64} <= set(QUICK.gammas)
+    assert {"dot", "difference", "cross"} <= set(QUICK.lambda_forms)
+    assert {"float32", "float16"} <= set(QUICK.precisions)
+    assert QUICK.samples >= 100_000
+
+
+def test_different_plans_have_different_digests():
+    assert QUICK.digest != replace(QUICK, seed=2).digest
+    assert QUICK.digest == preset("quick").digest
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"alphas": (0.0,)}, "alpha = 0"),
+        ({"alphas": (-3.0,)}, "alpha = -3"),
+        ({"alphas": (math.nan,)}, "alpha = nan"),
+        ({"alphas": (math.inf,)}, "alpha = inf"),
+        ({"alphas": ()}, "alphas is empty"),
+        ({"gammas": (3,)}, "gamma = 3 is not a power of two"),
+        ({"gammas": (0,)}, "gamma = 0"),
+        ({"gammas": ()}, "gammas is empty"),
+        ({"samples": 0}, "samples = 0"),
+        ({"seed": -1}, "seed = -1"),
+        ({"timing_budget": 0.0}, "timing budget"),
+        ({"timing_budget": math.nan}, "timing budget"),
+    ],
+)
+def test_impossible_values_are_refused_by_name(change, said):
+    with pytest.raises(InputError, match=said):
+        replace(QUICK, **change).validated()
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"approximations": ("lyn",)}, {"lambda_forms": ("crossed",)}, {"precisions": ("float8",)},
+        {"strata": ("peaks",)},
+        {"slopes": ("tailor",)}, {"spaces": ("world",)},
+    ],
+)  # fmt: skip
+def test_unknown_names_list_the_known_ones(change):
+    with pytest.raises(UnknownNameError) as caught:
+        replace(QUICK, **change).validated()
+    assert "known:" in str(caught.value)
+
+
+def test_exact_phong_is_always_measured():
+    assert "phong" in replace(QUICK, approximations=("lyon",)).validated().approximations
+
+
+def test_cells_keep_to_the_axes_and_to_what_formulas_accept():
+    plan = replace(QUICK, alphas=(10.0, 27.9), gammas=(4, 8)).validated()
+    cells = list(plan.cells())
+    assert len(set(cells)) == len(cells)
+    assert {c.setting.alpha for c in cells if c.approximation == "integer-power"} == {10.0}
+    assert {c.setting.gamma for c in cells if c.approximation == "lyon"} == {4, 8}
+    assert {c.setting.gamma for c in cells if c.approximation == "gaussian"} == {None}
+    assert {c.lambda_form for c in cells if c.approximation == "schlick"} == {"none"}
+
+
+def test_a_toml_plan_changes_its_preset(tmp_path):
+    path = write(
+        tmp_path, 'preset = "standard"\nalphas = [10, 50.5]\ngammas = [8]\nsamples = 1000\ntiming_budget = 3\n'
+    )
+    assert read_toml(path) == replace(
+        preset("standard"), alphas=(10, 50.5), gammas=(8,), samples=1000, timing_budget=3.0
+    )
+
+
+@pytest.mark.parametrize(
+    ("text", "line", "said"),
+    [
+        ("alphas = [10]\n\ngama = [8]\n", 3, "'gama'"),
+        ('seed = 1\nalphas = ["ten"]\n', 2, "alphas"),
+        ("gammas = [4.5]\n", 1, "gammas"),
+        ('seed = 1\nsamples = "many"\n', 2, "samples"),
+        ("alphas = [true]\n", 1, "alphas"),
+        ("timing = 1\n", 1, "timing"),
+    ],
+)
+def test_a_bad_toml_key_is_named_with_its_line(tmp_path, text, line, said):
+    path = write(tmp_path, text)
+    with pytest.raises(InputError, match=said) as caught:
+        read_toml(path)
+    assert caught.value.where == f"{path}:{line}"
+
+
+def test_malformed_and_missing_files_are_refused(tmp_path):
+    with pytest.raises(InputError, match="not valid TOML"):
+        read_toml(write(tmp_path, "alphas = [10\n"))
+    with pytest.raises(InputError, match="cannot read"):
+        read_toml(tmp_path / "nothing.toml")
+
+
+def test_compose_prefers_wishes_and_refuses_contradictions(tmp_path):
+    assert compose(None, None, None, seed=7, samples=None) == replace(QUICK, seed=7)
+    path = write(tmp_path, "seed = 3\n")
+    assert compose(path, None, None, alphas=(1.0,)).seed == 3
+    with pytest.raises(InputError, match="--preset"):
+        compose(path, "quick")
+    with pytest.raises(InputError, match="--materials"):
+        compose(None, None, path, alphas=(1.0,))
+    with pytest.raises(UnknownNameError, match="preset"):
+        compose(None, "qick")
+
+
+def test_materials_give_the_exponents(tmp_path):
+    path = tmp_path / "scene.mtl"
+    path.write_text("newmtl a\nNs 96.08\nnewmtl b\nNs 10\n")
+    assert compose(None, None, path).alphas == (10.0, 96.08)

@@ -1,0 +1,156 @@
+"""A run's folder: whole files, honest manifests, found by name, refused when it is not what it says."""
+
+import json
+import multiprocessing
+
+import pandas as pd
+import pytest
+
+from phongbench.errors import CorruptRunError, InputError, LockedError, StorageError
+from phongbench.inputs.plan import preset
+from phongbench.results import runs, schema
+from phongbench.support import atomic_files
+
+
+@pytest.fixture
+def run(tmp_path):
+    """A tiny stored run."""
+    path = tmp_path / "runs" / "20260101-000000-abcdef01"
+    path.mkdir(parents=True)
+    frame = pd.DataFrame({c: ["x", "y"] for c in schema.ACCURACY_COLUMNS})
+    manifest = {
+        "schema": 1, "run": path.name, "state": "complete", "plan": preset("quick").as_dict(), "seed": 1, "code": "c",
+        "provenance": {}, "files": {"accuracy.parquet": runs.write_table(path, "accuracy", frame)},
+    }  # fmt: skip
+    runs.write_manifest(path, manifest)
+    return runs.load(path)
+
+
+def test_what_is_written_is_read_back(run):
+    assert run.complete
+    assert run.plan == preset("quick")
+    assert list(run.accuracy["alpha"]) == ["x", "y"]
+    assert run.timing.empty
+    assert tuple(run.timing.columns) == schema.TIMING_COLUMNS
+    assert runs.verify(run) == []
+
+
+def test_verify_finds_a_flipped_byte(run):
+    path = run.path / "accuracy.parquet"
+    data = bytearray(path.read_bytes())
+    data[len(data) // 2] ^= 1
+    path.write_bytes(data)
+    assert "bytes have changed" in runs.verify(run)[0]
+
+
+def test_verify_finds_a_missing_and_a_short_file(run):
+    path = run.path / "accuracy.parquet"
+    path.write_bytes(path.read_bytes()[:-1])
+    assert "bytes instead of" in runs.verify(run)[0]
+    path.unlink()
+    assert "is missing" in runs.verify(run)[0]
+
+
+def test_a_partial_run_says_so(run):
+    runs.write_manifest(run.path, dict(run.manifest) | {"state": "partial"})
+    assert "partial" in runs.verify(runs.load(run.path))[0]
+
+
+def test_runs_are_found_by_path_by_id_and_as_latest(run):
+    root = run.path.parent
+    assert runs.find(str(run.path), root).id == run.id
+    assert runs.find(run.id, root).id == run.id
+    assert runs.find("latest", root).id == run.id
+    with pytest.raises(InputError, match="no run 'nope'"):
+        runs.find("nope", root)
+    with pytest.raises(InputError, match="no run yet"):
+        runs.find("latest", root / "empty")
+
+
+@pytest.mark.parametrize("text", ["", "{", "[]", '{"schema": 1}', "\x00"])
+def test_a_broken_manifest_is_refused(run, text):
+    (run.path / "manifest.json").write_text(text)
+    with pytest.raises(CorruptRunError):
+        runs.load(run.path)
+
+
+def test_another_schema_is_refused(run):
+    runs.write_manifest(run.path, dict(run.manifest) | {"schema": 99})
+    with pytest.raises(CorruptRunError, match="schema 99"):
+        runs.load(run.path)
+
+
+def test_a_table_that_is_no_parquet_is_refused(run):
+    (run.path / "accuracy.parquet").write_bytes(b"PAR1 nonsense")
+    with pytest.raises(CorruptRunError, match="cannot be read"):
+        _ = runs.load(run.path).accuracy
+
+
+def test_a_corrupt_run_does_not_hide_the_others(run):
+    other = run.path.with_name("20260101-000001-abcdef01")
+    other.mkdir()
+    (other / "manifest.json").write_text("{")
+    assert [r.id for r in runs.stored(run.path.parent)] == [run.id]
+
+
+def test_a_failing_write_leaves_the_old_file_and_no_other(tmp_path):
+    target = tmp_path / "a.txt"
+    target.write_text("old")
+
+    def fail(path):
+        path.write_text("half")
+        raise OSError(28, "No space left on device")
+
+    with pytest.raises(StorageError, match="free some space"):
+        atomic_files.write_whole(target, fail)
+    assert target.read_text() == "old"
+    assert list(tmp_path.iterdir()) == [target]
+
+
+def _hold(path, held, release):
+    with runs.locked(path):
+        held.set()
+        release.wait(20)
+
+
+def test_a_folder_is_held_by_one_process_at_a_time(tmp_path):
+    context = multiprocessing.get_context("spawn")
+    held, release = context.Event(), context.Event()
+    process = context.Process(target=_hold, args=(tmp_path / "run", held, release))
+    process.start()
+    try:
+        assert held.wait(20)
+        with pytest.raises(LockedError, match="another phongbench run"), runs.locked(tmp_path / "run"):
+            pass
+    finally:
+        release.set()
+        process.join(20)
+    with runs.locked(tmp_path / "run"):
+        pass
+
+
+def test_clear_removes_only_what_a_run_wrote(run):
+    keep = run.path / "notes.txt"
+    keep.write_text("mine")
+    runs.clear(run.path)
+    assert list(run.path.iterdir()) == [keep]
+
+
+def test_run_ids_match_their_pattern():
+    assert runs.RUN_ID.match(runs.new_run_id(preset("quick")))
+
+
+def test_manifests_are_strict_json(run):
+    with pytest.raises(ValueError, match="not JSON compliant"):
+        runs.write_manifest(run.path, {"x": float("nan")})
+    assert json.loads((run.path / "manifest.json").read_text())["run"] == run.id
+
+
+def test_the_strongest_coverage_speaks_for_a_cell():
+    rows = pd.DataFrame(
+        {"approximation": ["lyon"] * 4, "alpha": [10.0, 10.0, 10.0, 20.0], "max_abs": [0.3, 0.2, 0.1, 0.4]}
+        | {"coverage": ["exhaustive", "sampled", "searched", "sampled"]}
+    )
+    assert list(runs.strongest(rows)["max_abs"]) == [0.3, 0.4]
+    assert list(runs.strongest(rows.iloc[1:])["max_abs"]) == [0.1, 0.4]
+    pd.testing.assert_frame_equal(runs.strongest(rows[["alpha"]]), rows[["alpha"]])

@@ -1,0 +1,238 @@
+"""`make docs` fills the README's marked parts from rows, touches nothing else, and writes all of it or nothing."""
+
+import re
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree as ET
+
+import pandas as pd
+import pytest
+from click.testing import CliRunner
+
+from phongbench.benchmarks.false_alarms import Alarms
+from phongbench.errors import InputError, MeasurementError
+from phongbench.inputs.plan import preset
+from phongbench.results import provenance
+from phongbench.study.run import run_study
+from phongbench_reports.cuts import Study
+from phongbench_reports.readme import __main__, bench_parts, run_parts
+
+RATES = {"evaluations_per_second": 5.1e8, "numpy_evaluations_per_second": 1.05e7, "ratio": 48.57}
+
+
+def timed(by: str, work: str, ratio: float, verdict: str) -> dict[str, Any]:
+    return {"by": by, "version": "1.2", "work": work, "working_set": "l2", "ns": 0.35, "ratio": ratio,
+            "ratio_low": ratio - 0.1, "ratio_high": ratio + 0.1, "verdict": verdict, "rounds": 24}  # fmt: skip
+
+
+def drawn(tracer: str, seconds: float, **what: Any) -> dict[str, Any]:
+    return {"tracer": tracer, "version": "1.2", "draws": "depth 3, shadows", "size": "64x36", "seconds": seconds,
+            "mpixels_per_second": 0.002304 / seconds, "mrays_per_second": None, "pixels_off": 0.0,
+            "surfaces_agree": None, "note": f"what {tracer} does", **what}  # fmt: skip
+
+
+COMPARED = {
+    "alpha": 50.0, "gamma": 8, "absent": {"jax": "not installed"}, "sweep": RATES, "rows": [
+        timed("phongbench", "exact Phong", 1.0, "baseline"), timed("numpy", "exact Phong", 4.8, "slower"),
+    ],
+}  # fmt: skip
+ALARMS = [Alarms("l1", 200, 24, 1, 3, 0.0138, 12.0)]
+PICTURES = {
+    "skips": {"many-lights": [
+        {"variant": v, "seconds": 0.1, "ratio": r, "same_bits": v != "all", "largest_change": c}
+        for v, r, c in (("all", 1.0, 0.02), ("exact", 2.0, 0.0), ("none", 5.0, 0.0))
+    ]},
+    "tracers": [
+        drawn("phongbench", 0.01, mrays_per_second=20.0, ratio=1.0),
+        drawn("plain NumPy", 0.25, mrays_per_second=0.8, ratio=25.0, pixels_off=0.001),
+        drawn("mitsuba", 0.02, ratio=2.0, pixels_off=0.002, surfaces_agree=0.99999),
+    ],
+    "absent": [{"tracer": "pyvista", "why": "not installed; pip install pyvista brings it"}],
+}  # fmt: skip
+BESIDE = {"scenes": "of scenes", "service": "of the service"}
+DOCUMENT = {"cells": 5000, "evaluations": 23_456_000_000, "seconds": {"accuracy": 30.04, "timing": 8, "report": 2.5}}
+EMPTY = "before\n" + "\n".join(f"<!-- generated: {n} -->\n<!-- /generated: {n} -->\nbetween" for n in __main__.NAMES) + "\n"
+
+
+@pytest.fixture(scope="module")
+def made(run: Any) -> Any:
+    """The made-up run, of this machine and of a changed quick preset."""
+    plan = replace(preset("quick"), alphas=(10.0, 20.0, 50.0, 128.0, 200.0), samples=131072).validated()
+    manifest = {**run.manifest, "plan": plan.as_dict(), "provenance": provenance.collect(1, ()).as_dict()}
+    found = replace(run, manifest=manifest)
+    object.__setattr__(found, "plan", plan)
+    return found
+
+
+@pytest.fixture
+def checkout(tmp_path: Path) -> Path:
+    """A folder with a README whose parts are empty."""
+    (tmp_path / "README.md").write_text(EMPTY)
+    return tmp_path
+
+
+def lines_of(part: str) -> list[list[str]]:
+    """The cells of a Markdown table, headings and rule first."""
+    return [[cell.strip() for cell in line.strip("|").split("|")] for line in part.splitlines() if line[:1] == "|"]
+
+
+def test_every_part_is_filled_and_the_rest_stays(made: Any, checkout: Path) -> None:
+    __main__.fill(
+        checkout,
+        made,
+        COMPARED,
+        ALARMS,
+        BESIDE,
+        [run_parts.Wall("cold", DOCUMENT, 45.0), run_parts.Wall("warm", DOCUMENT, 25.0)],
+    )
+    text = (checkout / "README.md").read_text()
+    assert all(__main__.parts_of(text).values())
+    assert "float highlight(vec3 r, vec3 v)" in __main__.parts_of(text)["shader"]
+    assert __main__.problems(checkout) == []
+    assert re.sub(r"(?s)(<!-- generated: \w+ -->\n).*?(<!-- /)", r"\1\2", text) == EMPTY
+
+
+def test_the_same_rows_give_the_same_bytes(made: Any, checkout: Path) -> None:
+    def written() -> list[bytes]:
+        __main__.fill(checkout, made, COMPARED, ALARMS, BESIDE)
+        return [file.read_bytes() for file in sorted(checkout.rglob("*")) if file.is_file()]
+
+    assert written() == written()
+
+
+def test_the_verdict_is_the_reports_at_a_few_exponents(made: Any) -> None:
+    headings, _, *rows = lines_of(run_parts.verdict(Study(made)))
+    assert headings[:2] == ["α", "formula"]
+    assert [row[0] for row in rows] == ["10", "20", "50", "128", "200"]
+    assert "within 1/255" in run_parts.verdict(Study(made)).lower()
+
+
+def test_speed_shows_a_formula_once_and_the_twin(made: Any) -> None:
+    part = run_parts.speed(Study(made))
+    names = [row[0] for row in lines_of(part)[2:]]
+    assert len(set(names)) == len(names)
+    assert {"phong", "schlick", "lyon · cross · γ8"} <= set(names)
+    assert not {"copy", "triad", "dot", "aa-twin"} & set(names)
+    assert "A/A twin" in part
+
+
+def test_pictures_are_small_and_well_formed_and_exist_for_light_and_dark(made: Any) -> None:
+    shown, files = run_parts.front(Study(made))
+    assert set(files) == {"front.svg", "front-dark.svg"}
+    for name, content in files.items():
+        assert len(content) <= __main__.LARGEST_PICTURE
+        assert ET.fromstring(content).tag.endswith("svg")
+        assert f"reports/pictures/{name}" in shown
+    assert files["front.svg"] != files["front-dark.svg"]
+
+
+def test_shortening_keeps_what_is_written_in_a_picture() -> None:
+    short = run_parts.slim(b'<svg><path d="M 1.23456 -0.00012\n L 2 3.5"/>\n<text x="0.5000">0.00392</text></svg>')
+    assert short == b'<svg><path d="M 1.23 -0 L 2 3.5"/>\n<text x="0.5">0.00392</text></svg>'
+
+
+def test_throughput_tells_rates_and_wall_times_where_they_were_measured() -> None:
+    assert ["phongbench", "510 million", "48.6"] in lines_of(run_parts.throughput(RATES))
+    assert "cold" not in run_parts.throughput(RATES)
+    part = run_parts.throughput(RATES, [run_parts.Wall("cold", DOCUMENT, 45.04)])
+    assert ["cold", "30.0 s", "8.0 s", "2.5 s", "45.0 s"] in lines_of(part)
+
+
+def test_the_machine_is_named_and_no_path_or_host(made: Any) -> None:
+    part = run_parts.machine(made)
+    assert "changed by options" in part
+    assert "numba" in part
+    assert str(Path.home()) not in part
+
+
+def test_a_run_without_timing_is_refused_and_changes_nothing(made: Any, checkout: Path) -> None:
+    silent = replace(made, timing=pd.DataFrame(columns=made.timing.columns))
+    with pytest.raises(InputError, match="no timing"):
+        __main__.fill(checkout, silent, COMPARED, ALARMS, BESIDE)
+    assert [file.name for file in checkout.rglob("*")] == ["README.md"]
+    assert (checkout / "README.md").read_text() == EMPTY
+
+
+@pytest.mark.parametrize("text", ["", EMPTY.replace("<!-- /generated: speed -->", ""), EMPTY + EMPTY])
+def test_lost_or_doubled_marks_are_refused(text: str) -> None:
+    with pytest.raises(InputError, match="generated parts"):
+        __main__.filled(text, dict.fromkeys(__main__.NAMES, "new"))
+
+
+def test_check_tells_what_is_empty_and_exits_with_1(checkout: Path) -> None:
+    found = CliRunner().invoke(__main__.main, ["--check", "--root", str(checkout)])
+    assert found.exit_code == 1
+    assert found.stderr.count("is empty") == len(__main__.NAMES)
+    assert (checkout / "README.md").read_text() == EMPTY
+
+
+def test_check_misses_a_picture_that_is_shown(checkout: Path) -> None:
+    (checkout / "README.md").write_text(__main__.filled(EMPTY, dict.fromkeys(__main__.NAMES, '<img src="gone.svg">')))
+    assert __main__.problems(checkout) == ["gone.svg is shown and not there"]
+
+
+def test_a_folder_without_readme_is_refused_in_a_line(tmp_path: Path) -> None:
+    found = CliRunner().invoke(__main__.main, ["--check", "--root", str(tmp_path)])
+    assert found.exit_code == 1
+    assert "run it in a checkout" in found.stderr
+
+
+def test_a_stored_run_fills_the_readme(
+    checkout: Path, tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    plan = replace(
+        preset("quick"), alphas=(10.0,), gammas=(8,), approximations=("lyon",), precisions=("float32",),
+        strata=("highlight",), samples=2000, timing_budget=2.0, probes=(),
+    ).validated()  # fmt: skip
+    folder = tmp_path_factory.mktemp("stored") / "run"
+    run_study(plan, folder)
+    monkeypatch.setattr("phongbench.benchmarks.kernel_bench.bench", lambda **_: COMPARED)
+    monkeypatch.setattr("phongbench.benchmarks.false_alarms.count", lambda *_, **__: ALARMS)
+    monkeypatch.setattr(bench_parts, "measured_scenes", lambda *_: PICTURES)
+    monkeypatch.setattr(__main__, "service", lambda: BESIDE["service"])
+    found = CliRunner().invoke(__main__.main, ["--run", str(folder), "--root", str(checkout)])
+    assert found.exit_code == 0, found.output
+    assert "lyon" in __main__.parts_of((checkout / "README.md").read_text())["verdict"]
+
+
+def test_a_study_that_fails_is_told_with_its_exit_code(tmp_path: Path) -> None:
+    with pytest.raises(MeasurementError, match="exit code 2"):
+        __main__.study_as_command("cold", tmp_path / "cold", tmp_path / "cache", ["--alpha", "-1"])
+
+
+def test_peers_are_told_as_ratios_and_the_absent_by_name() -> None:
+    part = bench_parts.peers(COMPARED)
+    assert lines_of(part)[2:] == [["phongbench 1.2", "0.350 ns"], ["numpy 1.2", "4.80 (4.70 to 4.90)"]]
+    assert "Absent: jax" in part
+
+
+def test_false_alarms_are_told_with_what_is_allowed() -> None:
+    part = bench_parts.alarms(ALARMS)
+    assert lines_of(part)[2] == ["l1", "200", "24", "1", "0.5 %", "0.0138"]
+    assert part.endswith("Allowed is 1 %: kept.")
+    assert bench_parts.alarms([replace(ALARMS[0], resolved=3)]).endswith("not kept.")
+
+
+def test_scenes_are_told_by_what_leaving_out_saves() -> None:
+    part = bench_parts.scenes(PICTURES)
+    assert lines_of(part)[2] == ["many-lights", "2", "100 ms", "5.00 ×", "2.50 ×", "yes", "0.0200"]
+
+
+def test_tracers_are_told_with_what_is_compared() -> None:
+    part = bench_parts.scenes(PICTURES)
+    assert lines_of(part)[-3:] == [
+        ["phongbench", "depth 3, shadows", "10 ms", "0.230", "20", "1", "–", "–"],
+        ["plain NumPy", "depth 3, shadows", "250 ms", "0.00922", "0.800", "25", "0.1 %", "–"],
+        ["mitsuba", "depth 3, shadows", "20 ms", "0.115", "–", "2", "0.2 %", "99.9990 %"],
+    ]
+    assert "chequerboard at 64x36" in part
+    assert "- mitsuba 1.2: what mitsuba does." in part
+    assert "- pyvista is absent: not installed; pip install pyvista brings it." in part
+
+
+def test_claims_are_told_with_verdict_and_reason(made: Any) -> None:
+    headings, _, *rows = lines_of(run_parts.claims(made))
+    assert headings == ["claim", "verdict", "what was found"]
+    assert rows[0][0].startswith("a) ")
+    assert "not measured" not in [row[1] for row in rows]

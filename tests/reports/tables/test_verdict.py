@@ -1,0 +1,184 @@
+"""The tables and the words of the report, on runs small enough to check by hand."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+import pytest
+
+from phongbench_reports import text
+from phongbench_reports.cuts import Absent, Study, nearest
+from phongbench_reports.page import provenance, unmeasured
+from phongbench_reports.reproduce import reproduce
+from phongbench_reports.table import Table
+from phongbench_reports.tables.verdict import census, verdict, worst
+
+CELL = {
+    "space": "reflect", "beta_policy": "none", "lambda_form": "none", "gamma": None, "precision": "float32",
+}  # fmt: skip
+ROW = {
+    **CELL, "alpha": 50.0, "gated": True, "stratum": "highlight", "perturbation": "none", "length_error": 0.0,
+    "truth": "angle", "samples": 1000, "coverage": "sampled", "nonfinite": 0, "above_one": 0, "negative": 0,
+}  # fmt: skip
+
+
+def tiny(path: Path, made_up: Callable[..., Any]) -> Any:
+    """Two formulas and exact Phong at two exponents; the coarse one fits a code only at the wide lobe."""
+    accuracy = pd.DataFrame(
+        [
+            {**ROW, "approximation": name, "alpha": alpha, "max_abs": error, "codes_8bit": 255 * error}
+            for name, alpha, error in [
+                ("phong", 10.0, 1e-7), ("phong", 50.0, 1e-7), ("coarse", 10.0, 0.003), ("coarse", 50.0, 0.02),
+                ("fine", 10.0, 0.0005), ("fine", 50.0, 0.001),
+            ]
+        ]
+    ).astype({"gamma": "Int64"})  # fmt: skip
+    times = {
+        "phong": (1.0, 1.0, 1.0),
+        "coarse": (0.2, 0.19, 0.21),
+        "fine": (0.4, 0.38, 0.42),
+        "aa-twin": (1.0, 0.99, 1.01),
+    }
+    timing = pd.DataFrame(
+        [
+            {
+                **CELL, "approximation": name, "working_set": "l1", "threads": 1, "ns_min": 2 * ratio,
+                "ns_median": 2 * ratio,
+                "ratio": ratio, "ratio_low": low, "ratio_high": high, "verdict": "unresolved", "rounds": 24,
+                "dot_ratio": 3.0, "bandwidth_fraction": 0.1,
+            }
+            for name, (ratio, low, high) in times.items()
+        ]
+    ).astype({"gamma": "Int64"})  # fmt: skip
+    made = made_up(path, alphas=(50.0,), gammas=(8,), precisions=("float32",))
+    return type(made)(path, made.manifest, accuracy, timing, made.worst.iloc[:0])
+
+
+def test_the_verdict_names_the_cheapest_formula_within_the_budget(made_up: Callable[..., Any], tmp_path: Path) -> None:
+    table = verdict(Study(tiny(tmp_path, made_up)), "float32", 1 / 255, "1/255")
+    assert isinstance(table, Table)
+    assert [row[:5] for row in table.rows] == [
+        ("10", "coarse", "0.765", "0.400", "5 ×"),
+        ("50", "fine", "0.255", "0.800", "2.50 ×"),
+    ]
+    assert table.rows[0][5:] == ("4.76 to 5.26", "fine (slower)")
+    assert table.rows[1][6] == "phong (slower)"
+    assert (
+        "faster than exact Phong at 2 of 2 exponents; the largest gain is 5 times, coarse at α = 10"
+        in table.takeaway.replace("\u00a0", " ")
+    )
+    assert table.data["approximation"].tolist() == ["coarse", "fine"]
+
+
+def test_a_budget_that_nothing_meets_shows_the_nearest_miss(made_up: Callable[..., Any], tmp_path: Path) -> None:
+    run = tiny(tmp_path, made_up)
+    run = type(run)(
+        run.path, run.manifest, run.accuracy[run.accuracy["approximation"] == "coarse"], run.timing, run.worst
+    )
+    table = verdict(Study(run), "float32", 1e-3, "1/1000")
+    assert isinstance(table, Table)
+    assert table.rows[0][1] == "nothing fits"
+    assert table.rows[0][-1] == "nearest miss: coarse, 0.765 codes"
+    assert "at 0 of 2 exponents" in table.takeaway
+
+
+def test_an_untimed_precision_tells_what_is_accurate_enough(made_up: Callable[..., Any], tmp_path: Path) -> None:
+    study = Study(tiny(tmp_path, made_up))
+    assert isinstance(verdict(study, "float64", 1 / 255, "1/255"), Absent)
+    study.run.timing["precision"] = "float64"
+    table = verdict(Study(study.run), "float32", 1 / 255, "1/255")
+    assert isinstance(table, Table)
+    assert "Nothing was timed at float32" in table.takeaway
+    assert table.rows[1] == ("50", "–", "1 of 2", "fine", "0.255")
+
+
+def test_the_census_counts_what_the_rows_count(run: Any) -> None:
+    table = census(Study(run))
+    assert isinstance(table, Table)
+    rows = run.accuracy[run.accuracy["truth"] == "angle"]
+    for column in ("nonfinite", "above_one", "negative", "excluded"):
+        assert table.data[column].sum() == rows[column].sum()
+
+
+def test_a_clean_run_has_an_empty_census(made_up: Callable[..., Any], tmp_path: Path) -> None:
+    assert isinstance(census(Study(tiny(tmp_path, made_up))), Absent)
+
+
+def test_worst_inputs_are_hex_and_come_with_their_command(run: Any) -> None:
+    table = worst(Study(run))
+    assert isinstance(table, Table)
+    assert len(table.data) == len(run.worst)
+    assert len(table.details) == len(table.rows)
+    for a, b, command in table.details:
+        assert b.startswith("b = (")
+        assert [float.fromhex(part) for part in a.removeprefix("a = (").removesuffix(")").split(", ")] == [
+            0.0,
+            0.0,
+            1.0,
+        ]
+        assert shlex.split(command)[:2] == ["phongbench", "run"]
+    errors = table.data["error"].abs().tolist()
+    assert errors == sorted(errors, reverse=True)
+
+
+def test_the_command_names_every_value_once_and_is_safe_in_a_shell(run: Any) -> None:
+    rows = run.accuracy[run.accuracy["alpha"].isin([10.0, 50.0])].head(400)
+    rows = rows.assign(approximation="it's; rm -rf")
+    words = shlex.split(reproduce(Study(run), rows))
+    assert words[words.index("--only") + 1] == "it's; rm -rf"
+    assert words[words.index("--alpha") + 1] == "10"
+    assert words[words.index("--seed") + 1] == "20250101"
+    assert words[words.index("--samples") + 1] == "131072"
+
+
+def test_provenance_holds_no_times(run: Any) -> None:
+    run.manifest["provenance"]["started"] = "2025-01-01T00:00:00"
+    try:
+        rows = dict(provenance(Study(run)))
+    finally:
+        del run.manifest["provenance"]["started"]
+    assert rows["cpu.model"] == "Example CPU"
+    assert rows["command"] == "phongbench run"
+    assert rows["seed"] == "20250101"
+    assert "started" not in rows
+    assert list(rows)[:5] == ["code", "run", "schema", "seed", "state"]
+
+
+def test_what_was_not_measured_is_computed_from_the_rows(run: Any) -> None:
+    told = " ".join(unmeasured(Study(run)))
+    assert "float64" in told
+    assert "mesh" in told
+    assert "sampled" in told
+    assert "float32" not in told
+
+
+@pytest.mark.parametrize(
+    ("value", "written"),
+    [
+        (0.02986, "0.0299"), (0, "0"), (131072, "131\u202f072"), (1.7e-5, "1.70×10⁻⁵"), (3.0, "3"), (None, "–"),
+        (12.34, "12.3"),
+        (float("nan"), "–"), (float("inf"), "not finite"), (-0.5, "-0.500"), (2.5e7 + 0.5, "2.50×10⁷"),
+        (29009.4, "29\u202f009"),
+    ],
+)  # fmt: skip
+def test_numbers_are_written_one_way(value: Any, written: str) -> None:
+    assert text.number(value) == written
+
+
+def test_words() -> None:
+    cell = {"approximation": "lyon", "lambda_form": "cross", "gamma": 8, "beta_policy": "minimax", "space": "half"}
+    assert text.label(cell) == "lyon · cross · γ8 · minimax · half"
+    assert (
+        text.label({**cell, "gamma": pd.NA, "lambda_form": "none", "beta_policy": "taylor", "space": "reflect"})
+        == "lyon"
+    )
+    assert text.listed([]) == "none"
+    assert text.listed(["a", "b", "c"]) == "a, b and c"
+    assert text.percent(-0.000175) == "−0.0175\u00a0%"
+    assert [text.power_of_ten(value) for value in (1e-5, 0.01, 1.0, 1e4, 2.0)] == ["10⁻⁵", "0.01", "1", "10⁴", ""]
+    assert nearest([10.0, 40.0, 64.0], 50.0) == 40.0
+    assert nearest([5.0, 20.0], 10.0) == 5.0

@@ -1,0 +1,80 @@
+"""A second process draws the same figures; without it, or if it fails, the report is the same."""
+
+from __future__ import annotations
+
+import dataclasses
+import pickle
+import sys
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+import pytest
+
+from phongbench.inputs.plan import preset
+from phongbench.results import runs, schema
+from phongbench_reports import build, second_process
+from phongbench_reports.cuts import Study
+from phongbench_reports.figures import FIGURES
+from phongbench_reports.plots import ink
+from phongbench_reports.second_process import beside, drawn
+
+TABLES = ("accuracy", "timing", "worst", "meshes")
+
+
+@pytest.fixture(scope="module")
+def stored(run: Any, tmp_path_factory: pytest.TempPathFactory) -> runs.Run:
+    """The made-up run as a folder, which another process can read."""
+    folder = tmp_path_factory.mktemp("stored")
+    files = {}
+    for name in TABLES:
+        frame = getattr(run, name)
+        whole = frame.reindex(columns=[*frame.columns, *(c for c in schema.COLUMNS[name] if c not in frame)])
+        files[f"{name}.parquet"] = runs.write_table(folder, name, whole)
+    known = {"schema": runs.SCHEMA, "plan": preset("quick").as_dict(), "code": "", "provenance": {}, "seed": 1}
+    runs.write_manifest(folder, {**run.manifest, **known, "state": "complete", "files": files})
+    return runs.load(folder)
+
+
+@pytest.fixture(scope="module")
+def files(stored: runs.Run, tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
+    """The report that one process makes."""
+    return _contents(build(stored, tmp_path_factory.mktemp("alone")))
+
+
+def _contents(index: Path) -> dict[str, bytes]:
+    found = {str(file.relative_to(index.parent)): file.read_bytes() for file in index.parent.rglob("*.*")}
+    assert sum(name.startswith("figures") for name in found) > 12
+    return found
+
+
+def test_the_answer_of_the_other_process_holds_what_was_asked(stored: runs.Run) -> None:
+    names = [FIGURES[0].name, FIGURES[-1].name]
+    found = pickle.loads(second_process.answer(str(stored.path), *names))
+    study = Study(stored)
+    with ink():
+        for entry in (FIGURES[0], FIGURES[-1]):
+            own = drawn(study, entry)
+            assert found[entry.name].pair == own.pair
+            assert found[entry.name].content.takeaway == own.content.takeaway
+            pd.testing.assert_frame_equal(found[entry.name].content.data, own.content.data)
+    assert list(found) == names
+
+
+def test_two_processes_write_the_same_bytes_as_one(
+    stored: runs.Run, files: dict[str, bytes], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sys.modules["phongbench_reports.build"], "cores", lambda: 2)
+    assert _contents(build(stored, tmp_path / "report", processes=2)) == files
+
+
+def test_what_a_failed_process_leaves_is_drawn_here(
+    stored: runs.Run, files: dict[str, bytes], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sys.modules["phongbench_reports.build"], "cores", lambda: 2)
+    lost = dataclasses.replace(stored, path=tmp_path / "no such run")
+    for name in TABLES:
+        lost.__dict__[name] = getattr(stored, name)
+    with beside(lost.path, ["split"]) as theirs:
+        assert theirs() == {}
+    assert _contents(build(lost, tmp_path / "report", processes=2)) == files
