@@ -18,17 +18,15 @@ from typing import Any
 
 import mpmath
 import numpy as np
-from numpy.typing import NDArray
 
 from phongbench.compiler import jit
 from phongbench.compiler.lowering import FLOAT16, FLOAT32, FLOAT64, PRECISIONS, Body, Precision, lower
+from phongbench.compiler.precisions import Array
 from phongbench.errors import InputError
 from phongbench.formulas import coordinate_kernels
 from phongbench.formulas.kernel import coefficient_row, known_values, table_row
 from phongbench.formulas.registry import example
 from phongbench.formulas.spec import Approximation, Setting
-
-Array = NDArray[Any]
 
 #: cosines over the whole circle: coarse everywhere, fine near the peak, where highlights of high alpha live
 COSINES = np.concatenate([np.linspace(-1.0, 0.9, 39), 1.0 - np.geomspace(0.1, 1e-6, 60), [1.0]])

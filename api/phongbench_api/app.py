@@ -60,10 +60,14 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     """The application; its kernels are compiled when it starts, not when it is made."""
     chosen = settings or Settings()
     app = FastAPI(
-        title="phongbench", version=__version__, lifespan=_lifespan,
-        docs_url=None, redoc_url=None, redirect_slashes=False,
+        title="phongbench",
+        version=__version__,
+        lifespan=_lifespan,
+        docs_url=None,
+        redoc_url=None,
+        redirect_slashes=False,
         telemetry={"tracing": False, "metrics": False, "logs": False},
-    )  # fmt: skip
+    )
     app.state.service = Service(chosen)
     app.add_middleware(Guard, settings=chosen)
     problems.install(app)

@@ -18,8 +18,11 @@ from phongbench_api.work import evaluation
 FAMILY = (wire.JSON, wire.CSV, wire.SVG)
 COLUMNS = ("angle_degrees", "value", "exact", "error")
 EXAMPLE: dict[str, Any] = {name: [0.0] for name in COLUMNS} | {
-    "max_abs_error": 0.0, "worst_index": 0, "beta": 6.25, "cutoff_degrees": 34.0,
-}  # fmt: skip
+    "max_abs_error": 0.0,
+    "worst_index": 0,
+    "beta": 6.25,
+    "cutoff_degrees": 34.0,
+}
 #: predicted seconds of drawing; the first picture also imports what draws
 DRAWING = 0.5
 

@@ -12,11 +12,19 @@ from phongbench_api.http import problems
 from phongbench_api.http.problems import NotFoundError
 
 _MEDIA = {
-    "html": "text/html; charset=utf-8", "css": "text/css; charset=utf-8", "js": "text/javascript; charset=utf-8",
-    "mjs": "text/javascript; charset=utf-8", "svg": "image/svg+xml", "png": "image/png", "ico": "image/x-icon",
-    "json": "application/json", "woff2": "font/woff2", "txt": "text/plain; charset=utf-8",
-    "webmanifest": "application/manifest+json", "md": "text/plain; charset=utf-8",
-}  # fmt: skip
+    "html": "text/html; charset=utf-8",
+    "css": "text/css; charset=utf-8",
+    "js": "text/javascript; charset=utf-8",
+    "mjs": "text/javascript; charset=utf-8",
+    "svg": "image/svg+xml",
+    "png": "image/png",
+    "ico": "image/x-icon",
+    "json": "application/json",
+    "woff2": "font/woff2",
+    "txt": "text/plain; charset=utf-8",
+    "webmanifest": "application/manifest+json",
+    "md": "text/plain; charset=utf-8",
+}
 
 
 @cache
@@ -49,7 +57,9 @@ def documentation(app: FastAPI) -> tuple[bytes, str]:
     if not hasattr(app.state, "documentation"):
         loader = PackageLoader("phongbench_api")
         box = Environment(loader=loader, autoescape=True, trim_blocks=True, lstrip_blocks=True)
-        kinds = sorted({kind for _, kind in problems.STATUS} | set(problems.KINDS.values()), key=lambda kind: kind.status)
+        kinds = sorted(
+            {kind for _, kind in problems.STATUS} | set(problems.KINDS.values()), key=lambda kind: kind.status
+        )
         page = box.get_template("docs.html.j2").render(api=app.openapi(), kinds=kinds, version=__version__)
         app.state.documentation = page.encode()
     return app.state.documentation, _MEDIA["html"]

@@ -5,11 +5,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from starlette.requests import Request
 from starlette.responses import Response
 
 from phongbench.compiler.lowering import Precision, precision_named
+from phongbench.compiler.precisions import Array
 from phongbench_api.http import media as wire
 from phongbench_api.http.problems import RequestError, UnsupportedMediaError
 from phongbench_api.models import BinaryAsk, SpecularAsk
@@ -17,18 +17,22 @@ from phongbench_api.service import Service
 from phongbench_api.work import evaluation, request_bodies
 from phongbench_api.work.evaluation import Formula
 
-Array = NDArray[Any]
 FAMILY = (wire.JSON, wire.OCTETS, wire.NPY)
 _POST = ", ".join(FAMILY)
 
 EXAMPLE = {
-    "approximation": "lyon", "lambda": "cross", "gamma": 8, "alpha": 50, "beta": "taylor", "precision": "float32",
-    "a": [[0, 0, 1], [0, 0, 1]], "b": [[0, 0, 1], [0.6, 0, 0.8]], "compare": True,
-}  # fmt: skip
+    "approximation": "lyon",
+    "lambda": "cross",
+    "gamma": 8,
+    "alpha": 50,
+    "beta": "taylor",
+    "precision": "float32",
+    "a": [[0, 0, 1], [0, 0, 1]],
+    "b": [[0, 0, 1], [0.6, 0, 0.8]],
+    "compare": True,
+}
 EXAMPLE_ANSWER = {"values": [1.0, 0.0], "exact": [1.0, 1.4e-05], "max_abs_error": 1.4e-05, "worst_index": 1}
-_VECTORS = {
-    "type": "array", "items": {"type": "array", "items": {"type": "number"}, "minItems": 3, "maxItems": 3},
-}  # fmt: skip
+_VECTORS = {"type": "array", "items": {"type": "array", "items": {"type": "number"}, "minItems": 3, "maxItems": 3}}
 
 
 @dataclass(frozen=True, slots=True)

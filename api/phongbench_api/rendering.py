@@ -22,10 +22,13 @@ from phongbench_api.work import render_cost, request_bodies
 FAMILY = (wire.PNG, wire.JSON, wire.NPY)
 EXAMPLE: dict[str, Any] = {"scene": "chequerboard", "size": [16, 9], "specular": "lyon:difference:8", "depth": 2}
 EXAMPLE_ANSWER: dict[str, Any] = {
-    "scene": "chequerboard", "width": 16, "height": 9, "rays": 144,
+    "scene": "chequerboard",
+    "width": 16,
+    "height": 9,
+    "rays": 144,
     "seconds": {"total": 0.01, "tracing": 0.004, "shading": 0.003},
     "ledger": [{"name": "background", "kind": "exact", "unit": "rays", "of": 144, "skipped": 24, "bound": 0.0}],
-}  # fmt: skip
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,18 +71,19 @@ async def read(request: Request, service: Service) -> Rendering:
     """
     if wire.media_type(request.headers.get("content-type")) != wire.JSON:
         headers = {"accept-post": wire.JSON}
-        raise UnsupportedMediaError(
-            "no such body is read here", "Content-Type", f"send {wire.JSON}", headers=headers
-        )  # fmt: skip
+        raise UnsupportedMediaError("no such body is read here", "Content-Type", f"send {wire.JSON}", headers=headers)
     media = wire.negotiate(request.headers.get("accept"), FAMILY)
     service.office.check()
     settings = service.settings
     body = await request_bodies.read(request, settings.max_scene, service.office)
     document = wire.parsed(body)
     asked = await service.office.do(
-        request, render_cost.reading(body), lambda gone: _asked(document, settings), lambda found, spans: found,
+        request,
+        render_cost.reading(body),
+        lambda gone: _asked(document, settings),
+        lambda found, spans: found,
         wire.Spans(),
-    )  # fmt: skip
+    )
     return Rendering(asked, media, service.kernels.render_cost(asked), service)
 
 

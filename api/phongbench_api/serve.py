@@ -65,10 +65,19 @@ def _talk() -> None:
 
 def _config(app: Any, settings: Settings, *, factory: bool = False) -> uvicorn.Config:
     return uvicorn.Config(
-        app, factory=factory, workers=settings.workers, http=TimedProtocol, ws="none", lifespan="on",
-        log_level="warning", access_log=False, server_header=False, proxy_headers=False,
-        timeout_graceful_shutdown=GRACE, timeout_worker_healthcheck=60,
-    )  # fmt: skip
+        app,
+        factory=factory,
+        workers=settings.workers,
+        http=TimedProtocol,
+        ws="none",
+        lifespan="on",
+        log_level="warning",
+        access_log=False,
+        server_header=False,
+        proxy_headers=False,
+        timeout_graceful_shutdown=GRACE,
+        timeout_worker_healthcheck=60,
+    )
 
 
 def _listen(settings: Settings) -> socket.socket:

@@ -24,10 +24,16 @@ _POST = ", ".join(READS)
 
 MATERIAL = {"ambient": [0.1, 0.1, 0.1], "diffuse": [0.6, 0.5, 0.4], "specular": [1, 1, 1], "shininess": 50}
 EXAMPLE = {
-    "model": "phong", "specular": {"approximation": "lyon", "lambda": "dot", "gamma": 8}, "material": MATERIAL,
-    "ambient_light": [1, 1, 1], "lights": [{"direction": [0, 0, 1], "diffuse": [1, 1, 1], "specular": [1, 1, 1]}],
-    "viewer": {"direction": [0, 0, 1]}, "points": [[0, 0, 0]], "normals": [[0, 0, 1]], "normalise": True,
-}  # fmt: skip
+    "model": "phong",
+    "specular": {"approximation": "lyon", "lambda": "dot", "gamma": 8},
+    "material": MATERIAL,
+    "ambient_light": [1, 1, 1],
+    "lights": [{"direction": [0, 0, 1], "diffuse": [1, 1, 1], "specular": [1, 1, 1]}],
+    "viewer": {"direction": [0, 0, 1]},
+    "points": [[0, 0, 0]],
+    "normals": [[0, 0, 1]],
+    "normalise": True,
+}
 EXAMPLE_ANSWER: dict[str, Any] = {"colours": [[1.7, 1.6, 1.5]], "skipped": {"pairs": 1}}
 
 
@@ -70,7 +76,9 @@ async def read(request: Request, service: Service) -> Shading:
     media = wire.negotiate(request.headers.get("accept"), offered)
     service.office.check()
     settings = service.settings
-    body = await request_bodies.read(request, settings.max_json if kind == wire.JSON else settings.max_body, service.office)
+    body = await request_bodies.read(
+        request, settings.max_json if kind == wire.JSON else settings.max_body, service.office
+    )
     asked = _of_json(body) if kind == wire.JSON else _of_parts(body, header or "", settings.max_json)
     request_bodies.check_count(len(asked.points), "points", media, settings)
     if len(asked.arguments["lights"]) > settings.max_lights:

@@ -19,9 +19,12 @@ from phongbench_api.service import Service
 
 #: what a report is made of, by suffix; anything else in its folder is not told
 MEDIA = {
-    ".html": "text/html; charset=utf-8", ".css": "text/css; charset=utf-8", ".svg": wire.SVG,
-    ".csv": "text/csv; charset=utf-8", ".png": wire.PNG,
-}  # fmt: skip
+    ".html": "text/html; charset=utf-8",
+    ".css": "text/css; charset=utf-8",
+    ".svg": wire.SVG,
+    ".csv": "text/csv; charset=utf-8",
+    ".png": wire.PNG,
+}
 #: predicted seconds of reading a file, and of drawing a figure anew as PNG
 READING, DRAWING = 0.001, 2.0
 _STEM = re.compile(r"[A-Za-z0-9_-]{1,64}")

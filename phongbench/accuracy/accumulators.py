@@ -2,12 +2,10 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[Any]
+from phongbench.compiler.precisions import Array
 
 # positions in a row of sums
 SUM, SUM_ABS, SUM_SQUARES, ABOVE, BELOW, MODEL, LENGTH, ROUNDING = range(8)

@@ -2,19 +2,16 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from phongbench.compiler import jit
 from phongbench.compiler.lowering import FLOAT64, Precision
+from phongbench.compiler.precisions import Array
 from phongbench.formulas import coordinate_kernels
 from phongbench.formulas.kernel import coefficient_row, known_values, table_row
 from phongbench.formulas.spec import MAX_COEFFICIENTS, Approximation
 from phongbench.inputs.plan import Cell
-
-Array = NDArray[Any]
 
 
 @dataclass(frozen=True)
@@ -54,11 +51,7 @@ class CellArrays:
         for i, table in enumerate(tables):
             padded[i, : len(table)] = table
         return CellArrays(
-            rows,
-            _stacked(precision, chosen),
-            _stacked(FLOAT64, chosen),
-            precision.rounded(padded),
-            padded,
+            rows, _stacked(precision, chosen), _stacked(FLOAT64, chosen), precision.rounded(padded), padded
         )
 
 

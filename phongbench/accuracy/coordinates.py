@@ -4,15 +4,13 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from phongbench.compiler import jit
 from phongbench.compiler.lowering import FLOAT64, Precision
+from phongbench.compiler.precisions import Array
 from phongbench.formulas import coordinate_kernels
 from phongbench.formulas.coordinate_kernels import coordinates_at
 from phongbench.formulas.exact import truth_at, truth_kernel
-
-Array = NDArray[Any]
 
 
 class Layout:
@@ -51,9 +49,7 @@ class Layout:
             )
             self.a, self.b = np.ascontiguousarray(self.a[:, :size]), np.ascontiguousarray(self.b[:, :size])
             self.exact = np.ascontiguousarray(self.exact[:, :, :size])
-        _lay_out(
-            self.addresses, self.alphas, a, b, self.a, self.b, self.held, self.given, self.unit, self.exact,
-        )  # fmt: skip
+        _lay_out(self.addresses, self.alphas, a, b, self.a, self.b, self.held, self.given, self.unit, self.exact)
         return self.held, self.given, self.unit, self.exact
 
 

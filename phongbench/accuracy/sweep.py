@@ -13,22 +13,19 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from numpy.typing import NDArray
-
 from phongbench.accuracy.accumulators import Tally
 from phongbench.accuracy.batches import Context, contexts
 from phongbench.accuracy.cell_arrays import CellArrays
 from phongbench.accuracy.coordinates import Layout
 from phongbench.accuracy.reductions import measure_cells
 from phongbench.compiler.lowering import FLOAT64, precision_named
+from phongbench.compiler.precisions import Array
 from phongbench.formulas import coordinate_kernels
 from phongbench.formulas.kernel import known_values, table_row
 from phongbench.formulas.registry import REGISTRY
 from phongbench.formulas.spec import Approximation
 from phongbench.inputs.pairs import pairs
 from phongbench.inputs.plan import Cell, Plan
-
-Array = NDArray[Any]
 
 #: pairs made and measured together; their coordinates stay in the second-level cache
 PIECE = 8192
@@ -111,11 +108,7 @@ def compile_drivers(sweep: Sweep) -> None:
 
 
 def run(
-    sweep: Sweep,
-    *,
-    jobs: int = 1,
-    done: Collection[int] = (),
-    progress: Callable[[int], None] | None = None,
+    sweep: Sweep, *, jobs: int = 1, done: Collection[int] = (), progress: Callable[[int], None] | None = None
 ) -> Iterator[Measured]:
     """Measure every context that is not in `done`, in order of their index.
 
@@ -188,10 +181,23 @@ def _block(sweep: Sweep, context: Context, start: int) -> Measured:
         )
         held, given, unit, exact = layout.lay_out(a, b)
         measure_cells(
-            cells.rows, cells.coefficients, cells.coefficients_64, cells.tables, cells.tables_64, a, b, held, given,
-            unit, exact,
-            tally.sums, tally.counts, tally.bins, tally.worst, context.truths,
-        )  # fmt: skip
+            cells.rows,
+            cells.coefficients,
+            cells.coefficients_64,
+            cells.tables,
+            cells.tables_64,
+            a,
+            b,
+            held,
+            given,
+            unit,
+            exact,
+            tally.sums,
+            tally.counts,
+            tally.bins,
+            tally.worst,
+            context.truths,
+        )
     tally.samples = count
     return Measured(context, live, tally)
 

@@ -25,9 +25,19 @@ from phongbench.results.runs import Run, intact, strongest
 CELL = ["approximation", "lambda_form", "space", "beta_policy", "gamma", "precision"]
 #: Error metrics a front can be asked for: columns of accuracy.parquet, smaller is better.
 METRICS = [
-    "max_abs", "mean_abs", "rms", "p50_abs", "p99_abs", "p999_abs", "max_above", "max_below", "codes_8bit",
-    "model_max", "length_max", "rounding_max",
-]  # fmt: skip
+    "max_abs",
+    "mean_abs",
+    "rms",
+    "p50_abs",
+    "p99_abs",
+    "p999_abs",
+    "max_above",
+    "max_below",
+    "codes_8bit",
+    "model_max",
+    "length_max",
+    "rounding_max",
+]
 COLUMNS = [*CELL, "error", "ns", "ratio", "ratio_low", "ratio_high", "state"]
 #: What names an input to a cell.
 INPUT = ["alpha", "stratum", "perturbation", "length_error"]
@@ -184,19 +194,29 @@ def points(
     if space not in known:
         raise UnknownNameError("space", space, known)
     found = front(
-        accuracy[accuracy["space"] == space], timing,
-        alpha=asked, metric=metric, stratum=stratum, precision=precision, working_set=working_set,
-    )  # fmt: skip
+        accuracy[accuracy["space"] == space],
+        timing,
+        alpha=asked,
+        metric=metric,
+        stratum=stratum,
+        precision=precision,
+        working_set=working_set,
+    )
     if not of_this_machine(run):
         found["ns"] = np.nan
     return {
-        "run": run.id, "alpha": str(asked), "alphas": list(asked.measured(accuracy["alpha"].unique())),
-        "metric": metric, "stratum": stratum, "precision": precision, "working_set": working_set, "space": space,
-        "timed_precision": timed_precision(precision), "same_machine": of_this_machine(run),
+        "run": run.id,
+        "alpha": str(asked),
+        "alphas": list(asked.measured(accuracy["alpha"].unique())),
+        "metric": metric,
+        "stratum": stratum,
+        "precision": precision,
+        "working_set": working_set,
+        "space": space,
+        "timed_precision": timed_precision(precision),
+        "same_machine": of_this_machine(run),
         "points": [{"name": cell_name(row), **row} for row in records(found)],
-    }  # fmt: skip
-
-
+    }
 
 
 def records(cells: pd.DataFrame) -> list[dict[str, Any]]:
@@ -232,9 +252,15 @@ def cheapest(
             f"the error budget must be above 0, not {max_error!r}", "max_error", "one 8-bit code is 0.0039"
         )
     cells = front(
-        accuracy, timing, alpha=alpha, metric=metric, stratum=stratum, precision=precision,
-        working_set=working_set, truth=truth,
-    )  # fmt: skip
+        accuracy,
+        timing,
+        alpha=alpha,
+        metric=metric,
+        stratum=stratum,
+        precision=precision,
+        working_set=working_set,
+        truth=truth,
+    )
     return choose(cells, max_error)
 
 

@@ -60,8 +60,9 @@ def cells(wish: Wish, notes: list[str]) -> pd.DataFrame:
     if low < 5 or precision_named(wish.precision).rounds or wish.space != "reflect":
         raise InputError(
             "there is no run with times here, and the laws speak of alpha >= 5, float32 and float64, (R, V) only",
-            f"alpha {wish.alpha}, {wish.precision}, {wish.space}", measure,
-        )  # fmt: skip
+            f"alpha {wish.alpha}, {wish.precision}, {wish.space}",
+            measure,
+        )
     notes.append(
         "answered from the laws alone: there is no run with times here. Errors are closed-form, work is counted "
         "instead of timed, and only Lyon's own slope, the classic Gaussian and exact powers have laws. "

@@ -23,9 +23,18 @@ FORMS = ("dot", "difference", "cross")
 #: beyond LARGE the change has left its leading order
 POINTS, CLEAR, LARGE = 3, 10.0, 0.1
 COLUMNS = (
-    "lambda_form", "perturbation", "precision", "alpha", "gamma", "points", "exponent", "coefficient", "law_exponent",
-    "law_coefficient", "largest_ratio",
-)  # fmt: skip
+    "lambda_form",
+    "perturbation",
+    "precision",
+    "alpha",
+    "gamma",
+    "points",
+    "exponent",
+    "coefficient",
+    "law_exponent",
+    "law_coefficient",
+    "largest_ratio",
+)
 
 
 def law(form: str, way: str, alpha: float, gamma: float, e: Array) -> Array | None:
@@ -63,10 +72,15 @@ def fits(accuracy: pd.DataFrame) -> pd.DataFrame:
               largest measured/law ratio (or its inverse) at those; without rows where fewer than two points are clear
     """
     meant = accuracy[
-        (accuracy["approximation"] == "lyon") & (accuracy["beta_policy"] == "taylor") & accuracy["gated"].astype(bool)
-        & (accuracy["space"] == "reflect") & (accuracy["stratum"] == "lengths") & (accuracy["truth"] == "angle")
-        & accuracy["perturbation"].isin(list(WAYS)) & accuracy["lambda_form"].isin(FORMS)
-    ]  # fmt: skip
+        (accuracy["approximation"] == "lyon")
+        & (accuracy["beta_policy"] == "taylor")
+        & accuracy["gated"].astype(bool)
+        & (accuracy["space"] == "reflect")
+        & (accuracy["stratum"] == "lengths")
+        & (accuracy["truth"] == "angle")
+        & accuracy["perturbation"].isin(list(WAYS))
+        & accuracy["lambda_form"].isin(FORMS)
+    ]
     keys = ["lambda_form", "perturbation", "precision", "alpha", "gamma"]
     found = [row for key, rows in meant.groupby(keys, sort=True, observed=True) for row in _fit(key, rows)]
     return pd.DataFrame(found, columns=list(COLUMNS)).astype({"gamma": "Int64", "points": "int64"})

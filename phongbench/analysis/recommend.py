@@ -59,9 +59,13 @@ def recommend(
     UnknownNameError for an unknown precision or space; CorruptRunError for a run whose bytes have changed.
     """
     wish = Wish(
-        Exponents.of(alpha), _above(number(max_error, "max_error"), "max_error"),
-        _at_least(number(length_error or 0.0, "length_error"), "length_error"), precision, space, working_set,
-    )  # fmt: skip
+        Exponents.of(alpha),
+        _above(number(max_error, "max_error"), "max_error"),
+        _at_least(number(length_error or 0.0, "length_error"), "length_error"),
+        precision,
+        space,
+        working_set,
+    )
     precision_named(precision)
     if space not in SPACES:
         raise UnknownNameError("space", space, SPACES)
@@ -78,10 +82,18 @@ def recommend(
             + "; ".join((_basis(miss, wish), _cost(miss)))
         )
     return {
-        "basis": "laws" if run is None else "run", "run": None if run is None else run.id, "alpha": str(wish.alpha),
-        "max_error": wish.max_error, "length_error": wish.length_error, "precision": precision, "space": space,
-        "working_set": working_set, "choices": found, "nearest_miss": miss, "notes": notes,
-    }  # fmt: skip
+        "basis": "laws" if run is None else "run",
+        "run": None if run is None else run.id,
+        "alpha": str(wish.alpha),
+        "max_error": wish.max_error,
+        "length_error": wish.length_error,
+        "precision": precision,
+        "space": space,
+        "working_set": working_set,
+        "choices": found,
+        "nearest_miss": miss,
+        "notes": notes,
+    }
 
 
 def number(value: float | str, name: str) -> float:
@@ -247,15 +259,23 @@ def _told(cell: Mapping[str, Any], wish: Wish) -> dict[str, Any]:
     times = {name: None if by_laws else cell[name] for name in ("ns", "ratio", "ratio_low", "ratio_high")}
     numbers = {name: None if value is None or pd.isna(value) else float(value) for name, value in times.items()}
     return {
-        "name": cell_name(cell), "approximation": str(cell["approximation"]),
-        "lambda": str(cell["lambda_form"]), "space": setting.space,
-        "gamma": setting.gamma, "beta": None if beta is None else float(beta), "beta_policy": setting.slope,
-        "precision": wish.precision, "formula": spec.formula if spec else None, "max_abs": float(cell["error"]),
-        "codes_8bit": 255 * float(cell["error"]), "coverage": str(cell["coverage"]),
-        "samples": None if by_laws else int(cell["samples"]), **numbers,
+        "name": cell_name(cell),
+        "approximation": str(cell["approximation"]),
+        "lambda": str(cell["lambda_form"]),
+        "space": setting.space,
+        "gamma": setting.gamma,
+        "beta": None if beta is None else float(beta),
+        "beta_policy": setting.slope,
+        "precision": wish.precision,
+        "formula": spec.formula if spec else None,
+        "max_abs": float(cell["error"]),
+        "codes_8bit": 255 * float(cell["error"]),
+        "coverage": str(cell["coverage"]),
+        "samples": None if by_laws else int(cell["samples"]),
+        **numbers,
         "certified": None if pd.isna(cell.get("certified", np.nan)) else float(cell["certified"]),
         "work": float(cell["ratio"]) if by_laws else None,
-    }  # fmt: skip
+    }
 
 
 def _basis(told: Mapping[str, Any], wish: Wish) -> str:

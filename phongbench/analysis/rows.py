@@ -20,9 +20,13 @@ SKIPPED = ["scene", "width", "height", "depth", "name", "setting"]
 SCENE_TIMED = ["scene", "kind", "name", "formula", "setting", "against", "elements", "depth"]
 HELD = ["held", "term", "alpha", "distance"]
 KEYS = {
-    "accuracy": [*KEY, "coverage"], "timing": TIMED, "meshes": MESHED, "skips": SKIPPED, "scene_times": SCENE_TIMED,
+    "accuracy": [*KEY, "coverage"],
+    "timing": TIMED,
+    "meshes": MESHED,
+    "skips": SKIPPED,
+    "scene_times": SCENE_TIMED,
     "far": HELD,
-}  # fmt: skip
+}
 #: lambda forms in the order in which they are told
 FORMS = ("dot", "difference", "cross", "tan2", "none")
 #: coverages that reach beyond samples, from below

@@ -12,10 +12,6 @@ from phongbench.results.runs import Run
 _EDGES_ALPHA = 128.0
 
 
-
-
-
-
 def summarise(run: Run) -> dict[str, Any]:
     """What a run holds and found, as plain data.
 

@@ -17,13 +17,13 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from phongbench import __version__
 from phongbench.benchmarks import kernel_peers, numpy_sweep, subnormals
 from phongbench.benchmarks.kernel_peers import ALPHA, GAMMA, LYON, PHONG, WORKS, Peer
 from phongbench.compiler import jit
 from phongbench.compiler.lowering import FLOAT32
+from phongbench.compiler.precisions import Array
 from phongbench.errors import InputError
 from phongbench.formulas import pair_kernels
 from phongbench.formulas.registry import REGISTRY
@@ -41,8 +41,6 @@ from phongbench.timing.interference import Witness, disturbed
 from phongbench.timing.machine_lock import machine_lock
 from phongbench.timing.statistics import MIN_ROUNDS
 from phongbench.timing.timed_kernels import Contender, Subject
-
-Array = NDArray[Any]
 
 OURS, TWIN = "phongbench", "phongbench again"
 #: in cache, yet large enough for the cost of a call from Python not to decide; and beyond cache
@@ -73,9 +71,7 @@ class Arena:
         self.a, self.b = rows[:3], rows[3:6]
         self.out: Array = rows[6]
         highlight = next(s for s in STRATA if s.name == "highlight")
-        self.a[:], self.b[:] = pairs.pairs(
-            highlight, FLOAT32, seed=seed, start=0, count=self.elements, scale=1 / ALPHA
-        )
+        self.a[:], self.b[:] = pairs.pairs(highlight, FLOAT32, seed=seed, start=0, count=self.elements, scale=1 / ALPHA)
         self.scratch = np.zeros(16, np.int64)
 
     def spin(self) -> float:
@@ -252,9 +248,13 @@ class _Field:
         end = time.perf_counter() + 1.3 * rounds * self.round_seconds
         with closing(Witness()) as witness:
             readings = clock.run_rounds(
-                partial(self._epoch, witness), len(self.entrants), rounds, rng,
-                repeat=lambda: time.perf_counter() < end, after_round=lambda done: progress.advance(),
-            )  # fmt: skip
+                partial(self._epoch, witness),
+                len(self.entrants),
+                rounds,
+                rng,
+                repeat=lambda: time.perf_counter() < end,
+                after_round=lambda done: progress.advance(),
+            )
         kept = [i for i, entrant in enumerate(self.entrants) if self._right(entrant)]
         rows = [self._row(i, readings) for i in kept]
         twins = [row for row in rows if row["by"] == TWIN]
@@ -280,10 +280,19 @@ class _Field:
         ratio = statistics.ratio(readings.used[:, index], readings.used[:, base])
         verdict = "baseline" if index == base else statistics.verdict(ratio)
         return {
-            "work": entrant.work, "by": entrant.by, "version": entrant.version,
-            "working_set": self.working_set, "elements": n,
-            "ns": readings.least(index) / n, "ns_median": readings.median(index) / n,
-            "ratio": ratio.middle, "ratio_low": ratio.low, "ratio_high": ratio.high, "verdict": verdict,
-            "cores": entrant.cpu / max(1, entrant.wall), "error": entrant.error,
-            "rounds": len(readings.used), "contaminated": int(readings.marked[index]),
-        }  # fmt: skip
+            "work": entrant.work,
+            "by": entrant.by,
+            "version": entrant.version,
+            "working_set": self.working_set,
+            "elements": n,
+            "ns": readings.least(index) / n,
+            "ns_median": readings.median(index) / n,
+            "ratio": ratio.middle,
+            "ratio_low": ratio.low,
+            "ratio_high": ratio.high,
+            "verdict": verdict,
+            "cores": entrant.cpu / max(1, entrant.wall),
+            "error": entrant.error,
+            "rounds": len(readings.used),
+            "contaminated": int(readings.marked[index]),
+        }

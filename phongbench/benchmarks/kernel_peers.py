@@ -15,11 +15,9 @@ from types import MappingProxyType
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from phongbench.compiler.precisions import Array
 from phongbench.errors import UnknownNameError
-
-Array = NDArray[Any]
 
 #: exact Phong max(0, a.b)^alpha, and Lyon's max(0, 1 - beta (1 - a.b))^8
 PHONG, LYON = "exact Phong", "Lyon gamma 8"

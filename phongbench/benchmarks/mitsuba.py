@@ -10,14 +10,12 @@ from importlib import import_module
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from phongbench.benchmarks.scene_peers import BOARD, VARIANT, Drawing, Wishes
+from phongbench.compiler.precisions import Array
 from phongbench.scenes.geometry import axes
 from phongbench.scenes.scene import Camera, Material, Plane, Scene, Sphere
 from phongbench.shading.lighting import Light
-
-Array = NDArray[Any]
 
 #: the colours of a material, as attributes of the shape that wears it
 COLOURS = ("ambient", "diffuse", "specular")
@@ -26,17 +24,26 @@ COLOURS = ("ambient", "diffuse", "specular")
 def described(scene: Scene, size: tuple[int, int]) -> dict[str, Any]:
     """The scene as Mitsuba's dictionary, transforms as 4 x 4 arrays; lights are the integrator's."""
     width, height = size
-    film = {"type": "hdrfilm", "width": width, "height": height, "pixel_format": "rgb", "component_format": "float32",
-            "rfilter": {"type": "box"}}  # fmt: skip
+    film = {
+        "type": "hdrfilm",
+        "width": width,
+        "height": height,
+        "pixel_format": "rgb",
+        "component_format": "float32",
+        "rfilter": {"type": "box"},
+    }
     return {
         "type": "scene",
         "sensor": {
-            "type": "perspective", "fov": scene.camera.field_of_view, "fov_axis": "y", "film": film,
+            "type": "perspective",
+            "fov": scene.camera.field_of_view,
+            "fov_axis": "y",
+            "film": film,
             "to_world": _looking(scene.camera),
             "sampler": {"type": "stratified", "sample_count": 1, "jitter": False},  # the middle of each pixel
         },
         **{f"object{index}": _shape(thing, scene.materials) for index, thing in enumerate(scene.objects)},
-    }  # fmt: skip
+    }
 
 
 def _looking(camera: Camera) -> Array:

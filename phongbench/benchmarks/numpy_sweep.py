@@ -12,17 +12,15 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from phongbench.accuracy import sweep as engine
 from phongbench.accuracy.batches import Context
+from phongbench.compiler.precisions import Array
 from phongbench.formulas.exact import TRUTHS
 from phongbench.formulas.slopes import beta, sharpness
 from phongbench.inputs.pairs import pairs
 from phongbench.inputs.plan import Cell, Plan, preset
 from phongbench.results.schema import ACCURACY_KEY
-
-Array = NDArray[Any]
 
 
 def _phong(x: Array, deficit: Array, cell: Cell) -> Array:
@@ -45,10 +43,15 @@ FORMULAS: Mapping[str, Callable[[Array, Array, Cell], Array]] = {"phong": _phong
 def plan_of_bench(samples: int = 1 << 17) -> Plan:
     """A small float32 plan of the formulas known here."""
     return replace(
-        preset("quick"), approximations=tuple(FORMULAS), precisions=("float32",), spaces=("reflect",), alphas=(10.0,
-        50.0, 200.0),
-        strata=("uniform", "highlight", "peak", "grazing"), samples=samples, timing=False,
-    ).validated()  # fmt: skip
+        preset("quick"),
+        approximations=tuple(FORMULAS),
+        precisions=("float32",),
+        spaces=("reflect",),
+        alphas=(10.0, 50.0, 200.0),
+        strata=("uniform", "highlight", "peak", "grazing"),
+        samples=samples,
+        timing=False,
+    ).validated()
 
 
 def numpy_sweep(sweep: engine.Sweep) -> list[dict[str, Any]]:
@@ -93,21 +96,41 @@ def _metrics(value: Array, in_double: Array, on_unit: Array, exact: Array, angle
     size = np.abs(error)
     p50, p99, p999 = np.quantile(size, (0.5, 0.99, 0.999))
     return {
-        "max_abs": size.max(), "mean_abs": size.mean(), "rms": np.sqrt((size**2).mean()), "bias": error.mean(),
-        "p50_abs": p50, "p99_abs": p99, "p999_abs": p999, "max_above": max(error.max(), 0),
+        "max_abs": size.max(),
+        "mean_abs": size.mean(),
+        "rms": np.sqrt((size**2).mean()),
+        "bias": error.mean(),
+        "p50_abs": p50,
+        "p99_abs": p99,
+        "p999_abs": p999,
+        "max_above": max(error.max(), 0),
         "max_below": max(-error.min(), 0),
-        "model_max": np.abs(on_unit - angle).max(), "length_max": np.abs(in_double - on_unit - exact + angle).max(),
-        "rounding_max": np.abs(value - in_double).max(), "nonfinite": (~np.isfinite(value)).sum(),
-        "above_one": (value > 1).sum(), "negative": (value < 0).sum(),
-    }  # fmt: skip
+        "model_max": np.abs(on_unit - angle).max(),
+        "length_max": np.abs(in_double - on_unit - exact + angle).max(),
+        "rounding_max": np.abs(value - in_double).max(),
+        "nonfinite": (~np.isfinite(value)).sum(),
+        "above_one": (value > 1).sum(),
+        "negative": (value < 0).sum(),
+    }
 
 
 def _key(cell: Cell, context: Context, truth: str) -> dict[str, Any]:
     s, stratum = cell.setting, context.stratum
     values = (
-        cell.approximation, cell.lambda_form, s.space, s.slope, s.alpha, s.gamma, cell.precision, cell.gated,
-        stratum.name, stratum.perturbation, stratum.length_error, truth, "sampled",
-    )  # fmt: skip
+        cell.approximation,
+        cell.lambda_form,
+        s.space,
+        s.slope,
+        s.alpha,
+        s.gamma,
+        cell.precision,
+        cell.gated,
+        stratum.name,
+        stratum.perturbation,
+        stratum.length_error,
+        truth,
+        "sampled",
+    )
     return dict(zip(ACCURACY_KEY, values, strict=True))
 
 

@@ -8,21 +8,23 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from phongbench.compiler.precisions import Array
 from phongbench.errors import InputError
 from phongbench.scenes.scene import Camera, Mesh, Plane, Scene, Sphere
-
-Array = NDArray[Any]
 
 #: how far from its surface a ray starts, as a share of the coordinates' size
 _LIFT = 4e-5
 
 
 def trace(
-    scene: Scene, *, size: tuple[int, int] | None = None, depth: int | None = None, shadows: bool | None = None,
+    scene: Scene,
+    *,
+    size: tuple[int, int] | None = None,
+    depth: int | None = None,
+    shadows: bool | None = None,
     dtype: Any = np.float64,
-) -> tuple[Array, int]:  # fmt: skip
+) -> tuple[Array, int]:
     """The picture (height, width, 3) in linear light, and how many rays it took, shadow rays not counted.
 
     Raises InputError for scenes with meshes.

@@ -10,15 +10,13 @@ from importlib import import_module
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from phongbench.benchmarks.numpy_tracer import directions
 from phongbench.benchmarks.scene_peers import BOARD, SHARPEST, Drawing, Wishes
+from phongbench.compiler.precisions import Array
 from phongbench.scenes.geometry import axes
 from phongbench.scenes.scene import Material, Plane, Scene, Sphere
 from phongbench.support.documents import Vector
-
-Array = NDArray[Any]
 
 #: triangles around a sphere, and from pole to pole
 AROUND, DOWN = 256, 128
@@ -70,7 +68,7 @@ def _look(scene: Scene, material: Material) -> Look:
     ambient, diffuse, specular = (share * np.array(c) for c in (made.ambient, made.diffuse, made.specular))
     return Look(
         tuple(ambient * scene.ambient_light), tuple(diffuse), tuple(specular), min(SHARPEST, float(made.shininess))
-    )  # fmt: skip
+    )
 
 
 def _quad(plane: Plane, parities: tuple[int, ...]) -> Quad:

@@ -12,12 +12,12 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from phongbench import __version__
 from phongbench.benchmarks import numpy_tracer, skip_gains
 from phongbench.benchmarks.scene_peers import PEERS, Entry, Peer, Wishes, agreement
 from phongbench.benchmarks.skip_gains import quartiles
+from phongbench.compiler.precisions import Array
 from phongbench.errors import InputError, MeasurementError
 from phongbench.formulas.formula import Specular, specular_of
 from phongbench.scenes import picture_errors
@@ -25,8 +25,6 @@ from phongbench.scenes.render import render
 from phongbench.scenes.render_to_file import Wish
 from phongbench.scenes.scene import Mesh, Scene
 from phongbench.support.progress import Progress
-
-Array = NDArray[Any]
 
 OURS, PLAIN = "phongbench", "plain NumPy"
 _NOTES = {
@@ -60,9 +58,16 @@ class _Entrant:
 
 
 def tracers(
-    scene: Scene, *, rounds: int = 5, progress: Progress = _SILENT, size: tuple[int, int] | None = None,
-    depth: int | None = None, shadows: bool | None = None, peers: Mapping[str, Entry] = PEERS, **_: Any,
-) -> tuple[list[dict[str, Any]], list[dict[str, str]]]:  # fmt: skip
+    scene: Scene,
+    *,
+    rounds: int = 5,
+    progress: Progress = _SILENT,
+    size: tuple[int, int] | None = None,
+    depth: int | None = None,
+    shadows: bool | None = None,
+    peers: Mapping[str, Entry] = PEERS,
+    **_: Any,
+) -> tuple[list[dict[str, Any]], list[dict[str, str]]]:
     """A row for each tracer of a scene of spheres and planes under exact Phong, and why peers are absent.
 
     size, depth, shadows  of the picture; None takes the scene's own
@@ -117,9 +122,13 @@ def _plain(scene: Scene, wishes: Wishes) -> _Entrant:
 
 
 def _peers(
-    scene: Scene, wishes: Wishes, peers: Mapping[str, Entry], opened: ExitStack, absent: dict[str, str],
+    scene: Scene,
+    wishes: Wishes,
+    peers: Mapping[str, Entry],
+    opened: ExitStack,
+    absent: dict[str, str],
     progress: Progress,
-) -> Iterator[_Entrant]:  # fmt: skip
+) -> Iterator[_Entrant]:
     """Those that can draw here; they are closed with `opened`."""
     progress.stage(f"peers of {scene.name}", len(peers))
     for name, entry in peers.items():
@@ -135,9 +144,15 @@ def _peers(
 
 def _peer(peer: Peer) -> _Entrant:
     return _Entrant(
-        peer.name, peer.version, peer.wishes, peer.entry.note, peer.draw, peer.picture,
-        distances=peer.distances, brightest=peer.entry.brightest,
-    )  # fmt: skip
+        peer.name,
+        peer.version,
+        peer.wishes,
+        peer.entry.note,
+        peer.draw,
+        peer.picture,
+        distances=peer.distances,
+        brightest=peer.entry.brightest,
+    )
 
 
 def _run(entrants: list[_Entrant], rounds: int, progress: Progress, absent: dict[str, str]) -> None:
@@ -159,12 +174,20 @@ def _row(e: _Entrant, ours: _Entrant, truth: Array) -> dict[str, Any]:
     off = np.abs(picture - np.minimum(ours.picture(), e.brightest)).max(axis=2)
     _, ratio, _ = quartiles([b / a for a, b in zip(ours.seconds, e.seconds, strict=True)])
     return {
-        "tracer": e.name, "version": e.version, "draws": str(e.wishes), "size": f"{width}x{height}",
-        "seconds": round(best, 6), "mpixels_per_second": width * height / best / 1e6, "rays": rays,
-        "mrays_per_second": None if rays is None else rays / best / 1e6, "ratio": ratio,
-        "largest_difference": float(off.max()), "pixels_off": float((off > 1 / 255).mean()),
-        "surfaces_agree": None if e.distances is None else agreement(truth, e.distances()), "note": e.note,
-    }  # fmt: skip
+        "tracer": e.name,
+        "version": e.version,
+        "draws": str(e.wishes),
+        "size": f"{width}x{height}",
+        "seconds": round(best, 6),
+        "mpixels_per_second": width * height / best / 1e6,
+        "rays": rays,
+        "mrays_per_second": None if rays is None else rays / best / 1e6,
+        "ratio": ratio,
+        "largest_difference": float(off.max()),
+        "pixels_off": float((off > 1 / 255).mean()),
+        "surfaces_agree": None if e.distances is None else agreement(truth, e.distances()),
+        "note": e.note,
+    }
 
 
 def measure(wish: Wish, progress: Progress = _SILENT) -> dict[str, Any]:

@@ -19,13 +19,11 @@ from types import MappingProxyType
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from phongbench.benchmarks.kernel_peers import why_absent
+from phongbench.compiler.precisions import Array
 from phongbench.errors import MeasurementError
 from phongbench.scenes.scene import Scene
-
-Array = NDArray[Any]
 
 #: Mitsuba's way of computing: vectorised by LLVM, colours in red, green and blue
 VARIANT = "llvm_ad_rgb"

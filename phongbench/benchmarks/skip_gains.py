@@ -15,8 +15,6 @@ ROUNDS = 9
 _SILENT = Progress()
 
 
-
-
 def skips(scene: Scene, *, rounds: int = ROUNDS, progress: Progress = _SILENT, **wishes: Any) -> list[dict[str, Any]]:
     """A row for each of `variants`: what it takes, and what it changes in the picture.
 
@@ -47,11 +45,17 @@ def skips(scene: Scene, *, rounds: int = ROUNDS, progress: Progress = _SILENT, *
         ratios = [mine / full for mine, full in zip(seconds[name], seconds["all"], strict=True)]
         low, middle, high = quartiles(ratios)
         change = float(np.abs(pictures[name] - pictures["none"]).max())
-        rows.append({
-            "variant": name, "seconds": round(min(seconds[name]), 6), "ratio": middle, "ratio_low": low,
-            "ratio_high": high, "same_bits": bool(np.array_equal(pictures[name], pictures["none"])),
-            "largest_change": change,
-        })  # fmt: skip
+        rows.append(
+            {
+                "variant": name,
+                "seconds": round(min(seconds[name]), 6),
+                "ratio": middle,
+                "ratio_low": low,
+                "ratio_high": high,
+                "same_bits": bool(np.array_equal(pictures[name], pictures["none"])),
+                "largest_change": change,
+            }
+        )
     return rows
 
 

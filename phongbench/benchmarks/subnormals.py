@@ -12,10 +12,10 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from phongbench.compiler import elementary
 from phongbench.compiler.lowering import FLOAT32, Precision
+from phongbench.compiler.precisions import Array
 from phongbench.errors import MeasurementError
 from phongbench.formulas.registry import REGISTRY
 from phongbench.formulas.spec import Setting
@@ -28,8 +28,6 @@ from phongbench.timing.blocks import Block
 from phongbench.timing.epoch_loop import tick
 from phongbench.timing.interference import Witness
 from phongbench.timing.timed_kernels import Contender, Subject
-
-Array = NDArray[Any]
 
 SETTING = Setting(128.0, 64, "taylor")
 #: what pairs are drawn over: shares of the lobe, from its peak
@@ -48,8 +46,10 @@ def chain(cosine_deficit: float, beta: float, n: int) -> float:
 def group() -> list[Contender]:
     """The bare chain and ours."""
     lyon = REGISTRY["lyon"]
-    subjects = (Subject(replace(lyon, name="lyon-chain", kernel=chain), "dot", SETTING, FLOAT32, "lyon-chain"),
-                Subject(lyon, "dot", SETTING, FLOAT32))  # fmt: skip
+    subjects = (
+        Subject(replace(lyon, name="lyon-chain", kernel=chain), "dot", SETTING, FLOAT32, "lyon-chain"),
+        Subject(lyon, "dot", SETTING, FLOAT32),
+    )
     return [timed_kernels.compiled(subject) for subject in subjects]
 
 
@@ -96,7 +96,12 @@ def _row(name: str, block: Block, rounds: int, seed: int) -> dict[str, Any]:
         )
     ratio, per = readings.ratio(0, 1), block.elements * block.repeats
     return {
-        "pairs": name, "subnormal": float(((values > 0) & (values < FLOAT32.tiny)).mean()),
-        "chain_ns": readings.least(0) / per, "ours_ns": readings.least(1) / per,
-        "ratio": ratio.middle, "ratio_low": ratio.low, "ratio_high": ratio.high, "rounds": readings.rounds(0),
-    }  # fmt: skip
+        "pairs": name,
+        "subnormal": float(((values > 0) & (values < FLOAT32.tiny)).mean()),
+        "chain_ns": readings.least(0) / per,
+        "ours_ns": readings.least(1) / per,
+        "ratio": ratio.middle,
+        "ratio_low": ratio.low,
+        "ratio_high": ratio.high,
+        "rounds": readings.rounds(0),
+    }

@@ -6,7 +6,6 @@ from pathlib import Path
 import click
 
 from phongbench.cli.common import DIFFERENT, JSON, CommaList, grid, show
-from phongbench.formulas.registry import describe
 
 
 @click.command(short_help="List the approximations.")
@@ -17,6 +16,7 @@ from phongbench.formulas.registry import describe
 def approximations(files: tuple[Path, ...], as_json: bool) -> None:
     """List the approximations: formula, lambda forms, spaces, beta policies, source."""
     from phongbench.cli.terminal import table
+    from phongbench.formulas.registry import describe
     from phongbench.formulas.user_files import registry_with
 
     told = [describe(spec) for spec in registry_with(files).values()]

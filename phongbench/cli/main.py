@@ -83,9 +83,21 @@ def _serve(**wishes: Any) -> None:
 
 
 for command in (
-    list_runs, show_run, verify, compare, front, recommend, claims, approximations, doctor, bench, shade, shader,
-    render, serving(_serve),
-):  # fmt: skip
+    list_runs,
+    show_run,
+    verify,
+    compare,
+    front,
+    recommend,
+    claims,
+    approximations,
+    doctor,
+    bench,
+    shade,
+    shader,
+    render,
+    serving(_serve),
+):
     main.add_command(command)
 
 
@@ -130,10 +142,20 @@ for command in (
 @click.option("--dry-run", is_flag=True, help="Tell cells, bytes and seconds, and stop.")
 @JSON
 def run(
-    plan: Path | None, preset_name: str | None, out: Path | None, materials: Path | None, files: tuple[Path, ...],
+    plan: Path | None,
+    preset_name: str | None,
+    out: Path | None,
+    materials: Path | None,
+    files: tuple[Path, ...],
     no_timing: bool,
-    no_report: bool, jobs: int | None, resume: bool, fresh: bool, dry_run: bool, as_json: bool, **wishes: Any,
-) -> None:  # fmt: skip
+    no_report: bool,
+    jobs: int | None,
+    resume: bool,
+    fresh: bool,
+    dry_run: bool,
+    as_json: bool,
+    **wishes: Any,
+) -> None:
     """Run a study: accuracy, stability, timing, and a report.
 
     \b
@@ -164,10 +186,17 @@ def run(
         return
     with TerminalProgress(quiet=as_json) as progress:
         outcome = run_study(
-            wanted, out, registry=registry, jobs=jobs, resume=resume, fresh=fresh, progress=progress,
-            build_report=None if no_report else _build_report, command=("phongbench", *sys.argv[1:]),
+            wanted,
+            out,
+            registry=registry,
+            jobs=jobs,
+            resume=resume,
+            fresh=fresh,
+            progress=progress,
+            build_report=None if no_report else _build_report,
+            command=("phongbench", *sys.argv[1:]),
             files=[f.name for f in files],
-        )  # fmt: skip
+        )
     show(outcome.as_dict(), as_json, lambda: _told(outcome))
     for message, count in outcome.failures.items():
         click.echo(f"{count} cells failed: {message}", err=True)

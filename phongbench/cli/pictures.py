@@ -36,9 +36,13 @@ _TABLES = ("ledger", "skips", "tracers", "compared", "absent", "formulas", "left
 @click.option("--size", type=Size(), metavar="WxH", help="Pixels.  [default: the scene's]")
 @click.option("--specular", metavar="NAME[:form[:gamma]]", help="Formula of the specular term, e.g. lyon:difference:8.")
 @click.option(
-    "--with", "files", multiple=True, type=click.Path(path_type=Path), metavar="FILE.py",
+    "--with",
+    "files",
+    multiple=True,
+    type=click.Path(path_type=Path),
+    metavar="FILE.py",
     help="Add your own formula, which --specular and the scene's materials may then name. Repeatable.",
-)  # fmt: skip
+)
 @click.option("--model", type=click.Choice(["phong", "blinn-phong"]), default="phong", show_default=True)
 @click.option("--depth", type=int, metavar="N", help="Reflections in a row.  [default: the scene's]")
 @click.option("--supersampling", type=int, metavar="N", help="N x N samples for each pixel.  [default: the scene's]")
@@ -58,9 +62,17 @@ _TABLES = ("ledger", "skips", "tracers", "compared", "absent", "formulas", "left
 @click.option("--list", "listing", is_flag=True, help="List the shipped scenes.")
 @JSON
 def render(
-    scene: str | None, specular: str | None, skip: bool, exact: bool, bench: bool, formulas: bool, listing: bool,
-    as_json: bool, files: tuple[Path, ...], **wishes: Any,
-) -> None:  # fmt: skip
+    scene: str | None,
+    specular: str | None,
+    skip: bool,
+    exact: bool,
+    bench: bool,
+    formulas: bool,
+    listing: bool,
+    as_json: bool,
+    files: tuple[Path, ...],
+    **wishes: Any,
+) -> None:
     """Draw a scene from a TOML file, or a shipped one by its name, and tell what was left out.
 
     \b
@@ -92,21 +104,42 @@ def render(
         raise click.UsageError("--formulas compares with exact Phong: leave --model away")
     wanted = render_to_file.Wish(
         scene, specular=specular, skip=skip, exact=exact, registry=registry_with(files), **wishes
-    )  # fmt: skip
+    )
     with TerminalProgress(quiet=as_json) as progress:
-        found = (scene_bench.measure if bench else scene_bench.judge if formulas else render_to_file.draw)(wanted, progress)
+        found = (scene_bench.measure if bench else scene_bench.judge if formulas else render_to_file.draw)(
+            wanted, progress
+        )
     tables = [lambda name=name: table(name, *grid(readable(found, name))) for name in _TABLES if readable(found, name)]
     show(found, as_json, lambda: facts({k: v for k, v in found.items() if not isinstance(v, list)}), *tables)
 
 
 #: columns that a line has room for, of tables with more
 _COLUMNS = {
-    "tracers": ("tracer", "draws", "size", "seconds", "mpixels_per_second", "mrays_per_second", "ratio", "pixels_off",
-                "surfaces_agree"),
+    "tracers": (
+        "tracer",
+        "draws",
+        "size",
+        "seconds",
+        "mpixels_per_second",
+        "mrays_per_second",
+        "ratio",
+        "pixels_off",
+        "surfaces_agree",
+    ),
     "compared": ("tracer", "version", "note"),
-    "formulas": ("formula", "max_abs", "lobe_error", "max_codes", "visible", "psnr", "flip", "energy",
-                 "highlight_area", "ratio"),
-}  # fmt: skip
+    "formulas": (
+        "formula",
+        "max_abs",
+        "lobe_error",
+        "max_codes",
+        "visible",
+        "psnr",
+        "flip",
+        "energy",
+        "highlight_area",
+        "ratio",
+    ),
+}
 
 
 def readable(found: dict[str, Any], name: str) -> list[dict[str, Any]]:

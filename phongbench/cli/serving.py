@@ -20,13 +20,20 @@ def serving(start: Callable[..., None]) -> click.Command:
     )
     @click.option("--workers", type=click.IntRange(1, 256), default=1, show_default=True, help="Processes.")
     @click.option(
-        "--allowed-host", "allowed_hosts", multiple=True, metavar="NAME",
+        "--allowed-host",
+        "allowed_hosts",
+        multiple=True,
+        metavar="NAME",
         help="A name that requests may come under. Repeatable; localhost always may.",
-    )  # fmt: skip
+    )
     @click.option(
-        "--drain", "drain_seconds", type=click.FloatRange(0, 600), default=0.0, metavar="SECONDS",
+        "--drain",
+        "drain_seconds",
+        type=click.FloatRange(0, 600),
+        default=0.0,
+        metavar="SECONDS",
         help="Between SIGTERM, when /readyz turns 503, and closing the door.",
-    )  # fmt: skip
+    )
     def serve(**wishes: Any) -> None:
         """Serve until stopped: the explorer page at /, the interface at /docs.
 

@@ -22,9 +22,16 @@ from phongbench.errors import InputError
 @click.option("--out", type=click.Path(path_type=Path), help="A file.  [default: stdout]")
 @JSON
 def shader(
-    formula: str | None, alpha: float, max_error: str | None, language: str | None, beta: str | None, space: str | None,
-    files: tuple[Path, ...], out: Path | None, as_json: bool,
-) -> None:  # fmt: skip
+    formula: str | None,
+    alpha: float,
+    max_error: str | None,
+    language: str | None,
+    beta: str | None,
+    space: str | None,
+    files: tuple[Path, ...],
+    out: Path | None,
+    as_json: bool,
+) -> None:
     """Write a formula as a function of two directions, in float32, with its constants filled in.
 
     It computes what was measured, operation by operation; powers, exponentials and arc cosines are the language's own.

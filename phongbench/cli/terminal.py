@@ -91,9 +91,7 @@ def front_table(found: Mapping[str, Any], *, everything: bool = False) -> None:
     """A front as a table, fastest first; what is off it is only counted, unless everything is wanted."""
     points = found["points"]
     shown = [p for p in points if everything or p["state"] != "off"]
-    rows = [
-        (p["name"], p["error"], 255 * p["error"], p["ratio"], _interval(p), p["ns"], p["state"]) for p in shown
-    ]  # fmt: skip
+    rows = [(p["name"], p["error"], 255 * p["error"], p["ratio"], _interval(p), p["ns"], p["state"]) for p in shown]
     title = f"{found['stratum']} vectors, {found['precision']}, {found['space']} space, alpha {found['alpha']}"
     columns = ("formula", found["metric"], "8-bit codes", "time / exact Phong", "interval", "ns", "state")
     table(title, columns, rows, right=columns[1:6])

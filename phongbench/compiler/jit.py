@@ -66,12 +66,7 @@ REDUCTION_FLAGS = {"contract", "reassoc", "nsz"}
 INTERLEAVE = 4
 #: modules that never name the compiler, but that drivers are made of; numba itself sees a change of the bodies that an
 #: elementwise loop is a closure over
-_BODIES = {
-    "compiler/kernel_source.py",
-    "compiler/polynomials.py",
-    "compiler/elementary.py",
-    "formulas/lambda_forms.py",
-}
+_BODIES = {"compiler/kernel_source.py", "compiler/polynomials.py", "compiler/elementary.py", "formulas/lambda_forms.py"}
 _KEEP_SECONDS = 30 * 86400
 _ONE_AT_A_TIME = threading.RLock()
 _NUMBAS_FILE = caching.IndexDataCacheFile

@@ -52,5 +52,5 @@ class BodyText:
         return KernelError(
             f"{what} cannot be compiled in the kernel {self.body.__name__}",
             where,
-            "kernels use + - * /, comparisons, conditional expressions and the helpers of phongbench.compiler.elementary",
+            "kernels use + - * /, comparisons, conditional expressions and helpers of phongbench.compiler.elementary",
         )

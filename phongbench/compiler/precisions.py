@@ -160,10 +160,19 @@ def _fixed_point(whole: int, fraction: int) -> FixedPoint:
     lowest, largest = -(2.0**whole), 2.0**whole - step
     shift = np.float64(1.5 * 2.0 ** (52 - fraction))
     return FixedPoint(
-        f"q{whole}.{fraction}", _DOUBLE, _DOUBLE, step, largest, step, step,
+        f"q{whole}.{fraction}",
+        _DOUBLE,
+        _DOUBLE,
+        step,
+        largest,
+        step,
+        step,
         rounding=(intrinsics.round_to_fixed, (shift, np.float64(lowest), np.float64(largest))),
-        saturates=True, listed=whole + fraction <= MAX_LISTED, whole=whole, fraction=fraction,
-    )  # fmt: skip
+        saturates=True,
+        listed=whole + fraction <= MAX_LISTED,
+        whole=whole,
+        fraction=fraction,
+    )
 
 
 _SINGLE, _DOUBLE = np.dtype(np.float32), np.dtype(np.float64)
@@ -173,9 +182,16 @@ FLOAT16 = _of_numpy(
     "float16", _SINGLE, rounding=(intrinsics.round_to_half, ()), product=intrinsics.half_product, listed=True
 )
 BFLOAT16 = BrainFloat(
-    "bfloat16", _SINGLE, _SINGLE, 2.0**-7, (2 - 2.0**-7) * 2.0**127, 2.0**-126, 2.0**-133,
-    rounding=(intrinsics.round_to_bfloat16, ()), listed=True,
-)  # fmt: skip
+    "bfloat16",
+    _SINGLE,
+    _SINGLE,
+    2.0**-7,
+    (2 - 2.0**-7) * 2.0**127,
+    2.0**-126,
+    2.0**-133,
+    rounding=(intrinsics.round_to_bfloat16, ()),
+    listed=True,
+)
 FLOAT32, FLOAT64 = _of_numpy("float32"), _of_numpy("float64")
 #: the precisions that have a fixed name; fixed point is made by `precision_named`
 PRECISIONS = {p.name: p for p in (FLOAT16, BFLOAT16, FLOAT32, FLOAT64)}
@@ -197,9 +213,10 @@ def precision_named(name: str) -> Precision:
     whole, fraction = int(parsed[1]), int(parsed[2])
     if whole > MAX_WHOLE or fraction < 1 or not 2 <= whole + fraction <= MAX_FIXED:
         raise InputError(
-            f"the fixed-point precision {name!r} is out of range", None,
+            f"the fixed-point precision {name!r} is out of range",
+            None,
             f"give {FIXED_NAMES}: I whole and F fraction bits beside the sign",
-        )  # fmt: skip
+        )
     return _fixed_point(whole, fraction)
 
 

@@ -78,8 +78,5 @@ LOMONT_2003 = Source(
     "constant quoted from memory; the errors that it leaves are computed here",
 )
 HYPERGRAPH = Source(
-    "HYPERGRAPH",
-    "G. S. Owen, HyperGraph, ACM SIGGRAPH Education Committee",
-    1999,
-    "claims quoted from memory",
+    "HYPERGRAPH", "G. S. Owen, HyperGraph, ACM SIGGRAPH Education Committee", 1999, "claims quoted from memory"
 )

@@ -12,8 +12,9 @@ import numpy as np
 
 from phongbench.compiler import intrinsics, jit
 from phongbench.compiler.lowering import FLOAT64, Body, Precision, lower
+from phongbench.compiler.precisions import Array
 from phongbench.formulas import lambda_forms
-from phongbench.formulas.kernel import Array, coefficient_row, known_values, table_row
+from phongbench.formulas.kernel import coefficient_row, known_values, table_row
 from phongbench.formulas.spec import Approximation, Setting
 
 #: rows of a coordinate block: the lambda forms, the cosine, and a row of ones that serves as the gate of ungated cells
@@ -49,18 +50,6 @@ def values_kernel(spec: Approximation, precision: Precision, known: tuple[tuple[
     return _values_kernel(spec.kernel, _wiring(spec), precision, known)
 
 
-
-
-
-
-
-
-
-
-
-
-
-
 def evaluate(spec: Approximation, setting: Setting, coordinate: Array, cosine: Array | None = None) -> Array:
     """Values of the approximation in float64 over an array of its coordinate.
 
@@ -83,10 +72,6 @@ def evaluate(spec: Approximation, setting: Setting, coordinate: Array, cosine: A
         out,
     )
     return out
-
-
-
-
 
 
 def coordinates(precision: Precision, a: Array, b: Array) -> Array:

@@ -1,21 +1,17 @@
 """The highlight against the angle, as a working precision holds it and as vectors of wrong length make it."""
 
 import math
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from phongbench.compiler import jit
-from phongbench.compiler.precisions import FLOAT64, Precision
+from phongbench.compiler.precisions import FLOAT64, Array, Precision
 from phongbench.formulas import coordinate_kernels
 from phongbench.formulas.coordinate_kernels import evaluate
 from phongbench.formulas.kernel import coefficient_row, known_values, table_row
 from phongbench.formulas.lambda_forms import cutoff_deficit, deficit_of_angle, lengths_of
 from phongbench.formulas.registry import REGISTRY
 from phongbench.formulas.spec import Approximation, Setting
-
-Array = NDArray[Any]
 
 #: the plane that pairs are laid out in: its first axis, where both directions agree, and its second; any plane askew to
 #: the axes would do, in one of them most products are 0 or 1 and nothing is rounded
@@ -77,7 +73,10 @@ def _held(precision: Precision, vectors: Array) -> Array:
 def _values(spec: Approximation, form: str, setting: Setting, a: Array, b: Array, precision: Precision) -> Array:
     """The formula's values by the loops of the sweep, in the working precision."""
     block, out = coordinate_kernels.coordinates(precision, a, b), np.empty(a.shape[1], precision.carrier)
-    coordinate, gate = block[coordinate_kernels.FORM_ROW.get(form, coordinate_kernels.COSINE_ROW)], block[coordinate_kernels.COSINE_ROW]
+    coordinate, gate = (
+        block[coordinate_kernels.FORM_ROW.get(form, coordinate_kernels.COSINE_ROW)],
+        block[coordinate_kernels.COSINE_ROW],
+    )
     loop = coordinate_kernels.values_kernel(spec, precision, known_values(spec, setting))
     row, table = coefficient_row(spec, setting, precision), table_row(spec, setting, precision)
     coordinate_kernels.fill_values(jit.address(loop), coordinate, gate, row, table, out)

@@ -141,9 +141,12 @@ def given_error(exact: float, cosine: float, size: float, alpha: float, half_spa
 
 
 def exact_angle(
-    a: Sequence[Any] | NDArray[Any], b: Sequence[Any] | NDArray[Any], alpha: float, half_space: bool = False,
+    a: Sequence[Any] | NDArray[Any],
+    b: Sequence[Any] | NDArray[Any],
+    alpha: float,
+    half_space: bool = False,
     digits: int = 50,
-) -> Any:  # fmt: skip
+) -> Any:
     """Phong of the true angle between two given vectors, by mpmath: the slow obvious twin.
 
     a, b     three numbers each   taken as they are in float64, of any length
@@ -161,9 +164,12 @@ def exact_angle(
 
 
 def exact_given(
-    a: Sequence[Any] | NDArray[Any], b: Sequence[Any] | NDArray[Any], alpha: float, half_space: bool = False,
+    a: Sequence[Any] | NDArray[Any],
+    b: Sequence[Any] | NDArray[Any],
+    alpha: float,
+    half_space: bool = False,
     digits: int = 50,
-) -> Any:  # fmt: skip
+) -> Any:
     """max(0, a.b)^alpha of the vectors as they are, by mpmath: the slow obvious twin. Arguments as `exact_angle`."""
     import mpmath
 

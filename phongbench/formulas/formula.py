@@ -15,7 +15,6 @@ from phongbench.support.values import number
 MODELS = ("phong", "blinn-phong")
 
 
-
 def specular_of(text: str) -> "Specular":
     """A formula written as NAME, NAME:FORM or NAME:FORM:GAMMA, e.g. lyon:difference:8.
 

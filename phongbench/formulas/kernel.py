@@ -1,23 +1,21 @@
 """What a compiled formula needs at one setting: known arguments, coefficients, table, and where it is dark."""
+
 import math
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from phongbench.compiler import intrinsics
 from phongbench.compiler.lowering import FLOAT64, Precision
+from phongbench.compiler.precisions import Array
 from phongbench.errors import InputError
 from phongbench.formulas.spec import MAX_COEFFICIENTS, Approximation, Setting
 
-Array = NDArray[Any]
 #: a support that ends here ends before 90 degrees, with room for rounding
 _SURE = 0.99
 
 
 #: room for the rounding of a coordinate; a pair this close to the cutoff is not skipped
 _ROOM = 1e-5
-
 
 
 def limit(spec: Approximation, setting: Setting, precision: Precision) -> float:

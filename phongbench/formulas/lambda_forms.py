@@ -3,6 +3,7 @@
 Each body is plain Python and lowered to every working precision by lowering.py, so a lambda form is written once. The
 same body on mpmath numbers is the exact value that the compiled ones are tested against.
 """
+
 import math
 from typing import Any
 

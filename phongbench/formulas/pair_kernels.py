@@ -8,17 +8,15 @@ from functools import cache
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from phongbench.compiler import intrinsics, jit
 from phongbench.compiler.lowering import FLOAT32, Precision, lower
+from phongbench.compiler.precisions import Array
 from phongbench.errors import InputError
 from phongbench.formulas import lambda_forms
 from phongbench.formulas.coordinate_kernels import bound_parts
 from phongbench.formulas.kernel import coefficient_row, known_values, needs_gate, read_only, table_row
 from phongbench.formulas.spec import Approximation, Setting
-
-Array = NDArray[Any]
 
 
 def pairs_signature(dtype: Any) -> Any:
@@ -108,12 +106,7 @@ LAYOUTS = tuple(_AXIS)
 
 @cache
 def _pairs_kernel(
-    spec: Approximation,
-    form: str,
-    precision: Precision,
-    known: tuple[tuple[str, int], ...],
-    layout: str,
-    gated: bool,
+    spec: Approximation, form: str, precision: Precision, known: tuple[tuple[str, int], ...], layout: str, gated: bool
 ) -> Any:
     bound, coordinate = bound_parts(spec, form, precision, known)
     cosine, part, zero = lower(lambda_forms.dot, precision), _PART[layout], precision.constant(0.0)

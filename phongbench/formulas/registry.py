@@ -1,4 +1,5 @@
 """All formulas that ship. Adding one: its file in `approximations/`, its name in FAMILIES."""
+
 import traceback
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager

@@ -1,4 +1,5 @@
 """Formulas from users' own files, which `--with` names: read, run and checked as if they were ours."""
+
 import re
 import sys
 from collections.abc import Iterable, Mapping
@@ -70,8 +71,9 @@ def _examine(spec: Approximation, path: Path) -> None:
     wanted = {a for a in spec.arguments if a != "table"}
     if set(values) != wanted:
         raise InputError(
-            f"the coefficients of {spec.name!r} are {sorted(values)}, but its kernel takes {sorted(wanted)}", str(path),
+            f"the coefficients of {spec.name!r} are {sorted(values)}, but its kernel takes {sorted(wanted)}",
+            str(path),
             "coefficients(setting) returns {argument: value} for every argument of the kernel but the first and table",
-        )  # fmt: skip
+        )
     for precision in PRECISIONS.values():
         lower(spec.kernel, precision, **{name: int(values[name]) for name in spec.knowns})

@@ -10,12 +10,10 @@ from functools import cache
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from phongbench.compiler import elementary, intrinsics, jit
 from phongbench.compiler.lowering import FLOAT64, lower
-
-Array = NDArray[Any]
+from phongbench.compiler.precisions import Array
 
 #: the integer from which half a float's bits are subtracted; from a game of 1999 (LOMONT_2003)
 MAGIC = 0x5F3759DF

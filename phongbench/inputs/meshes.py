@@ -7,12 +7,11 @@ where short normals come from. An edge's angle is the angle between the normals 
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[Any]
+from phongbench.compiler.precisions import Array
 
 #: a triangle whose height is below this share of its longest edge is degenerate
 FLAT = 1e-12
@@ -108,8 +107,10 @@ def torus(degrees: float) -> Surface:
 
 #: name -> (widest edge in degrees) -> Surface
 TESSELLATIONS: Mapping[str, Callable[[float], Surface]] = {
-    "icosphere": icosphere, "torus": torus, "uv-sphere": uv_sphere,
-}  # fmt: skip
+    "icosphere": icosphere,
+    "torus": torus,
+    "uv-sphere": uv_sphere,
+}
 
 
 def area_weighted_normals(vertices: Array, faces: NDArray[np.int64]) -> Array:

@@ -5,15 +5,13 @@ import math
 import warnings
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from phongbench.compiler.precisions import Array
 from phongbench.errors import InputError
 from phongbench.inputs.meshes import Surface, area_weighted_normals, solid, unit
-
-Array = NDArray[Any]
 
 #: the largest coordinate may be this, or one over it: squares of areas stay finite
 LARGEST = 1e60

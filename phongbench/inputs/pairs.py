@@ -77,8 +77,6 @@ def _hold(kind: int, shift: float, low: float, high: float, values: Any) -> None
                 row[i] = intrinsics.round_to_fixed(row[i], shift, low, high)
 
 
-
-
 #: cos(pi sqrt w) for w in [0, 1] as a polynomial: an azimuth without a call of libm, which would stop the vectoriser
 _COSINE = through_chebyshev_nodes(lambda w: np.cos(np.pi * np.sqrt(w)), 0.0, 1.0, 10)
 

@@ -18,15 +18,21 @@ from phongbench.inputs.obj_files import load
 from phongbench.inputs.strata import STRATUM_NAMES
 
 #: questions beyond the sweep; phongbench.accuracy.probes answers them
-PROBE_NAMES: tuple[str, ...] = (
-    "cosines", "search", "certify", "meshes", "hostile", "smoothness", "scenes", "recheck",
-)  # fmt: skip
+PROBE_NAMES: tuple[str, ...] = ("cosines", "search", "certify", "meshes", "hostile", "smoothness", "scenes", "recheck")
 #: those of a study that does not ask for others: scenes take minutes, and a question of their own
 USUAL_PROBES = tuple(name for name in PROBE_NAMES if name != "scenes")
 #: what must not be empty
 _AXES = (
-    "alphas", "gammas", "lambda_forms", "approximations", "slopes", "spaces", "length_spaces", "precisions", "strata",
-)  # fmt: skip
+    "alphas",
+    "gammas",
+    "lambda_forms",
+    "approximations",
+    "slopes",
+    "spaces",
+    "length_spaces",
+    "precisions",
+    "strata",
+)
 ALL_SLOPES = ("taylor", "minimax", "energy")
 #: real exponents (materials, file formats) and the non-powers of two that expose what powers of two hide
 QUICK_ALPHAS = (5.0, 10.0, 20.0, 32.0, 50.0, 64.0, 100.0, 128.0, 200.0, 256.0, 512.0, 1000.0)

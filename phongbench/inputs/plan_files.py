@@ -39,9 +39,13 @@ def read_toml(path: Path) -> Plan:
 
 
 def compose(
-    path: Path | None = None, preset_name: str | None = None, materials: Path | None = None, *, scenes: bool = False,
+    path: Path | None = None,
+    preset_name: str | None = None,
+    materials: Path | None = None,
+    *,
+    scenes: bool = False,
     **wishes: Any,
-) -> Plan:  # fmt: skip
+) -> Plan:
     """The plan of a command line: a file or a preset, changed by every wish that is not None.
 
     path       TOML plan; excludes preset_name

@@ -16,7 +16,6 @@ _CPUINFO = Path("/proc/cpuinfo")
 MEMORY_CAP = 256 * _MIB
 
 
-
 @dataclass(frozen=True, slots=True)
 class Caches:
     """Bytes of the data caches one core sees: first level, second level, and the last level there is."""

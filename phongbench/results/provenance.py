@@ -23,10 +23,6 @@ from phongbench.results.machine import Machine, cpu_words, machine
 _PACKAGES = ("numpy", "numba", "llvmlite", "pandas", "pyarrow", "phongbench")
 
 
-
-
-
-
 @dataclass(frozen=True, slots=True)
 class Versions:
     """Releases that decide a result; None for what is not installed."""
@@ -138,8 +134,6 @@ def _digest(parts: Iterable[bytes]) -> str:
     return total.hexdigest()[:16]
 
 
-
-
 @cache
 def versions() -> Versions:
     """Releases of what is installed; metadata is read, nothing is imported but phongbench."""
@@ -191,15 +185,3 @@ def _last_name(word: str) -> str:
     if re.fullmatch(r"[0-9.eE+-]+/[0-9.eE+-]+", word):  # a fraction such as 1/255
         return word
     return re.split(r"[/\\]", word.rstrip("/\\"))[-1]
-
-
-
-
-
-
-
-
-
-
-
-

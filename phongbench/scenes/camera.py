@@ -5,13 +5,11 @@ from functools import cache
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from phongbench.compiler import jit
+from phongbench.compiler.precisions import Array
 from phongbench.errors import InputError
 from phongbench.scenes.scene import Camera, Mesh, Plane, Scene, Sphere
-
-Array = NDArray[Any]
 
 #: nearer to a surface than this share of its distance from the origin, a camera is on it
 _TOUCHING = 1e-6

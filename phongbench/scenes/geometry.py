@@ -6,12 +6,10 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from phongbench.compiler.precisions import Array
 from phongbench.errors import InputError
 from phongbench.scenes.scene import MOST_TRIANGLES, Mesh, Plane, Scene, Sphere
-
-Array = NDArray[Any]
 
 #: how triangles are shaded between their vertices
 FLAT, RAW, UNIT, COLOURS = 0, 1, 2, 3

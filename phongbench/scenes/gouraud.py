@@ -8,9 +8,10 @@ import time
 
 import numpy as np
 
+from phongbench.compiler.precisions import Array
 from phongbench.scenes.geometry import COLOURS
 from phongbench.scenes.skips import Tally
-from phongbench.scenes.wavefront import Array, Job, Worker
+from phongbench.scenes.wavefront import Job, Worker
 from phongbench.shading import tiles
 
 #: corners that are shaded together

@@ -12,10 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phongbench import __version__
+from phongbench.compiler.precisions import Array
 from phongbench.errors import InputError, StorageError
 from phongbench.support.atomic_files import storage, write_whole
-
-Array = NDArray[Any]
 
 #: light whose encoding is a straight line, and the weights of luminance (IEC 61966-2-1, ITU-R BT.709)
 _LINEAR, _LUMINANCE = 0.0031308, np.array([0.2126, 0.7152, 0.0722])
@@ -83,11 +82,16 @@ def compare(exact: Array, other: Array, *, flip: bool = True) -> PictureError:
     off = np.abs(codes(other).astype(np.int16) - codes(exact))
     mean_square = float(shown.mean())
     return PictureError(
-        float(difference.max()), float(difference.mean()), math.sqrt(float((difference**2).mean())),
-        -10 * math.log10(mean_square) if mean_square else math.inf, int(off.max()), float(off.any(axis=2).mean()),
-        flip_error(exact, other) if flip else None, _ratio(other.sum(dtype=float), exact.sum(dtype=float)),
+        float(difference.max()),
+        float(difference.mean()),
+        math.sqrt(float((difference**2).mean())),
+        -10 * math.log10(mean_square) if mean_square else math.inf,
+        int(off.max()),
+        float(off.any(axis=2).mean()),
+        flip_error(exact, other) if flip else None,
+        _ratio(other.sum(dtype=float), exact.sum(dtype=float)),
         _highlight_area(exact, other),
-    )  # fmt: skip
+    )
 
 
 def _refuse(bad: NDArray[np.bool_], are: str) -> None:
@@ -188,9 +192,12 @@ def exr(picture: Array) -> bytes:
     import OpenEXR
 
     header = {
-        "type": OpenEXR.scanlineimage, "compression": OpenEXR.ZIP_COMPRESSION, "chromaticities": _CHROMATICITIES,
-        "colorInteropID": _INTEROP, "software": f"phongbench {__version__}",
-    }  # fmt: skip
+        "type": OpenEXR.scanlineimage,
+        "compression": OpenEXR.ZIP_COMPRESSION,
+        "chromaticities": _CHROMATICITIES,
+        "colorInteropID": _INTEROP,
+        "software": f"phongbench {__version__}",
+    }
     data = BytesIO()
     with OpenEXR.File(header, {"RGB": np.ascontiguousarray(picture, np.float32)}) as file:
         file.write(data)

@@ -4,11 +4,10 @@ import math
 import warnings
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from phongbench.compiler.precisions import Array
 from phongbench.errors import InputError
 from phongbench.formulas.formula import Specular
 from phongbench.inputs import meshes, obj_files
@@ -17,8 +16,6 @@ from phongbench.inputs.mtl_files import read_mtl
 from phongbench.scenes.scene import MOST_TRIANGLES, Material, Mesh
 from phongbench.shading.lighting import Material as Reflection
 from phongbench.support.documents import Table
-
-Array = NDArray[Any]
 
 SMOOTH = ("normals", "colours", "none")
 #: widest edges of a tessellation, in degrees: below, it would have more triangles than a scene may
@@ -52,9 +49,13 @@ def read_mesh(table: Table, materials: list[Material], material: int | None, fol
     turned = normals @ np.linalg.inv(linear)  # normals are turned by the inverse's transpose
     turned /= np.linalg.norm(turned, axis=1, keepdims=True)
     return Mesh(
-        vertices @ linear.T + shift, faces.astype(np.int32), turned, worn,
-        table.text("normals", "unit", ("unit", "raw")) == "unit", table.text("smooth", "normals", SMOOTH),
-    )  # fmt: skip
+        vertices @ linear.T + shift,
+        faces.astype(np.int32),
+        turned,
+        worn,
+        table.text("normals", "unit", ("unit", "raw")) == "unit",
+        table.text("smooth", "normals", SMOOTH),
+    )
 
 
 def _known() -> str:

@@ -4,8 +4,8 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from phongbench.compiler.precisions import Array
 from phongbench.errors import InputError
 from phongbench.formulas import curves
 from phongbench.formulas.formula import Specular
@@ -17,8 +17,6 @@ from phongbench.scenes.scene import Material, Scene
 from phongbench.scenes.skip_bounds import Bounds
 from phongbench.scenes.skips import Thrift
 from phongbench.support.progress import Progress
-
-Array = NDArray[Any]
 
 #: of a formula that has them
 GAMMAS, FORMS = (4, 8, 16, 32), ("dot", "cross")
@@ -58,9 +56,14 @@ def _variants(spec: Approximation) -> list[Specular]:
 
 
 def compare(
-    scene: Scene, formulas: Iterable[Specular] = USUAL, *, rounds: int = 3, progress: Progress = _SILENT,
-    registry: Registry = REGISTRY, **wishes: Any,
-) -> list[dict[str, Any]]:  # fmt: skip
+    scene: Scene,
+    formulas: Iterable[Specular] = USUAL,
+    *,
+    rounds: int = 3,
+    progress: Progress = _SILENT,
+    registry: Registry = REGISTRY,
+    **wishes: Any,
+) -> list[dict[str, Any]]:
     """A row for each formula: its picture's error, what the lobe's error promised, and its time over exact Phong's.
 
     rounds   pictures of each that are timed, in turn with exact Phong's; the time is all of a picture, rays included;
@@ -79,9 +82,11 @@ def compare(
     rows = []
     for formula in chosen:
         row: dict[str, Any] = {
-            "approximation": formula.approximation, "lambda_form": formula.lambda_form, "gamma": formula.gamma,
+            "approximation": formula.approximation,
+            "lambda_form": formula.lambda_form,
+            "gamma": formula.gamma,
             "beta": formula.beta,
-        }  # fmt: skip
+        }
         try:
             rows.append(row | _measured(scene, formula, exact.picture, rounds, wishes))
         except InputError as problem:

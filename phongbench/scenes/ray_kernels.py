@@ -7,11 +7,9 @@ solved here, for all rays against one object at a time; triangles are Embree's.
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from phongbench.compiler import intrinsics, jit
-
-Array = NDArray[Any]
+from phongbench.compiler.precisions import Array
 
 #: how far along its normal a ray starts, as a share of the coordinates' size: beyond what float32 may be wrong by
 LIFT = np.float32(4e-5)
@@ -28,7 +26,7 @@ select, put = intrinsics.select, intrinsics.put
 @jit.driver
 def nearest(
     rays: Array, count: int, spheres: Array, names: Array, planes: Array, t: Array, which: Array, spare: Array
-) -> None:  # fmt: skip
+) -> None:
     """The nearest sphere or plane of each ray.
 
     rays     float32 (6, capacity)  origin, unit direction
@@ -51,10 +49,7 @@ def nearest(
     for p in range(planes.shape[1]):
         nx, ny, nz, c = planes[0, p], planes[1, p], planes[2, p], planes[3, p]
         for i in range(count):
-            put(
-                spare, i,
-                _plane(c - (nx * ox[i] + ny * oy[i] + nz * oz[i]), nx * dx[i] + ny * dy[i] + nz * dz[i]),
-            )  # fmt: skip
+            put(spare, i, _plane(c - (nx * ox[i] + ny * oy[i] + nz * oz[i]), nx * dx[i] + ny * dy[i] + nz * dz[i]))
         _keep(count, names[spheres.shape[1] + p], spare, t, which)
 
 
@@ -142,9 +137,21 @@ def hide(t: Array, limit: Array, point_of: Array, count: int, visible: Array) ->
 
 @jit.driver
 def shadows(
-    points: Array, normals: Array, lights: Array, spans: Array, rays: Array, limit: Array, point_of: Array,
-    spheres: Array, names: Array, planes: Array, t: Array, which: Array, spare: Array, visible: Array,
-) -> int:  # fmt: skip
+    points: Array,
+    normals: Array,
+    lights: Array,
+    spans: Array,
+    rays: Array,
+    limit: Array,
+    point_of: Array,
+    spheres: Array,
+    names: Array,
+    planes: Array,
+    t: Array,
+    which: Array,
+    spare: Array,
+    visible: Array,
+) -> int:
     """Which points see which light past spheres and planes; returns how many rays that took.
 
     lights   float32 (l, 4)  place or unit direction of each, and 1 if it is far away
@@ -171,9 +178,18 @@ def _lifted(points: Array, normals: Array, i: Any) -> Any:
 
 @jit.driver
 def sort(
-    rays: Array, count: int, t: Array, which: Array, planes: Array, boards: Array, materials: Array, spheres: int,
-    modes: Array, group: Array, sizes: Array,
-) -> None:  # fmt: skip
+    rays: Array,
+    count: int,
+    t: Array,
+    which: Array,
+    planes: Array,
+    boards: Array,
+    materials: Array,
+    spheres: int,
+    modes: Array,
+    group: Array,
+    sizes: Array,
+) -> None:
     """The group of each ray: its material; after the materials, the same again for Gouraud's colours; then nothing hit.
 
     group  int32 (capacity,)  out
@@ -204,9 +220,23 @@ def sort(
 
 @jit.driver
 def gather(
-    rays: Array, count: int, t: Array, which: Array, uv: Array, spheres: Array, planes: Array, corners: Array,
-    normals: Array, modes: Array, group: Array, starts: Array, found: Array, shaded: Array, seen: Array, ray_of: Array,
-) -> None:  # fmt: skip
+    rays: Array,
+    count: int,
+    t: Array,
+    which: Array,
+    uv: Array,
+    spheres: Array,
+    planes: Array,
+    corners: Array,
+    normals: Array,
+    modes: Array,
+    group: Array,
+    starts: Array,
+    found: Array,
+    shaded: Array,
+    seen: Array,
+    ray_of: Array,
+) -> None:
     """What the rays found, each group's together.
 
     uv       float32 (2, capacity)  weights of a triangle's second and third corner; read where one is hit
@@ -289,9 +319,21 @@ def accumulate(
 
 @jit.driver
 def reflect(
-    found: Array, shaded: Array, seen: Array, first: int, count: int, share: Any, least: Any, ray_of: Array,
-    weights: Array, pixels: Array, rays: Array, new_weights: Array, new_pixels: Array, filled: int,
-) -> int:  # fmt: skip
+    found: Array,
+    shaded: Array,
+    seen: Array,
+    first: int,
+    count: int,
+    share: Any,
+    least: Any,
+    ray_of: Array,
+    weights: Array,
+    pixels: Array,
+    rays: Array,
+    new_weights: Array,
+    new_pixels: Array,
+    filled: int,
+) -> int:
     """Append the reflected rays of a group to the next wavefront; returns how many that then has.
 
     share  float32  k, the weight that a reflection keeps

@@ -10,8 +10,8 @@ from threading import Lock
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from phongbench.compiler.precisions import Array
 from phongbench.errors import CancelledError, InputError
 from phongbench.formulas.formula import Specular
 from phongbench.formulas.registry import REGISTRY
@@ -27,8 +27,6 @@ from phongbench.shading import reach_bounds
 from phongbench.shading.lighting import Viewer
 from phongbench.shading.prepared import Shader
 from phongbench.support.progress import Progress
-
-Array = NDArray[Any]
 
 #: samples of a tile's side; 64 and 256 cost 10 % more: calls, or the cache
 TILE = 128
@@ -54,9 +52,12 @@ class Rendered:
         """The numbers, for JSON."""
         height, width = self.picture.shape[:2]
         return {
-            "width": width, "height": height, "rays": self.rays, "seconds": self.seconds,
+            "width": width,
+            "height": height,
+            "rays": self.rays,
+            "seconds": self.seconds,
             "ledger": [line.as_dict() for line in self.ledger],
-        }  # fmt: skip
+        }
 
 
 def render(
@@ -92,12 +93,18 @@ def render(
     wanted = scene.picture
     width, height = check_size(*(size or wanted.size))
     job = _job(
-        scene, (width, height), _within("depth", wanted.depth if depth is None else depth, 0, MOST_DEPTH),
+        scene,
+        (width, height),
+        _within("depth", wanted.depth if depth is None else depth, 0, MOST_DEPTH),
         _within(
             "supersampling", wanted.supersampling if supersampling is None else supersampling, 1, MOST_SUPERSAMPLING
         ),
-        wanted.shadows if shadows is None else shadows, specular or Specular(), model, thrift, registry,
-    )  # fmt: skip
+        wanted.shadows if shadows is None else shadows,
+        specular or Specular(),
+        model,
+        thrift,
+        registry,
+    )
     tally = Tally()
     job = replace(job, vertex=gouraud.colours(job, tally))
     side = max(1, tile // job.samples)
@@ -116,9 +123,16 @@ def _within(name: str, value: int, low: int, high: int) -> int:
 
 
 def _job(
-    scene: Scene, size: tuple[int, int], depth: int, samples: int, shadows: bool, specular: Specular, model: str,
-    thrift: Thrift, registry: Mapping[str, Approximation],
-) -> Job:  # fmt: skip
+    scene: Scene,
+    size: tuple[int, int],
+    depth: int,
+    samples: int,
+    shadows: bool,
+    specular: Specular,
+    model: str,
+    thrift: Thrift,
+    registry: Mapping[str, Approximation],
+) -> Job:
     shaders = []
     skips = thrift.shading
     if skips.constant_patches is None:
@@ -127,25 +141,34 @@ def _job(
         try:
             shaders.append(
                 Shader(
-                    material.reflection, scene.lights, Viewer(position=scene.camera.position),
-                    ambient_light=scene.ambient_light, model=model, specular=material.specular or specular,
-                    skips=skips, shadowed=shadows, registry=registry,
+                    material.reflection,
+                    scene.lights,
+                    Viewer(position=scene.camera.position),
+                    ambient_light=scene.ambient_light,
+                    model=model,
+                    specular=material.specular or specular,
+                    skips=skips,
+                    shadowed=shadows,
+                    registry=registry,
                 )
-            )  # fmt: skip
+            )
         except InputError as problem:
             about = f"{problem.where}: {problem.what}" if problem.where else problem.what
             raise InputError(about, f"materials.{material.name}", problem.mend) from problem
     arrays = geometry(scene)
     dark = np.zeros((9, len(arrays.modes)), np.float32)
-    return Job(
-        scene, arrays, shaders, dark, camera.frame(scene.camera, *size), size, depth, samples, shadows, thrift
-    )  # fmt: skip
+    return Job(scene, arrays, shaders, dark, camera.frame(scene.camera, *size), size, depth, samples, shadows, thrift)
 
 
 def _draw(
-    job: Job, firsts: list[tuple[int, int]], side: int, picture: Array, threads: int, progress: Progress,
+    job: Job,
+    firsts: list[tuple[int, int]],
+    side: int,
+    picture: Array,
+    threads: int,
+    progress: Progress,
     cancelled: Callable[[], bool] | None,
-) -> Tally:  # fmt: skip
+) -> Tally:
     """Draw all tiles; threads take them in turn. What all of them counted."""
     height, width = picture.shape[:2]
     pieces, lock = counter(), Lock()

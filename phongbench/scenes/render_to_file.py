@@ -58,9 +58,14 @@ class Wish:
     def arguments(self) -> dict[str, Any]:
         """Those of `render` that a picture and its measurements share."""
         return {
-            "size": self.size, "depth": self.depth, "supersampling": self.supersampling, "shadows": self.shadows,
-            "model": self.model, "threads": self.threads, "registry": self.registry,
-        }  # fmt: skip
+            "size": self.size,
+            "depth": self.depth,
+            "supersampling": self.supersampling,
+            "shadows": self.shadows,
+            "model": self.model,
+            "threads": self.threads,
+            "registry": self.registry,
+        }
 
 
 def listed() -> list[dict[str, str]]:
@@ -99,11 +104,3 @@ def draw(wish: Wish, progress: Progress = _SILENT) -> dict[str, Any]:
     told["amplification"] = images.amplification(exact.picture, done.picture)
     images.save(out, images.triple(exact.picture, done.picture))
     return told
-
-
-
-
-
-
-
-

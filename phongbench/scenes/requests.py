@@ -11,8 +11,7 @@ from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any
 
-from numpy.typing import NDArray
-
+from phongbench.compiler.precisions import Array
 from phongbench.errors import InputError, UnknownNameError
 from phongbench.formulas.formula import MODELS, Specular, specular_of
 from phongbench.scenes import images
@@ -22,8 +21,6 @@ from phongbench.scenes.scene_files import examples, read_scene, scene_of, wanted
 from phongbench.scenes.skips import Thrift
 from phongbench.support.document_paths import Source
 from phongbench.support.documents import Table
-
-Array = NDArray[Any]
 
 #: what may be left out, by the word a request says
 THRIFTS: Mapping[str, Thrift] = {"all": Thrift(), "exact": Thrift.exact(), "none": Thrift.none()}
@@ -96,8 +93,12 @@ class RenderRequest:
     ) -> Drawn:
         """Draw; see `render` for the arguments and errors."""
         wishes: dict[str, Any] = {
-            "model": self.model, "thrift": self.thrift, "threads": threads, "tile": tile, "cancelled": cancelled,
-        }  # fmt: skip
+            "model": self.model,
+            "thrift": self.thrift,
+            "threads": threads,
+            "tile": tile,
+            "cancelled": cancelled,
+        }
         done = render(self.scene, specular=self.specular, **wishes)
         exact = render(self.scene.exact(), specular=_PHONG, **wishes) if self.compare else None
         return Drawn(self.scene.name, done, exact)
@@ -148,12 +149,17 @@ def _scene(top: Table, most_triangles: int) -> Scene:
 def _with_wishes(scene: Scene, top: Table) -> Scene:
     """The scene with the size, depth, supersampling, shadows and constant patches that are asked for."""
     wanted = scene.picture
-    return replace(scene, picture=replace(
-        wanted, size=wanted_size(top, wanted.size), depth=top.whole("depth", wanted.depth, 0, MOST_DEPTH),
-        supersampling=top.whole("supersampling", wanted.supersampling, 1, MOST_SUPERSAMPLING),
-        shadows=top.flag("shadows", wanted.shadows),
-        constant_patches=top.number("constant_patches", wanted.constant_patches, 0.0, 1.0),
-    ))  # fmt: skip
+    return replace(
+        scene,
+        picture=replace(
+            wanted,
+            size=wanted_size(top, wanted.size),
+            depth=top.whole("depth", wanted.depth, 0, MOST_DEPTH),
+            supersampling=top.whole("supersampling", wanted.supersampling, 1, MOST_SUPERSAMPLING),
+            shadows=top.flag("shadows", wanted.shadows),
+            constant_patches=top.number("constant_patches", wanted.constant_patches, 0.0, 1.0),
+        ),
+    )
 
 
 def _specular(top: Table) -> Specular:
@@ -167,9 +173,11 @@ def _specular(top: Table) -> Specular:
     if table.has("beta"):
         beta = table.text("beta") if isinstance(table.value("beta"), str) else table.number("beta", low=0.0)
     found = Specular(
-        table.text("approximation", "phong"), table.text("lambda") if table.has("lambda") else None,
-        table.whole("gamma", low=1) if table.has("gamma") else None, beta,
-    )  # fmt: skip
+        table.text("approximation", "phong"),
+        table.text("lambda") if table.has("lambda") else None,
+        table.whole("gamma", low=1) if table.has("gamma") else None,
+        beta,
+    )
     table.finish()
     return found
 

@@ -70,9 +70,13 @@ def read_scene(name: str | Path, registry: Mapping[str, Approximation] = REGISTR
 
 
 def scene_of(
-    data: Mapping[str, Any], name: str, source: Source | None = None, folder: Path | None = None,
-    most_triangles: int = MOST_TRIANGLES, registry: Mapping[str, Approximation] = REGISTRY,
-) -> Scene:  # fmt: skip
+    data: Mapping[str, Any],
+    name: str,
+    source: Source | None = None,
+    folder: Path | None = None,
+    most_triangles: int = MOST_TRIANGLES,
+    registry: Mapping[str, Approximation] = REGISTRY,
+) -> Scene:
     """A scene from a document's data.
 
     source          where the data came from; None for data that is no file's
@@ -94,15 +98,19 @@ def scene_of(
     lights = tuple(_light(table) for table in top.tables("lights", MOST_LIGHTS))
     camera = _camera(top.table("camera"))
     scene = Scene(
-        name, camera, tuple(materials), tuple(found), lights, top.colour("ambient_light", (0.1, 0.1, 0.1)),
-        top.colour("background", (0.0, 0.0, 0.0), BRIGHTEST), _picture(top.table("picture")),
-    )  # fmt: skip
+        name,
+        camera,
+        tuple(materials),
+        tuple(found),
+        lights,
+        top.colour("ambient_light", (0.1, 0.1, 0.1)),
+        top.colour("background", (0.0, 0.0, 0.0), BRIGHTEST),
+        _picture(top.table("picture")),
+    )
     top.finish()
     with top.table("camera").blamed("position"):
         check_camera(scene)
     return scene
-
-
 
 
 def check_size(width: int, height: int) -> tuple[int, int]:
@@ -141,10 +149,12 @@ def _camera(table: Table) -> Camera:
 
 def _picture(table: Table) -> Picture:
     picture = Picture(
-        wanted_size(table, (640, 360)), table.whole("depth", 3, 0, MOST_DEPTH),
-        table.whole("supersampling", 1, 1, MOST_SUPERSAMPLING), table.flag("shadows", False),
+        wanted_size(table, (640, 360)),
+        table.whole("depth", 3, 0, MOST_DEPTH),
+        table.whole("supersampling", 1, 1, MOST_SUPERSAMPLING),
+        table.flag("shadows", False),
         table.number("constant_patches", 0.0, 0.0, 1.0),
-    )  # fmt: skip
+    )
     table.finish()
     return picture
 
@@ -165,9 +175,7 @@ def _light(table: Table) -> Light:
         reach = table.number("reach", None, 1e-6) if table.has("reach") else None
         position, attenuation = table.vector("position"), table.numbers("attenuation", 3, (1.0, 0.0, 0.0), 0.0)
         with table.blamed("attenuation"):
-            light = Light(
-                position=position, attenuation=attenuation, reach=reach, diffuse=diffuse, specular=specular
-            )  # fmt: skip
+            light = Light(position=position, attenuation=attenuation, reach=reach, diffuse=diffuse, specular=specular)
     table.finish()
     return light
 
@@ -196,9 +204,11 @@ def _material(name: str, table: Table, registry: Mapping[str, Approximation]) ->
         with table.blamed("approximation"):
             specular = specular_of(text)
     reflection = Reflection(
-        table.colour("ambient", base.ambient), table.colour("diffuse", base.diffuse),
-        table.colour("specular", base.specular), table.number("shininess", base.shininess, 0.0, 1e5),
-    )  # fmt: skip
+        table.colour("ambient", base.ambient),
+        table.colour("diffuse", base.diffuse),
+        table.colour("specular", base.specular),
+        table.number("shininess", base.shininess, 0.0, 1e5),
+    )
     if max(reflection.specular) > 0 and reflection.shininess == 0:
         raise table.fault("a highlight needs a shininess", "specular", "add e.g.: shininess = 50")
     made = Material(name, reflection, table.number("reflectivity", 0.0, 0.0, 1.0), specular)

@@ -6,12 +6,10 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from phongbench.compiler.precisions import Array
 from phongbench.scenes.scene import Mesh, Plane, Scene, Sphere
 from phongbench.shading.lighting import Skips
-
-Array = NDArray[Any]
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,19 +3,16 @@
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from phongbench.compiler.precisions import Array
 from phongbench.scenes import camera, ray_kernels
 from phongbench.scenes.geometry import Geometry
 from phongbench.scenes.scene import Scene
 from phongbench.scenes.skips import Tally, Thrift
 from phongbench.shading import reach_bounds, tiles
 from phongbench.shading.prepared import Shader
-
-Array = NDArray[Any]
 
 #: embreex takes no infinity for "as far as there is"
 _FARTHEST = np.float32(1e37)
@@ -134,14 +131,37 @@ class Worker:
         self._triangles(wave)
         sizes = np.zeros(2 * len(self.job.shaders) + 1, np.int64)
         ray_kernels.sort(
-            wave.rays, count, self.t, self.which, g.planes, g.boards, g.materials, g.spheres.shape[1], g.modes,
-            self.group, sizes,
-        )  # fmt: skip
+            wave.rays,
+            count,
+            self.t,
+            self.which,
+            g.planes,
+            g.boards,
+            g.materials,
+            g.spheres.shape[1],
+            g.modes,
+            self.group,
+            sizes,
+        )
         starts = np.cumsum(sizes) - sizes
         ray_kernels.gather(
-            wave.rays, count, self.t, self.which, self.uv, g.spheres, g.planes, g.corners, g.normals, g.modes,
-            self.group, starts, self.points, self.normals, self.seen, self.ray_of,
-        )  # fmt: skip
+            wave.rays,
+            count,
+            self.t,
+            self.which,
+            self.uv,
+            g.spheres,
+            g.planes,
+            g.corners,
+            g.normals,
+            g.modes,
+            self.group,
+            starts,
+            self.points,
+            self.normals,
+            self.seen,
+            self.ray_of,
+        )
         return sizes
 
     def _triangles(self, wave: Wave) -> None:
@@ -180,7 +200,7 @@ class Worker:
         wave = self.here
         ray_kernels.accumulate(
             colours, first, count, np.float32(1) - k, self.ray_of, wave.weights, wave.pixels, picture
-        )  # fmt: skip
+        )
         tally.shading += time.perf_counter() - started
         if bounce < job.depth:
             self._reflect(first, count, k, reflects=group < 2 * names)
@@ -197,10 +217,24 @@ class Worker:
         started = time.perf_counter()
         least = np.float32(thrift.cutoff / self.job.samples**2)
         before = ahead.count
-        ahead.count = int(ray_kernels.reflect(
-            self.points, self.normals, self.seen, first, count, k, least, self.ray_of, here.weights, here.pixels,
-            ahead.rays, ahead.weights, ahead.pixels, before,
-        ))  # fmt: skip
+        ahead.count = int(
+            ray_kernels.reflect(
+                self.points,
+                self.normals,
+                self.seen,
+                first,
+                count,
+                k,
+                least,
+                self.ray_of,
+                here.weights,
+                here.pixels,
+                ahead.rays,
+                ahead.weights,
+                ahead.pixels,
+                before,
+            )
+        )
         tally.cutoff += count - (ahead.count - before)
         tally.tracing += time.perf_counter() - started
 
@@ -210,9 +244,14 @@ class Worker:
         counts = np.zeros(tiles.COUNTS, np.int64)
         shader = self.job.shaders[material]
         shader.shade(
-            points, normals, self.colours[part], counts, self.tally.lost[bounce, material],
-            towards=self.seen[part] if bounce else None, visible=self.visible(points, normals),
-        )  # fmt: skip
+            points,
+            normals,
+            self.colours[part],
+            counts,
+            self.tally.lost[bounce, material],
+            towards=self.seen[part] if bounce else None,
+            visible=self.visible(points, normals),
+        )
         self.tally.add_pairs(shader.pairs(len(points), counts))
 
     def visible(self, points: Array, normals: Array) -> Array | None:
@@ -225,10 +264,22 @@ class Worker:
         rays, limit, point_of = self.shadow.rays, self.shadow.weights, self.shadow.pixels
         scratch = (self.t_shadow, self.which_shadow, self.spare)
         if g.embree is None:
-            count = int(ray_kernels.shadows(
-                points, normals, self.lights, self.spans, rays, limit, point_of, g.spheres, self.every, g.planes,
-                *scratch, visible,
-            ))  # fmt: skip
+            count = int(
+                ray_kernels.shadows(
+                    points,
+                    normals,
+                    self.lights,
+                    self.spans,
+                    rays,
+                    limit,
+                    point_of,
+                    g.spheres,
+                    self.every,
+                    g.planes,
+                    *scratch,
+                    visible,
+                )
+            )
         else:
             count = 0
             for row, light, span in zip(visible, self.lights, self.spans, strict=True):

@@ -29,8 +29,10 @@ def fill(s: Any, plane: Any, b: Any, ball: Any, first: Any) -> None:
     for j in range(at.BLOCK):
         i = start + j
         dx, dy, dz = (
-            intrinsics.entry(s, i) - x, intrinsics.entry(s, i + at.TILE) - y, intrinsics.entry(s, i + 2 * at.TILE) - z,
-        )  # fmt: skip
+            intrinsics.entry(s, i) - x,
+            intrinsics.entry(s, i + at.TILE) - y,
+            intrinsics.entry(s, i + 2 * at.TILE) - z,
+        )
         squared = dx * dx + dy * dy + dz * dz
         intrinsics.put(s, at.LOW + j, intrinsics.select(squared <= most, squared, s.dtype.type(np.inf)))
     ball[first + 3] = np.sqrt(_largest(s, zero))

@@ -22,16 +22,14 @@ from functools import cache
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from phongbench.compiler import intrinsics, jit
 from phongbench.compiler.lowering import Precision, lower
+from phongbench.compiler.precisions import Array
 from phongbench.formulas import coordinate_kernels, lambda_forms
 from phongbench.shading import bounding_spheres, reach_bounds
 from phongbench.shading import tiles as at
 from phongbench.shading.bounding_spheres import LENGTH, NORMAL, POINT, SIZE, VIEW
-
-Array = NDArray[Any]
 
 #: lights that are estimated together: two vectors of 16 float32. Their rows are a known distance apart, or no loop over
 #: them would vectorise
@@ -57,9 +55,19 @@ def patch_signature(dtype: Any) -> Any:
     work)."""
     row, whole = jit.array_type(dtype), jit.array_type(np.int64)
     return jit.signature(
-        row, jit.array_type(dtype, 2), row, jit.array_type(np.uint8, 2, readonly=True), whole, whole, whole, row, row,
-        row, row, row,
-    )  # fmt: skip
+        row,
+        jit.array_type(dtype, 2),
+        row,
+        jit.array_type(np.uint8, 2, readonly=True),
+        whole,
+        whole,
+        whole,
+        row,
+        row,
+        row,
+        row,
+        row,
+    )
 
 
 patch_at = intrinsics.function_at(patch_signature)
@@ -151,9 +159,10 @@ def patch_loop(space: str, form: str, precision: Precision) -> Any:
             top, bottom = select(top > zero, top, zero), select(bottom > zero, bottom, zero)
             # fading
             c, l, q = (  # noqa: E741  its name in texts
-                entry(w, COLUMNS + WIDTH * at.FADE + k), entry(w, COLUMNS + WIDTH * (at.FADE + 1) + k),
+                entry(w, COLUMNS + WIDTH * at.FADE + k),
+                entry(w, COLUMNS + WIDTH * (at.FADE + 1) + k),
                 entry(w, COLUMNS + WIDTH * (at.FADE + 2) + k),
-            )  # fmt: skip
+            )
             near, far = distance - extent, distance + extent
             bright, dim = one / (c + l * near + q * near * near), one / (c + l * far + q * far * far)
             fades = l + q > zero
@@ -298,9 +307,19 @@ def patch_loop(space: str, form: str, precision: Precision) -> Any:
         return n
 
     def patches(
-        s: Array, lights: Array, verdicts: Array, visible: Array, info: Array, held: Array, counts: Array, lost: Array,
-        coefficients: Array, table: Array, limits: Array, work: Array,
-    ) -> None:  # fmt: skip
+        s: Array,
+        lights: Array,
+        verdicts: Array,
+        visible: Array,
+        info: Array,
+        held: Array,
+        counts: Array,
+        lost: Array,
+        coefficients: Array,
+        table: Array,
+        limits: Array,
+        work: Array,
+    ) -> None:
         count = len(lights)
         names, rows, bits = held[count : 2 * count], held[2 * count : 3 * count], held[3 * count :]
         held[:count] = 0
@@ -322,9 +341,12 @@ def patch_loop(space: str, form: str, precision: Precision) -> Any:
             for base in range(0, end, ROWS):
                 estimate(ball, work, base)
                 coordinate_kernels.values_at(info[FORMULA], s)(
-                    work[base + AT : base + AT + 2 * WIDTH], work[base + GATES : base + GATES + 2 * WIDTH],
-                    coefficients, table, work[base + VALUES : base + VALUES + 2 * WIDTH],
-                )  # fmt: skip
+                    work[base + AT : base + AT + 2 * WIDTH],
+                    work[base + GATES : base + GATES + 2 * WIDTH],
+                    coefficients,
+                    table,
+                    work[base + VALUES : base + VALUES + 2 * WIDTH],
+                )
                 bounds(work, base)
             for k in range(n if info[SHADOWS] else 0):
                 i = k // WIDTH * ROWS + LOSS + k % WIDTH

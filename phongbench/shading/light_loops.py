@@ -8,14 +8,12 @@ from functools import cache
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from phongbench.compiler import intrinsics, jit
 from phongbench.compiler.lowering import Precision, lower
+from phongbench.compiler.precisions import Array
 from phongbench.formulas import lambda_forms
 from phongbench.shading import tiles as at
-
-Array = NDArray[Any]
 
 #: a light in a direction; the same, but its direction repeated in planes; a light at a position; one that fades
 KINDS = ("directional", "spread", "point", "fading")

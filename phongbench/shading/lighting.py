@@ -13,14 +13,6 @@ WHITE: RGB = (1.0, 1.0, 1.0)
 CONSTANT = (1.0, 0.0, 0.0)
 
 
-
-
-
-
-
-
-
-
 def _one_of_two(thing: Any) -> None:
     """Check that a light or viewer is either far away, in a direction, or at a position."""
     if (thing.direction is None) == (thing.position is None):
@@ -111,14 +103,6 @@ class Material:
         """One of materials.py, where a shininess of 0 means no highlight."""
         specular = named.specular if named.shininess > 0 else BLACK
         return cls(named.ambient, named.diffuse, specular, named.shininess)
-
-
-
-
-
-
-
-
 
 
 @dataclass(frozen=True)

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from phongbench.compiler import jit
 from phongbench.compiler.lowering import Precision
+from phongbench.compiler.precisions import Array
 from phongbench.errors import InputError
 from phongbench.formulas import coordinate_kernels
 from phongbench.formulas.formula import Specular
@@ -23,8 +24,6 @@ from phongbench.shading.constant_patches import patch_loop
 from phongbench.shading.light_loops import coordinate_loop, facing_loop
 from phongbench.shading.lighting import CONSTANT, Light, Material, Skips, Viewer
 from phongbench.shading.reach_bounds import reach_loop
-
-Array = NDArray[Any]
 
 #: from how many lights on the boxes of a tile are worth making
 _MANY = 4
@@ -97,9 +96,15 @@ class Job:
 
 
 def job_of(
-    formula: Formula, material: Material, lights: Sequence[Light], viewer: Viewer, skips: Skips,
-    precision: Precision, *, shadowed: bool,
-) -> Job:  # fmt: skip
+    formula: Formula,
+    material: Material,
+    lights: Sequence[Light],
+    viewer: Viewer,
+    skips: Skips,
+    precision: Precision,
+    *,
+    shadowed: bool,
+) -> Job:
     """What there is to do for these lights. A light whose terms are all 0 is left out here."""
     limit = float(at.bounds(precision)[at.LARGEST])
     _within_limit(viewer.position, "viewer.position", limit)
@@ -133,9 +138,14 @@ def job_of(
         options[at.PATCHES] = 1
         options[at.PATCH_LOOP] = jit.address(patch_loop(formula.space, formula.form, precision))
     return Job(
-        formula, table[kept], plan[kept], options, int((~kept).sum()), constant if skips.constant_directions else 0,
+        formula,
+        table[kept],
+        plan[kept],
+        options,
+        int((~kept).sum()),
+        constant if skips.constant_directions else 0,
         skips.constant_patches or 0.0,
-    )  # fmt: skip
+    )
 
 
 def _within_limit(position: Sequence[float] | None, where: str, limit: float) -> None:
@@ -160,10 +170,15 @@ def _numbers(
             *(light.direction or light.position or ()),
             *(light.attenuation if _kind(light, skips) == "fading" else (min(1 / light.attenuation[0], most), 0, 0)),
             math.inf if light.reach is None or not skips.reach else min(light.reach, 1e150) ** 2,
-            *light.diffuse, *light.specular, *(eye or ()), formula.dark, formula.tail, light.position is not None,
+            *light.diffuse,
+            *light.specular,
+            *(eye or ()),
+            formula.dark,
+            formula.tail,
+            light.position is not None,
         )
         for light in lights
-    ]  # fmt: skip
+    ]
     table = np.array(rows, np.float64).reshape(-1, at.NUMBERS)
     table[:, at.DIFFUSE : at.DIFFUSE + 3] *= material.diffuse
     table[:, at.SPECULAR : at.SPECULAR + 3] *= material.specular

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phongbench.compiler.lowering import FLOAT32
+from phongbench.compiler.precisions import Array
 from phongbench.errors import InputError
 from phongbench.formulas.formula import Specular
 from phongbench.formulas.kernel import read_only
@@ -16,8 +17,6 @@ from phongbench.shading import tiles as at
 from phongbench.shading.lighting import BLACK, Light, Material, Skips, Viewer
 from phongbench.shading.loop_arguments import formula_of, job_of
 from phongbench.support.values import colour
-
-Array = NDArray[Any]
 
 _PHONG, _ALL = Specular(), Skips()
 _NONE_SEEN = read_only(np.zeros((0, 0), np.uint8))
@@ -79,12 +78,23 @@ class Shader:
         """
         tiles = np.array([0, -(-len(points) // at.TILE)])
         bad = tile_loop.shade_tiles(
-            read_only(points.reshape(-1)), read_only(normals.reshape(-1)),
+            read_only(points.reshape(-1)),
+            read_only(normals.reshape(-1)),
             _NONE_SEEN if visible is None else read_only(visible.view(np.uint8)),
-            _NOWHERE if towards is None else read_only(towards.reshape(-1)), self._job.lights, self._spread,
-            self._job.plan, self._ambient, *self._formula, self._limits, self._job.options, tiles, out.reshape(-1),
-            counts, lost, at.scratch(FLOAT32),
-        )  # fmt: skip
+            _NOWHERE if towards is None else read_only(towards.reshape(-1)),
+            self._job.lights,
+            self._spread,
+            self._job.plan,
+            self._ambient,
+            *self._formula,
+            self._limits,
+            self._job.options,
+            tiles,
+            out.reshape(-1),
+            counts,
+            lost,
+            at.scratch(FLOAT32),
+        )
         if bad >= 0:
             where = f"points[{bad}] = {points[bad].tolist()}, normal {normals[bad].tolist()}"
             raise InputError("a point that rays found cannot be shaded", where, "bring the scene nearer to the origin")

@@ -4,13 +4,12 @@ from functools import cache
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from phongbench.compiler import intrinsics, jit
 from phongbench.compiler.lowering import Precision
+from phongbench.compiler.precisions import Array
 from phongbench.shading import tiles as at
 
-Array = NDArray[Any]
 _entry, _put, _select = intrinsics.entry, intrinsics.put, intrinsics.select
 
 #: what `shade_loop.shade_tiles` finds of each light and a tile's boxes: a bound on N.(P - p), and the squares of the
@@ -80,9 +79,10 @@ def beyond_reach(spread: Array, room: Array, slack: Any) -> Any:
         squared = _select(gap > reach, gap, reach)
         distance = np.sqrt(squared)
         c, l, q = (  # noqa: E741  its name in texts
-            _entry(spread, at.FADE * lights + k), _entry(spread, (at.FADE + 1) * lights + k),
+            _entry(spread, at.FADE * lights + k),
+            _entry(spread, (at.FADE + 1) * lights + k),
             _entry(spread, (at.FADE + 2) * lights + k),
-        )  # fmt: skip
+        )
         fade = one / (c + l * distance + q * squared)
         fade = _select(l + q > zero, _select(fade < most, fade, most), c)
         height = _entry(room, HEIGHT * lights + k)

@@ -12,9 +12,9 @@ from typing import Any
 
 import numpy as np
 import orjson
-from numpy.typing import NDArray
 
 from phongbench.compiler.lowering import precision_named
+from phongbench.compiler.precisions import Array
 from phongbench.errors import InputError, UnknownNameError
 from phongbench.formulas.formula import MODELS, Specular
 from phongbench.formulas.registry import REGISTRY
@@ -22,8 +22,6 @@ from phongbench.shading.lighting import Light, Material, Viewer
 from phongbench.shading.shade import Shaded, shade
 from phongbench.support.atomic_files import write_whole
 from phongbench.support.values import colour, number, three
-
-Array = NDArray[Any]
 
 #: the precisions that points are shaded in
 PRECISIONS = ("float32", "float64")
@@ -235,10 +233,14 @@ _colour, _three = _numbers(colour), _numbers(three)
 _light = _of(
     Light,
     {
-        "direction": _three, "position": _three, "attenuation": _three, "diffuse": _colour, "specular": _colour,
+        "direction": _three,
+        "position": _three,
+        "attenuation": _three,
+        "diffuse": _colour,
+        "specular": _colour,
         "reach": _number,
     },
-)  # fmt: skip
+)
 _REQUEST: Mapping[str, Callable[[Any, str], Any]] = {
     "model": _one_of("model", MODELS),
     "specular": _of(_specular, {"approximation": _text, "lambda": _form, "gamma": _gamma, "beta": _beta}),

@@ -29,11 +29,8 @@ from phongbench.shading.lighting import BLACK, Light, Material, Skips, Viewer
 from phongbench.shading.loop_arguments import Job, formula_of, job_of
 from phongbench.support.values import colour
 
-__all__ = [
-    "Ledger", "Light", "Material", "Shaded", "Skips", "Specular", "Viewer", "shade", "shade_columns",
-]  # fmt: skip
-
-Array = NDArray[Any]
+__all__ = ["Ledger", "Light", "Material", "Shaded", "Skips", "Specular", "Viewer", "shade", "shade_columns"]
+from phongbench.compiler.precisions import Array
 
 #: pairs between two looks at whether the work is still wanted: a millisecond or so
 _PAIRS_AT_ONCE = 1 << 19
@@ -124,9 +121,23 @@ def shade(
     largest number, so a light without constant term is bright nearby, but not infinite.
     """
     return _shade(
-        points, normals, False, material, lights, viewer, ambient_light, model, specular, normalise, visible, skips,
-        threads, cancelled, out, registry,
-    )  # fmt: skip
+        points,
+        normals,
+        False,
+        material,
+        lights,
+        viewer,
+        ambient_light,
+        model,
+        specular,
+        normalise,
+        visible,
+        skips,
+        threads,
+        cancelled,
+        out,
+        registry,
+    )
 
 
 def shade_columns(points: Array, normals: Array, **wishes: Any) -> Shaded:
@@ -135,23 +146,45 @@ def shade_columns(points: Array, normals: Array, **wishes: Any) -> Shaded:
     The same loops, the same bits, and a little faster.
     """
     named: dict[str, Any] = {
-        "ambient_light": BLACK, "model": "phong", "specular": _PHONG, "normalise": True, "visible": None,
-        "skips": _ALL, "threads": 1, "cancelled": None, "out": None, "registry": REGISTRY,
-    }  # fmt: skip
+        "ambient_light": BLACK,
+        "model": "phong",
+        "specular": _PHONG,
+        "normalise": True,
+        "visible": None,
+        "skips": _ALL,
+        "threads": 1,
+        "cancelled": None,
+        "out": None,
+        "registry": REGISTRY,
+    }
     return _shade(points, normals, True, **{**named, **wishes})
 
 
 def _shade(
-    points: Array, normals: Array, columns: bool, material: Material, lights: Sequence[Light], viewer: Viewer,
-    ambient_light: Sequence[float], model: str, specular: Specular, normalise: bool, visible: Array | None,
-    skips: Skips, threads: int, cancelled: Callable[[], bool] | None, out: Array | None, registry: Any,
-) -> Shaded:  # fmt: skip
+    points: Array,
+    normals: Array,
+    columns: bool,
+    material: Material,
+    lights: Sequence[Light],
+    viewer: Viewer,
+    ambient_light: Sequence[float],
+    model: str,
+    specular: Specular,
+    normalise: bool,
+    visible: Array | None,
+    skips: Skips,
+    threads: int,
+    cancelled: Callable[[], bool] | None,
+    out: Array | None,
+    registry: Any,
+) -> Shaded:
     points, normals = _checked("points", points, columns), _checked("normals", normals, columns)
     if points.shape != normals.shape or points.dtype != normals.dtype:
         raise InputError(
-            f"normals are {normals.shape} {normals.dtype}, points {points.shape} {points.dtype}", "normals",
+            f"normals are {normals.shape} {normals.dtype}, points {points.shape} {points.dtype}",
+            "normals",
             "give one normal for each point, of the same type",
-        )  # fmt: skip
+        )
     if threads < 1:
         raise InputError(f"{threads} threads", "threads", "give 1 or more")
     precision = FLOAT32 if points.dtype == np.float32 else FLOAT64
@@ -222,9 +255,25 @@ def _run(
                 raise CancelledError("shading was cancelled")
             part = np.array([first, min(first + step, last)])
             found = tile_loop.shade_tiles(
-                points, normals, visible, towards, job.lights, spread, job.plan, ambient, values, row, table, limits,
-                job.options, part, out, counts, lost, tile,
-            )  # fmt: skip
+                points,
+                normals,
+                visible,
+                towards,
+                job.lights,
+                spread,
+                job.plan,
+                ambient,
+                values,
+                row,
+                table,
+                limits,
+                job.options,
+                part,
+                out,
+                counts,
+                lost,
+                tile,
+            )
             if found >= 0:
                 bad.append(int(found))
         return counts

@@ -7,15 +7,14 @@ For each light four loops run over a tile's blocks: which points face it, the co
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from phongbench.compiler import intrinsics, jit
+from phongbench.compiler.precisions import Array
 from phongbench.formulas import coordinate_kernels
 from phongbench.shading import constant_patches, reach_bounds
 from phongbench.shading import tiles as at
 from phongbench.shading.light_loops import loop_at
 
-Array = NDArray[Any]
 _entry, _put, _select = intrinsics.entry, intrinsics.put, intrinsics.select
 _values_at = coordinate_kernels.values_at
 
@@ -93,9 +92,12 @@ def _formula(s: Any, flags: Any, values: Any, coefficients: Any, table: Any) -> 
         if not lit and start >= 0:
             low, high = start * at.BLOCK, b * at.BLOCK
             _values_at(values, s)(
-                s[at.COORDINATE + low : at.COORDINATE + high], s[at.GATE + low : at.GATE + high], coefficients, table,
+                s[at.COORDINATE + low : at.COORDINATE + high],
+                s[at.GATE + low : at.GATE + high],
+                coefficients,
+                table,
                 s[at.HIGHLIGHT + low : at.HIGHLIGHT + high],
-            )  # fmt: skip
+            )
             start = -1
 
 
@@ -145,10 +147,25 @@ def _first_bad(points: Any, normals: Any, first: Any, count: Any, options: Any, 
 
 @jit.driver
 def shade_tiles(
-    points: Array, normals: Array, visible: Array, towards: Array, lights: Array, spread: Array, plan: Array,
-    ambient: Array, values: int, coefficients: Array, table: Array, limits: Array, options: Array, tiles: Array,
-    out: Array, counts: Array, lost: Array, s: Array,
-) -> int:  # fmt: skip
+    points: Array,
+    normals: Array,
+    visible: Array,
+    towards: Array,
+    lights: Array,
+    spread: Array,
+    plan: Array,
+    ambient: Array,
+    values: int,
+    coefficients: Array,
+    table: Array,
+    limits: Array,
+    options: Array,
+    tiles: Array,
+    out: Array,
+    counts: Array,
+    lost: Array,
+    s: Array,
+) -> int:
     """Shade some tiles. Returns the index of the first point that cannot be shaded, or -1.
 
     points, normals  3n        rows of three or three columns (options), flat and read-only
@@ -170,7 +187,11 @@ def shade_tiles(
     held, told = np.zeros(constant_patches.words(len(lights)), np.int64), np.zeros(constant_patches.INFO, np.int64)
     for k in range(len(lights)):
         held[2 * len(lights) + k] = plan[k, at.SEEN_ROW]
-    told[constant_patches.FORMULA], told[constant_patches.VIEWS], told[constant_patches.SHADOWS] = values, options[at.NEEDS_VIEW], len(visible)
+    told[constant_patches.FORMULA], told[constant_patches.VIEWS], told[constant_patches.SHADOWS] = (
+        values,
+        options[at.NEEDS_VIEW],
+        len(visible),
+    )
     work = np.zeros(constant_patches.room(len(lights)) if options[at.PATCHES] else 0, points.dtype)
     count = len(points) // 3
     for tile in range(tiles[0], tiles[1]):
@@ -193,7 +214,11 @@ def shade_tiles(
         for c in range(3):
             s[at.SUM + c * at.TILE : at.SUM + c * at.TILE + used * at.BLOCK] = ambient[c]
         if options[at.PATCHES]:
-            told[constant_patches.FIRST], told[constant_patches.INSIDE], told[constant_patches.USED] = first, inside, used
+            told[constant_patches.FIRST], told[constant_patches.INSIDE], told[constant_patches.USED] = (
+                first,
+                inside,
+                used,
+            )
             constant_patches.patch_at(options[at.PATCH_LOOP], s)(
                 s, lights, verdicts, visible, told, held, counts, lost, coefficients, table, limits, work
             )

@@ -12,13 +12,11 @@ narrowed after every step, since numba widens sums and unions of int32 to int64,
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from phongbench.compiler import intrinsics, jit
 from phongbench.compiler.lowering import FLOAT64, Precision, lower
+from phongbench.compiler.precisions import Array
 from phongbench.formulas import lambda_forms
-
-Array = NDArray[Any]
 
 #: points that are left out together, and of a tile. 64 are four vectors of 16 float32; the 21 planes of 512 points
 #: take 43 kB. Twice as many were no faster in float32 and slower in float64; an odd distance between planes made no

@@ -133,9 +133,13 @@ class Table:
         return value
 
     def numbers(
-        self, key: str, count: int, default: tuple[float, ...] | None = None,
-        low: float = -LARGEST, high: float = LARGEST,
-    ) -> tuple[float, ...]:  # fmt: skip
+        self,
+        key: str,
+        count: int,
+        default: tuple[float, ...] | None = None,
+        low: float = -LARGEST,
+        high: float = LARGEST,
+    ) -> tuple[float, ...]:
         """So many numbers in low .. high."""
         return self._row(self.value(key, default), key, count, low, high, key)
 

@@ -9,7 +9,6 @@ Vector3 = tuple[float, float, float]
 RGB = tuple[float, float, float]
 
 
-
 def three(value: Any, where: str) -> Vector3:
     """Three finite numbers; InputError naming the field otherwise."""
     try:

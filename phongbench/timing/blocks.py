@@ -7,12 +7,12 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from phongbench.compiler.lowering import Precision
+from phongbench.compiler.precisions import Array
 from phongbench.errors import MeasurementError
 from phongbench.formulas.kernel import read_only
 from phongbench.inputs import pairs
@@ -24,7 +24,6 @@ from phongbench.timing.interference import Witness, disturbed
 from phongbench.timing.rounds import Epoch
 from phongbench.timing.timed_kernels import Contender
 
-Array = NDArray[Any]
 #: (precision, seed, count) -> a, b of shape (3, count)
 Inputs = Callable[[Precision, int, int], tuple[Array, Array]]
 
@@ -167,9 +166,18 @@ class Block:
         def work(me: int) -> None:
             mine = self.shares[me]
             epoch_loop.run(
-                c.kernel, mine.a, mine.b, c.coefficients, c.table, mine.out, self.warm(repeats), repeats,
-                mine.scratch, meeting, me,
-            )  # fmt: skip
+                c.kernel,
+                mine.a,
+                mine.b,
+                c.coefficients,
+                c.table,
+                mine.out,
+                self.warm(repeats),
+                repeats,
+                mine.scratch,
+                meeting,
+                me,
+            )
 
         if c.threads > 1 and self.crew is None:
             self.crew = ThreadPoolExecutor(self.threads - 1)

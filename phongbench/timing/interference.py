@@ -10,7 +10,6 @@ from pathlib import Path
 SPIN_SLACK = 1.25
 
 
-
 @dataclass(frozen=True, slots=True)
 class Evidence:
     """What was seen around an epoch.

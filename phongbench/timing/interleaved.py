@@ -15,9 +15,7 @@ from phongbench.timing.statistics import MIN_ROUNDS
 ROUNDS = MIN_ROUNDS
 
 
-def in_turn(
-    calls: Sequence[Callable[[], object]], *, rounds: int = ROUNDS, seed: int = 1
-) -> NDArray[np.float64]:  # fmt: skip
+def in_turn(calls: Sequence[Callable[[], object]], *, rounds: int = ROUNDS, seed: int = 1) -> NDArray[np.float64]:
     """Seconds (rounds, calls). A round holds every call once, in an order that differs between rounds.
 
     calls  each was called once before: nothing is compiled or read for the first time here
@@ -35,6 +33,9 @@ def over(seconds: NDArray[np.float64], call: int, other: int) -> dict[str, Any]:
     """The columns of a call's time over another's: the least seconds, and the ratio with its interval."""
     ratio = statistics.ratio(seconds[:, call], seconds[:, other])
     return {
-        "rounds": len(seconds), "seconds": float(seconds[:, call].min()), "ratio": ratio.middle,
-        "ratio_low": ratio.low, "ratio_high": ratio.high,
-    }  # fmt: skip
+        "rounds": len(seconds),
+        "seconds": float(seconds[:, call].min()),
+        "ratio": ratio.middle,
+        "ratio_low": ratio.low,
+        "ratio_high": ratio.high,
+    }

@@ -92,7 +92,10 @@ def _file(subject: Subject) -> str:
 
 def _in_a_process(task: dict[str, Any]) -> tuple[dict[str, Any], pd.DataFrame]:
     done = subprocess.run(
-        [sys.executable, "-m", "phongbench.timing.processes"], input=json.dumps(task).encode(), capture_output=True, check=False
+        [sys.executable, "-m", "phongbench.timing.processes"],
+        input=json.dumps(task).encode(),
+        capture_output=True,
+        check=False,
     )
     if done.returncode:
         last = done.stderr.decode(errors="replace").strip().splitlines()[-1:] or ["no message"]

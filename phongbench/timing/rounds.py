@@ -19,7 +19,6 @@ EPOCH_NS, EPOCH_TICKS = 100_000, 1000
 AGREEMENT = 0.1
 
 
-
 # orders
 
 
@@ -73,23 +72,7 @@ def tick(readings: Integers) -> float:
 # statistics
 
 
-
-
-
-
-
-
-
-
-
-
 # evidence
-
-
-
-
-
-
 
 
 # rounds
@@ -152,8 +135,6 @@ class Readings:
     def _clean_ones(self, kernel: int) -> Floats:
         column, clean = self.used[:, kernel], self.clean[:, kernel]
         return column[clean] if clean.any() else column[np.isfinite(column)]
-
-
 
 
 def run_rounds(

@@ -134,12 +134,17 @@ class Laboratory:
             for at, block in enumerate(blocks):
                 now = time.perf_counter()
                 deadline = now + (end - now) * costs[at] / max(sum(costs[at:]), 1e-9)
-                taken.append(clock.run_rounds(
-                    partial(block.epoch, witness, lying[at]), len(block.contenders), rounds[at], rng,
-                    repeat=partial(_before, deadline),
-                    go_on=partial(_goes_on, min(pacing.GOOD_ROUNDS, rounds[at]), deadline, late),
-                    after_round=partial(self._tell, sum(epochs[:at]), sum(epochs), block),
-                ))  # fmt: skip
+                taken.append(
+                    clock.run_rounds(
+                        partial(block.epoch, witness, lying[at]),
+                        len(block.contenders),
+                        rounds[at],
+                        rng,
+                        repeat=partial(_before, deadline),
+                        go_on=partial(_goes_on, min(pacing.GOOD_ROUNDS, rounds[at]), deadline, late),
+                        after_round=partial(self._tell, sum(epochs[:at]), sum(epochs), block),
+                    )
+                )
             self._settle(blocks, taken, lying, witness, rng, end)
         rows = [row for at, block in enumerate(blocks) for row in self._analysed(block, taken[at], lying[at])]
         return table.withheld(rows)
@@ -164,9 +169,12 @@ class Laboratory:
                     open_blocks.remove(at)
                     continue
                 further = clock.run_rounds(
-                    partial(_member, block, witness, lying[at], members), len(members), pacing.FURTHER_ROUNDS, rng,
+                    partial(_member, block, witness, lying[at], members),
+                    len(members),
+                    pacing.FURTHER_ROUNDS,
+                    rng,
                     repeat=partial(_before, end),
-                )  # fmt: skip
+                )
                 taken[at] = taken[at].with_further(further, members)
 
     def _analysed(self, block: Block, readings: Readings, lying: set[int]) -> list[dict[str, Any]]:
@@ -179,9 +187,7 @@ class Laboratory:
             self.found.append(MeasurementError(why, block.where, "run again; if it stays, report it"))
             return []
         rows = table.analyse(block.contenders, readings, block.elements * block.repeats)
-        more: dict[str, Any] = {
-            "working_set": block.working_set, "elements": block.elements, "repeats": block.repeats,
-        }  # fmt: skip
+        more: dict[str, Any] = {"working_set": block.working_set, "elements": block.elements, "repeats": block.repeats}
         wanted = None if block.lit is None else skip_kernels.names()
         if block.lit is not None:
             more["lit"] = block.lit

@@ -15,10 +15,10 @@ from functools import cache, partial
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from phongbench.compiler import intrinsics, jit
 from phongbench.compiler.lowering import Body, Precision, lower
+from phongbench.compiler.precisions import Array
 from phongbench.formulas import coordinate_kernels, lambda_forms, pair_kernels
 from phongbench.formulas.kernel import known_values, limit
 from phongbench.formulas.registry import REGISTRY
@@ -28,16 +28,12 @@ from phongbench.inputs.strata import STRATA
 from phongbench.timing import timed_kernels
 from phongbench.timing.timed_kernels import ALPHA, Contender, Subject
 
-Array = NDArray[Any]
-
 #: shares of lit pairs that are timed
 LIT = (0.01, 0.1, 0.5, 1.0)
 #: pairs that are skipped together. 16 costs less where the lit ones are scattered, but its test weighs more
 BLOCK = 64
 #: what is timed plain and skipping: (approximation, lambda form, setting)
 PAIRED = (("phong", "none", Setting(ALPHA)), ("lyon", "dot", Setting(ALPHA, 8, "taylor")))
-
-
 
 
 def skip_kernel(spec: Approximation, form: str, setting: Setting, precision: Precision) -> Any:
@@ -68,8 +64,13 @@ def _skip_kernel(bound: Body, coordinate: Body, form: str, precision: Precision)
                 for j in range(width):
                     i = start + j
                     px, py, pz, qx, qy, qz = (
-                        entry(ax, i), entry(ay, i), entry(az, i), entry(bx, i), entry(by, i), entry(bz, i),
-                    )  # fmt: skip
+                        entry(ax, i),
+                        entry(ay, i),
+                        entry(az, i),
+                        entry(bx, i),
+                        entry(by, i),
+                        entry(bz, i),
+                    )
                     value = bound(coordinate(px, py, pz, qx, qy, qz), c0, c1, c2, c3, local)
                     put(out, i, value if cosine(px, py, pz, qx, qy, qz) > zero else zero)
             else:

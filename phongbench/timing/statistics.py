@@ -17,7 +17,6 @@ Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 
-
 @dataclass(frozen=True, slots=True)
 class Interval:
     """A median and the exact sign-test interval around it."""

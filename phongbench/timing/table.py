@@ -14,20 +14,46 @@ from phongbench.timing.timed_kernels import Contender
 
 #: columns of timing.parquet as contract.md fixes them, then ours
 COLUMNS = [
-    "approximation", "lambda_form", "space", "beta_policy", "gamma", "precision", "working_set", "elements", "threads",
-    "ns_min", "ns_median", "ratio", "ratio_low", "ratio_high", "verdict", "dot_ratio", "bandwidth_fraction", "rounds",
-    "contaminated", "repeats", "compile_ms", "lit", "processes",
-]  # fmt: skip
+    "approximation",
+    "lambda_form",
+    "space",
+    "beta_policy",
+    "gamma",
+    "precision",
+    "working_set",
+    "elements",
+    "threads",
+    "ns_min",
+    "ns_median",
+    "ratio",
+    "ratio_low",
+    "ratio_high",
+    "verdict",
+    "dot_ratio",
+    "bandwidth_fraction",
+    "rounds",
+    "contaminated",
+    "repeats",
+    "compile_ms",
+    "lit",
+    "processes",
+]
 _NUMBERS = (
-    "ns_min", "ns_median", "ratio", "ratio_low", "ratio_high", "dot_ratio", "bandwidth_fraction", "compile_ms", "lit",
-)  # fmt: skip
+    "ns_min",
+    "ns_median",
+    "ratio",
+    "ratio_low",
+    "ratio_high",
+    "dot_ratio",
+    "bandwidth_fraction",
+    "compile_ms",
+    "lit",
+)
 _COUNTS = ("elements", "threads", "rounds", "contaminated", "repeats", "processes")
 TYPES = dict.fromkeys(COLUMNS, "str") | dict.fromkeys(_NUMBERS, "float64") | dict.fromkeys(_COUNTS, "int64")
 TYPES["gamma"] = "Int64"
 #: what identifies a row
-KEY = [
-    "approximation", "lambda_form", "space", "beta_policy", "gamma", "precision", "working_set", "threads", "lit",
-]  # fmt: skip
+KEY = ["approximation", "lambda_form", "space", "beta_policy", "gamma", "precision", "working_set", "threads", "lit"]
 
 
 def analyse(timed: Sequence[Contender], readings: Readings, per_epoch: int) -> list[dict[str, Any]]:
@@ -47,16 +73,30 @@ def analyse(timed: Sequence[Contender], readings: Readings, per_epoch: int) -> l
     for i, c in enumerate(timed):
         name, form, space, gamma, precision = c.key
         ratio = readings.ratio(i, baseline)
-        rows.append({
-            "approximation": name, "lambda_form": form, "space": space, "beta_policy": "none", "gamma": gamma,
-            "precision": precision, "threads": c.threads,
-            "ns_min": readings.least(i) / per_epoch, "ns_median": readings.median(i) / per_epoch,
-            "ratio": ratio.middle, "ratio_low": ratio.low, "ratio_high": ratio.high, "verdict": verdict(ratio),
-            "dot_ratio": readings.ratio(i, dot).middle,
-            "bandwidth_fraction": c.rows / timed[ceiling].rows / readings.ratio(i, ceiling).middle,
-            "rounds": readings.rounds(i), "contaminated": int(readings.marked[i]), "compile_ms": c.compile_ms,
-            "lit": math.nan, "processes": 1,
-        })  # fmt: skip
+        rows.append(
+            {
+                "approximation": name,
+                "lambda_form": form,
+                "space": space,
+                "beta_policy": "none",
+                "gamma": gamma,
+                "precision": precision,
+                "threads": c.threads,
+                "ns_min": readings.least(i) / per_epoch,
+                "ns_median": readings.median(i) / per_epoch,
+                "ratio": ratio.middle,
+                "ratio_low": ratio.low,
+                "ratio_high": ratio.high,
+                "verdict": verdict(ratio),
+                "dot_ratio": readings.ratio(i, dot).middle,
+                "bandwidth_fraction": c.rows / timed[ceiling].rows / readings.ratio(i, ceiling).middle,
+                "rounds": readings.rounds(i),
+                "contaminated": int(readings.marked[i]),
+                "compile_ms": c.compile_ms,
+                "lit": math.nan,
+                "processes": 1,
+            }
+        )
     return rows
 
 

@@ -11,18 +11,16 @@ from functools import cache
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from phongbench.compiler import jit
 from phongbench.compiler.lowering import Precision, lower
+from phongbench.compiler.precisions import Array
 from phongbench.errors import InputError, KernelError, MeasurementError
 from phongbench.formulas import lambda_forms, pair_kernels
 from phongbench.formulas.kernel import coefficient_row, known_values, needs_gate, table_row
 from phongbench.formulas.registry import REGISTRY
 from phongbench.formulas.spec import MAX_COEFFICIENTS, Approximation, Setting
 from phongbench.results.schema import BASELINE, COPY, DOT, FMA, LIBM, TRIAD, TWIN
-
-Array = NDArray[Any]
 
 #: fused multiply-adds of the row `fma`, one after the other for each element: as much arithmetic as a short formula has
 CHAIN = 8

@@ -41,7 +41,7 @@ def plain(rows: pd.DataFrame) -> pd.DataFrame:
 class Study:
     """A run and its standard cuts.
 
-    run   phongbench.results.runs.Run   path, manifest, and the frames accuracy, timing and worst, columns as in the contract
+    run   phongbench.results.runs.Run   path, manifest, and the frames accuracy, timing and worst
     """
 
     run: Run

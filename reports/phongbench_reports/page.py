@@ -109,9 +109,13 @@ def unmeasured(study: Study) -> list[str]:
 
 def _environment() -> Environment:
     return Environment(
-        loader=PackageLoader("phongbench_reports"), autoescape=True, undefined=StrictUndefined, trim_blocks=True,
-        lstrip_blocks=True, keep_trailing_newline=True,
-    )  # fmt: skip
+        loader=PackageLoader("phongbench_reports"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+    )
 
 
 def style_sheet() -> str:
@@ -125,12 +129,25 @@ def render(study: Study, sections: list[Section], links: Links) -> str:
     """The page as HTML text; every string of the run is escaped by the template."""
     rows = study.accuracy
     facts = {
-        "cells": number(len(rows)), "samples": number(int(rows["samples"].sum())), "alphas": len(study.alphas),
-        "formulas": int(rows["approximation"].nunique()), "precisions": listed(study.precisions),
-        "timings": number(len(study.timing)), "partial": study.run.manifest.get("state") == "partial",
-    }  # fmt: skip
-    return _environment().get_template("page.html.j2").render(
-        name=study.name, facts=facts, sections=sections, links=links, unmeasured=unmeasured(study),
-        provenance=provenance(study), withheld=study.twin_differs,
-        violations=study.run.manifest.get("violations") or [],
-    )  # fmt: skip
+        "cells": number(len(rows)),
+        "samples": number(int(rows["samples"].sum())),
+        "alphas": len(study.alphas),
+        "formulas": int(rows["approximation"].nunique()),
+        "precisions": listed(study.precisions),
+        "timings": number(len(study.timing)),
+        "partial": study.run.manifest.get("state") == "partial",
+    }
+    return (
+        _environment()
+        .get_template("page.html.j2")
+        .render(
+            name=study.name,
+            facts=facts,
+            sections=sections,
+            links=links,
+            unmeasured=unmeasured(study),
+            provenance=provenance(study),
+            withheld=study.twin_differs,
+            violations=study.run.manifest.get("violations") or [],
+        )
+    )

@@ -31,28 +31,62 @@ SURFACE, INK, MUTED, GRID = "#fcfcfd", "#1b2330", "#586374", "#dde1e7"
 #: Okabe and Ito's colours, safe for the colour-blind, their yellow left out (unreadable on white).
 BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY = "#0072b2", "#d55e00", "#009e73", "#b8609c", "#d99000", "#56b4e9"
 DARK = {
-    SURFACE: "#161b23", INK: "#e4e8ee", MUTED: "#9aa6b6", GRID: "#2d3541", BLUE: "#3fa0e0", VERMILION: "#f0803c",
-    GREEN: "#2fc397", PURPLE: "#dd95c3", ORANGE: "#f2b33a", SKY: "#9bd6fb",
-}  # fmt: skip
+    SURFACE: "#161b23",
+    INK: "#e4e8ee",
+    MUTED: "#9aa6b6",
+    GRID: "#2d3541",
+    BLUE: "#3fa0e0",
+    VERMILION: "#f0803c",
+    GREEN: "#2fc397",
+    PURPLE: "#dd95c3",
+    ORANGE: "#f2b33a",
+    SKY: "#9bd6fb",
+}
 #: Colour, marker and dash together: any one of the three is enough to tell series apart.
 STYLES: tuple[tuple[str, str, Any], ...] = (
-    (BLUE, "o", "-"), (VERMILION, "s", (0, (5, 2))), (GREEN, "^", (0, (1.5, 1.5))), (PURPLE, "D", (0, (6, 2, 1.5, 2))),
-    (ORANGE, "v", (0, (3, 1.5))), (SKY, "P", (0, (8, 3))), (INK, "X", (0, (2, 3))),
-)  # fmt: skip
+    (BLUE, "o", "-"),
+    (VERMILION, "s", (0, (5, 2))),
+    (GREEN, "^", (0, (1.5, 1.5))),
+    (PURPLE, "D", (0, (6, 2, 1.5, 2))),
+    (ORANGE, "v", (0, (3, 1.5))),
+    (SKY, "P", (0, (8, 3))),
+    (INK, "X", (0, (2, 3))),
+)
 #: One look per lambda form, the same in every figure.
 FORMS = {"dot": STYLES[0], "difference": STYLES[1], "cross": STYLES[2], "tan2": STYLES[3], "none": STYLES[6]}
 
 SETTINGS: dict[str, Any] = {
-    "font.family": ["sans-serif"], "font.sans-serif": ["DejaVu Sans", "Verdana", "sans-serif"], "font.size": 9.0,
-    "svg.fonttype": "none", "text.color": INK, "axes.labelcolor": INK, "axes.edgecolor": MUTED, "xtick.color": MUTED,
-    "ytick.color": MUTED, "xtick.labelcolor": INK, "ytick.labelcolor": INK, "axes.facecolor": SURFACE,
-    "figure.facecolor": SURFACE, "savefig.facecolor": SURFACE, "axes.grid": True, "grid.color": GRID,
-    "grid.linewidth": 0.7, "axes.axisbelow": True, "axes.spines.top": False, "axes.spines.right": False,
-    "axes.titlesize": 9.5, "axes.titlelocation": "left", "axes.titleweight": "bold", "axes.linewidth": 0.8,
+    "font.family": ["sans-serif"],
+    "font.sans-serif": ["DejaVu Sans", "Verdana", "sans-serif"],
+    "font.size": 9.0,
+    "svg.fonttype": "none",
+    "text.color": INK,
+    "axes.labelcolor": INK,
+    "axes.edgecolor": MUTED,
+    "xtick.color": MUTED,
+    "ytick.color": MUTED,
+    "xtick.labelcolor": INK,
+    "ytick.labelcolor": INK,
+    "axes.facecolor": SURFACE,
+    "figure.facecolor": SURFACE,
+    "savefig.facecolor": SURFACE,
+    "axes.grid": True,
+    "grid.color": GRID,
+    "grid.linewidth": 0.7,
+    "axes.axisbelow": True,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.titlesize": 9.5,
+    "axes.titlelocation": "left",
+    "axes.titleweight": "bold",
+    "axes.linewidth": 0.8,
     "axes.titley": 1.0,  # where matplotlib puts it anyway, after it has laid out all tick labels
     "axes.unicode_minus": True,
-    "lines.linewidth": 1.5, "lines.markersize": 5.0, "xtick.minor.visible": False, "legend.frameon": False,
-}  # fmt: skip
+    "lines.linewidth": 1.5,
+    "lines.markersize": 5.0,
+    "xtick.minor.visible": False,
+    "legend.frameon": False,
+}
 
 
 @dataclass(frozen=True)
@@ -170,10 +204,15 @@ def end_labels(axes: Axes, ends: Sequence[tuple[float, float, str, str]], *, gap
     heights = [float(np.clip(to_axes.transform((x, y))[1], 0.0, 1.0)) for x, y, _, _ in ends]
     for (x, y, text, colour), height in zip(ends, spread(heights, gap), strict=True):
         axes.annotate(
-            text, xy=(x, y), xytext=(1.035, height), textcoords="axes fraction", fontsize=8, va="center",
-            annotation_clip=False, arrowprops={"arrowstyle": "-", "color": colour, "linewidth": 0.8, "shrinkA": 1,
-                "shrinkB": 3},
-        )  # fmt: skip
+            text,
+            xy=(x, y),
+            xytext=(1.035, height),
+            textcoords="axes fraction",
+            fontsize=8,
+            va="center",
+            annotation_clip=False,
+            arrowprops={"arrowstyle": "-", "color": colour, "linewidth": 0.8, "shrinkA": 1, "shrinkB": 3},
+        )
 
 
 def footnote(figure: Figure, text: str) -> None:
@@ -207,10 +246,16 @@ def _marks(axis: Any, places: Vector) -> Line2D:
     look: Any = mpl.rcParams
     size, width, colour = (look[f"{axis.axis_name}tick.{name}"] for name in ("minor.size", "minor.width", "color"))
     return Line2D(
-        *((places, edge) if upright else (edge, places)), linestyle="none", marker=TICKDOWN if upright else TICKLEFT,
-        markersize=size, markeredgewidth=width, color=colour, clip_on=False, zorder=axis.get_zorder(),
+        *((places, edge) if upright else (edge, places)),
+        linestyle="none",
+        marker=TICKDOWN if upright else TICKLEFT,
+        markersize=size,
+        markeredgewidth=width,
+        color=colour,
+        clip_on=False,
+        zorder=axis.get_zorder(),
         transform=axis.axes.get_xaxis_transform("tick1") if upright else axis.axes.get_yaxis_transform("tick1"),
-    )  # fmt: skip
+    )
 
 
 def svg_pair(figure: Figure, name: str) -> tuple[bytes, bytes]:

@@ -32,10 +32,23 @@ RUN, CORRUPT = "20260101-000000-0123abcd", "20251231-000000-0123abcd"
 def _timing(accuracy: pd.DataFrame) -> pd.DataFrame:
     """Made-up times: a ratio for every kernel, intervals of 1 %."""
     kernel = ["approximation", "lambda_form", "space", "gamma"]
-    told = accuracy[kernel].drop_duplicates().reset_index(drop=True).assign(
-        beta_policy="none", precision="float32", working_set="l1", elements=1024, threads=1, verdict="unresolved",
-        dot_ratio=1.0, bandwidth_fraction=0.5, rounds=24, contaminated=0,
-    )  # fmt: skip
+    told = (
+        accuracy[kernel]
+        .drop_duplicates()
+        .reset_index(drop=True)
+        .assign(
+            beta_policy="none",
+            precision="float32",
+            working_set="l1",
+            elements=1024,
+            threads=1,
+            verdict="unresolved",
+            dot_ratio=1.0,
+            bandwidth_fraction=0.5,
+            rounds=24,
+            contaminated=0,
+        )
+    )
     told["ratio"] = np.where(told["approximation"] == "phong", 1.0, 0.2 + 0.01 * told.index)
     twin = told.iloc[:1].assign(approximation="aa-twin", ratio=1.0)
     told = pd.concat([told, twin], ignore_index=True)
@@ -56,9 +69,16 @@ def runs(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with one good run, its report drawn, and one whose accuracy rows have a flipped byte."""
     root = tmp_path_factory.mktemp("service") / "phongbench-runs"
     plan = replace(
-        preset("quick"), alphas=(10.0, 50.0), gammas=(4, 8), approximations=("phong", "lyon", "gaussian"),
-        slopes=("taylor",), precisions=("float32",), samples=2000, timing=False, probes=(),
-    ).validated()  # fmt: skip
+        preset("quick"),
+        alphas=(10.0, 50.0),
+        gammas=(4, 8),
+        approximations=("phong", "lyon", "gaussian"),
+        slopes=("taylor",),
+        precisions=("float32",),
+        samples=2000,
+        timing=False,
+        probes=(),
+    ).validated()
     sweep = engine.prepare(plan)
     engine.compile_kernels(sweep)
     accuracy = rows.accuracy(sweep, [rows.part(list(engine.run(sweep, jobs=2)))])

@@ -114,18 +114,38 @@ def server(browser: Any, tmp_path_factory: pytest.TempPathFactory) -> Iterator[s
 def _run(folder: Path) -> None:
     """Real errors, made-up times: more squarings and the cross form cost, and wide intervals leave some unresolved."""
     plan = replace(
-        preset("quick"), alphas=(10.0, 50.0), gammas=(4, 8, 16), approximations=("phong", "lyon", "gaussian"),
-        slopes=("taylor", "minimax"), spaces=("reflect",), precisions=("float16", "float32"), samples=2000,
-        timing=False, probes=(),
-    ).validated()  # fmt: skip
+        preset("quick"),
+        alphas=(10.0, 50.0),
+        gammas=(4, 8, 16),
+        approximations=("phong", "lyon", "gaussian"),
+        slopes=("taylor", "minimax"),
+        spaces=("reflect",),
+        precisions=("float16", "float32"),
+        samples=2000,
+        timing=False,
+        probes=(),
+    ).validated()
     sweep = engine.prepare(plan)
     engine.compile_kernels(sweep)
     accuracy = rows.accuracy(sweep, [rows.part(list(engine.run(sweep, jobs=2)))])
     kernel = ["approximation", "lambda_form", "space", "gamma"]
-    timing = accuracy[kernel].drop_duplicates().reset_index(drop=True).assign(
-        beta_policy="none", precision="float32", working_set="l1", elements=1024, threads=1, verdict="unresolved",
-        dot_ratio=1.0, bandwidth_fraction=0.5, rounds=24, contaminated=0,
-    )  # fmt: skip
+    timing = (
+        accuracy[kernel]
+        .drop_duplicates()
+        .reset_index(drop=True)
+        .assign(
+            beta_policy="none",
+            precision="float32",
+            working_set="l1",
+            elements=1024,
+            threads=1,
+            verdict="unresolved",
+            dot_ratio=1.0,
+            bandwidth_fraction=0.5,
+            rounds=24,
+            contaminated=0,
+        )
+    )
     form = timing["lambda_form"].map({"dot": 0.0, "difference": 0.03, "cross": 0.1, "none": 0.7})
     timing["ratio"] = 0.3 + form + 0.02 * np.log2(timing["gamma"].astype("Float64").fillna(32.0)).astype(float)
     twin = timing.iloc[:1].assign(approximation="aa-twin", ratio=1.0)

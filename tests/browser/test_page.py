@@ -94,9 +94,22 @@ def test_the_theme_follows_the_system_and_the_button(visit: Visits, empty_server
 def test_everything_is_within_reach_of_the_keyboard(visit: Visits, server: str) -> None:
     page = visit(server + "/#length_error=0.01").page
     wanted = {
-        "theme", "sphere-exact", "amplify", "closeup", "approximation", "alpha", "alpha-slider", "material", "gamma",
-        "length", "lobe", "error", "front-plot", "budget", "reset",
-    }  # fmt: skip
+        "theme",
+        "sphere-exact",
+        "amplify",
+        "closeup",
+        "approximation",
+        "alpha",
+        "alpha-slider",
+        "material",
+        "gamma",
+        "length",
+        "lobe",
+        "error",
+        "front-plot",
+        "budget",
+        "reset",
+    }
     reached: set[str] = set()
     unseen = []
     look = """() => {

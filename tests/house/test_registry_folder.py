@@ -3,12 +3,11 @@
 from collections.abc import Mapping, MutableMapping
 from pathlib import Path
 
-from phongbench.formulas.registry import FAMILIES
-from phongbench.formulas.registry import REGISTRY
+from phongbench.formulas.registry import FAMILIES, REGISTRY
 
 
 def test_the_list_names_every_file_of_the_folder_once(root: Path) -> None:
-    folder = {file.stem for file in (root / "phongbench" / "approximations").glob("*.py")} - {"__init__"}
+    folder = {file.stem for file in (root / "phongbench" / "formulas" / "approximations").glob("*.py")} - {"__init__"}
     assert sorted(FAMILIES) == sorted(folder)
 
 

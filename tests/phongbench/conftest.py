@@ -1,5 +1,6 @@
 """Shared studies: real sweeps of the real engine, small enough to be made once for a session."""
 
+import sys
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -13,6 +14,8 @@ from phongbench.accuracy import tables as rows
 from phongbench.inputs.plan import Plan, preset
 from phongbench.results import runs
 from phongbench.results.schema import TIMING_COLUMNS
+from phongbench.scenes.scene import Scene
+from phongbench.scenes.scene_files import read_scene
 
 
 def _swept(plan: Plan, jobs: int = 2) -> pd.DataFrame:
@@ -26,10 +29,16 @@ def _swept(plan: Plan, jobs: int = 2) -> pd.DataFrame:
 def small_plan() -> Plan:
     """All strata, two precisions, few formulas, few pairs; the sweep alone."""
     return replace(
-        preset("quick"), alphas=(10.0, 50.0), gammas=(4, 8), approximations=("phong", "lyon", "gaussian"),
+        preset("quick"),
+        alphas=(10.0, 50.0),
+        gammas=(4, 8),
+        approximations=("phong", "lyon", "gaussian"),
         slopes=("taylor",),
-        precisions=("float16", "float32"), samples=6000, timing=False, probes=(),
-    ).validated()  # fmt: skip
+        precisions=("float16", "float32"),
+        samples=6000,
+        timing=False,
+        probes=(),
+    ).validated()
 
 
 @pytest.fixture(scope="session")
@@ -45,12 +54,16 @@ def law_rows() -> pd.DataFrame:
     What the laws speak about.
     """
     plan = replace(
-        preset("quick"), approximations=("phong", "lyon", "gaussian"), slopes=("taylor", "minimax"),
+        preset("quick"),
+        approximations=("phong", "lyon", "gaussian"),
+        slopes=("taylor", "minimax"),
         precisions=("float64",),
-        spaces=("reflect",), lambda_forms=("dot", "difference", "cross", "tan2"), strata=("highlight", "lengths"),
+        spaces=("reflect",),
+        lambda_forms=("dot", "difference", "cross", "tan2"),
+        strata=("highlight", "lengths"),
         samples=1 << 14,
         timing=False,
-    ).validated()  # fmt: skip
+    ).validated()
     return _swept(plan)
 
 
@@ -63,10 +76,22 @@ def swept() -> Callable[..., pd.DataFrame]:
 def timing_of(accuracy: pd.DataFrame, ratio: Callable[[Any], float]) -> pd.DataFrame:
     """Made-up timing rows for every kernel of some accuracy rows: one working set, intervals of 1 %."""
     kernel = ["approximation", "lambda_form", "space", "gamma"]
-    rows = accuracy[kernel].drop_duplicates().assign(
-        beta_policy="none", precision="float32", working_set="l1", elements=1024, threads=1, verdict="unresolved",
-        dot_ratio=1.0, bandwidth_fraction=0.5, rounds=24, contaminated=0,
-    )  # fmt: skip
+    rows = (
+        accuracy[kernel]
+        .drop_duplicates()
+        .assign(
+            beta_policy="none",
+            precision="float32",
+            working_set="l1",
+            elements=1024,
+            threads=1,
+            verdict="unresolved",
+            dot_ratio=1.0,
+            bandwidth_fraction=0.5,
+            rounds=24,
+            contaminated=0,
+        )
+    )
     rows["ratio"] = [ratio(row) for row in rows.itertuples()]
     twin = rows.iloc[:1].assign(approximation="aa-twin", ratio=1.0)
     rows = pd.concat([rows, twin], ignore_index=True)
@@ -101,11 +126,98 @@ def stored(small_plan: Plan, small_rows: pd.DataFrame, tmp_path: Path) -> Callab
         runs.write_manifest(
             folder,
             {
-                "schema": runs.SCHEMA, "run": name, "state": "complete", "plan": small_plan.as_dict(), "seed": 1,
-                "code": "0", "provenance": {}, "files": files,
+                "schema": runs.SCHEMA,
+                "run": name,
+                "state": "complete",
+                "plan": small_plan.as_dict(),
+                "seed": 1,
+                "code": "0",
+                "provenance": {},
+                "files": files,
             }
             | manifest,
-        )  # fmt: skip
+        )
         return runs.load(folder)
 
     return store
+
+
+#: a scene that each test changes: what it says about `camera` and so on stands in tables of that name
+SMALL = """
+ambient_light = [0.2, 0.2, 0.2]
+background = [0.1, 0.2, 0.3]
+
+[picture]
+size = [48, 32]
+depth = 2
+
+[camera]
+position = [0.0, 1.0, 5.0]
+target = [0.0, 0.5, 0.0]
+
+[materials.white]
+diffuse = [0.8, 0.8, 0.8]
+specular = [0.5, 0.5, 0.5]
+shininess = 20
+
+[materials.mirror]
+diffuse = [0.1, 0.1, 0.2]
+specular = [0.9, 0.9, 0.9]
+shininess = 100
+reflectivity = 0.6
+
+[materials.board]
+chequerboard = ["white", "mirror"]
+side = 0.5
+
+[[lights]]
+direction = [-1.0, 2.0, 1.0]
+
+[[lights]]
+position = [1.0, 2.0, 2.0]
+colour = [1.0, 0.5, 0.2]
+attenuation = [0.5, 0.2, 0.1]
+reach = 20
+
+[[objects]]
+shape = "sphere"
+centre = [0.0, 0.8, 0.0]
+radius = 0.8
+material = "mirror"
+
+[[objects]]
+shape = "plane"
+material = "board"
+"""
+
+
+@pytest.fixture
+def small() -> str:
+    """The text of a scene with a mirror ball over a chequerboard."""
+    return SMALL
+
+
+@pytest.fixture
+def written(tmp_path: Path) -> Callable[[str], Scene]:
+    """Reads a scene from a text, by way of a file named scene.toml."""
+
+    def read(text: str) -> Scene:
+        path = tmp_path / "scene.toml"
+        path.write_text(text)
+        return read_scene(path)
+
+    return read
+
+
+@pytest.fixture
+def own(tmp_path: Path) -> Callable[..., Path]:
+    """A user's file with Lyon's formula under another name, by (name, and what of its text is replaced by what)."""
+    ours = Path(sys.modules["phongbench.formulas.approximations.lyon"].__file__ or "").read_text()
+
+    def write(name: str, old: str = "", new: str = "") -> Path:
+        assert old in ours
+        path = tmp_path / f"{name}.py"
+        path.write_text(ours.replace('name="lyon"', f'name="{name}"').replace(old, new, 1 if old else 0))
+        return path
+
+    return write

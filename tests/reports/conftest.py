@@ -94,14 +94,25 @@ def metrics(exact: Vector, model: Vector, given: Vector, noise: float) -> dict[s
     size = np.abs(error)
     worst = float(size.max()) + noise
     return {
-        "max_abs": worst, "mean_abs": size.mean(), "rms": np.sqrt((error**2).mean()), "bias": error.mean(),
-        "p50_abs": np.median(size), "p99_abs": 0.99 * worst, "p999_abs": 0.999 * worst,
-        "max_above": max(float(error.max()), noise), "max_below": max(float(-error.min()), noise),
+        "max_abs": worst,
+        "mean_abs": size.mean(),
+        "rms": np.sqrt((error**2).mean()),
+        "bias": error.mean(),
+        "p50_abs": np.median(size),
+        "p99_abs": 0.99 * worst,
+        "p999_abs": 0.999 * worst,
+        "max_above": max(float(error.max()), noise),
+        "max_below": max(float(-error.min()), noise),
         "codes_8bit": 255 * worst,
-        "model_max": np.abs(model - exact).max(), "length_max": np.abs(given - model).max(), "rounding_max": noise,
-        "coverage": "sampled", "nonfinite": 0, "excluded": 0,
-        "above_one": int((given > 1.0).sum()), "negative": 0,
-    }  # fmt: skip
+        "model_max": np.abs(model - exact).max(),
+        "length_max": np.abs(given - model).max(),
+        "rounding_max": noise,
+        "coverage": "sampled",
+        "nonfinite": 0,
+        "excluded": 0,
+        "above_one": int((given > 1.0).sum()),
+        "negative": 0,
+    }
 
 
 def rows_of(cell: dict[str, Any], precision: str) -> Iterator[dict[str, Any]]:
@@ -152,10 +163,11 @@ def behaviour_rows(accuracy: pd.DataFrame) -> pd.DataFrame:
         ghost = cell["lambda_form"] == "cross" and not cell["gated"]
         huge = "infinite" if cell["lambda_form"] in ("dot", "none") else "saturates"
         for case, outcome, low, high, exact in (
-            ("a is zero", "saturates", 0.0, 0.0, np.nan), ("a is huge", huge, 0.0, 1.0, 1.0),
+            ("a is zero", "saturates", 0.0, 0.0, np.nan),
+            ("a is huge", huge, 0.0, 1.0, 1.0),
             ("a = -b", "saturates" if ghost else "value", 0.0, float(ghost), 0.0),
             ("alpha 0 at the peak", "value", 1.0, 1.0, 1.0),
-        ):  # fmt: skip
+        ):
             rows.append({**cell, "case": case, "outcome": outcome, "lowest": low, "highest": high, "exact": exact})
     return pd.DataFrame(rows).astype({"gamma": "Int64"})
 
@@ -167,11 +179,14 @@ def smoothness_rows(accuracy: pd.DataFrame) -> pd.DataFrame:
     banded = (rows["lambda_form"] == "dot") & (rows["precision"] == "float16")
     gamma = rows["gamma"].astype("float64")
     return rows.assign(
-        samples=2560, overflows=0, subnormals=np.where(rows["precision"] == "float16", 300, 0),
-        rises=np.where(banded, 200, 0), largest_rise=np.where(banded, 0.05, 0.0),
+        samples=2560,
+        overflows=0,
+        subnormals=np.where(rows["precision"] == "float16", 300, 0),
+        rises=np.where(banded, 200, 0),
+        largest_rise=np.where(banded, 0.05, 0.0),
         kink=(2 / gamma) ** (gamma / 2) * 32.0 ** (2 - gamma),
         kink_degrees=np.degrees(np.arccos(np.clip(1 - gamma / rows["alpha"], 0, 1))),
-    )  # fmt: skip
+    )
 
 
 def timing_rows(accuracy: pd.DataFrame) -> pd.DataFrame:
@@ -192,13 +207,25 @@ def timing_rows(accuracy: pd.DataFrame) -> pd.DataFrame:
             ratio = time / max(1.05, floor)
             twin = kernel["approximation"] in ("phong", "aa-twin")
             ratio, half = (1.0, 0.004) if twin else (ratio, 0.02 * ratio)
-            rows.append({
-                **kernel, "beta_policy": "none", "working_set": working_set, "elements": 1024, "threads": 1,
-                "ns_min": time, "ns_median": 1.03 * time, "ratio": ratio, "ratio_low": ratio - half,
-                "ratio_high": ratio + half, "dot_ratio": time / max(0.28, floor), "rounds": 24, "contaminated": 0,
-                "verdict": "unresolved" if twin else "faster" if ratio + half < 0.98 else "slower",
-                "bandwidth_fraction": min(1.0, max(floor, 0.1) / time),
-            })  # fmt: skip
+            rows.append(
+                {
+                    **kernel,
+                    "beta_policy": "none",
+                    "working_set": working_set,
+                    "elements": 1024,
+                    "threads": 1,
+                    "ns_min": time,
+                    "ns_median": 1.03 * time,
+                    "ratio": ratio,
+                    "ratio_low": ratio - half,
+                    "ratio_high": ratio + half,
+                    "dot_ratio": time / max(0.28, floor),
+                    "rounds": 24,
+                    "contaminated": 0,
+                    "verdict": "unresolved" if twin else "faster" if ratio + half < 0.98 else "slower",
+                    "bandwidth_fraction": min(1.0, max(floor, 0.1) / time),
+                }
+            )
     return pd.DataFrame(rows)
 
 
@@ -221,19 +248,30 @@ def mesh_rows(accuracy: pd.DataFrame) -> pd.DataFrame:
     rows = []
     for cell, mesh, edge in product(
         cells[cells["beta_policy"] == "taylor"][keys].drop_duplicates().to_dict("records"),
-        ("icosphere", "torus", "some.obj"), (2.0, 5.0, 10.0, 20.0),
-    ):  # fmt: skip
+        ("icosphere", "torus", "some.obj"),
+        (2.0, 5.0, 10.0, 20.0),
+    ):
         x = 1.0 - np.linspace(0.0, min(1.0, 12.0 / cell["alpha"]), 101)
         exact, model, short = x ** cell["alpha"], value(cell, x), np.radians(edge) ** 2 / 4
         for pair, normals in product(("classic", "lengthwise", "half"), ("raw", "renormalised")):
             e = {"classic": -4.0, "lengthwise": -2.0, "half": -1.0}[pair] * short if normals == "raw" else 0.0
             of = metrics(exact, model, value(cell, x, e), 1e-6)
             kept = ("max_abs", "mean_abs", "rms", "codes_8bit", "model_max", "length_max", "nonfinite", "above_one")
-            rows.append({
-                **cell, "mesh": mesh, "edge_degrees": edge, "triangles": 800, "left_out": 3 * (mesh == "some.obj"),
-                "normals": normals, "pair": pair, "space": "half" if pair == "half" else "reflect",
-                "truth": "interpolated", "samples": 8192, **{name: of[name] for name in kept},
-            })  # fmt: skip
+            rows.append(
+                {
+                    **cell,
+                    "mesh": mesh,
+                    "edge_degrees": edge,
+                    "triangles": 800,
+                    "left_out": 3 * (mesh == "some.obj"),
+                    "normals": normals,
+                    "pair": pair,
+                    "space": "half" if pair == "half" else "reflect",
+                    "truth": "interpolated",
+                    "samples": 8192,
+                    **{name: of[name] for name in kept},
+                }
+            )
     return pd.DataFrame(rows).astype({"gamma": "Int64"}) if rows else pd.DataFrame(columns=list(MESH_COLUMNS))
 
 
@@ -255,9 +293,15 @@ def make_run(
         "command": "phongbench run",
     }
     manifest = {
-        "schema": 1, "run": name, "state": "complete", "seed": 20250101, "code": "abc123", "provenance": provenance,
-        "plan": {"alphas": list(alphas), "samples": 131072, "preset": "quick"}, "files": {},
-    }  # fmt: skip
+        "schema": 1,
+        "run": name,
+        "state": "complete",
+        "seed": 20250101,
+        "code": "abc123",
+        "provenance": provenance,
+        "plan": {"alphas": list(alphas), "samples": 131072, "preset": "quick"},
+        "files": {},
+    }
     tables = (worst_rows(accuracy), mesh_rows(accuracy), behaviour_rows(accuracy), smoothness_rows(accuracy))
     return MadeUpRun(path, manifest, accuracy, timing, *tables)
 

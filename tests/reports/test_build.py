@@ -164,9 +164,10 @@ def test_the_single_file_holds_everything(run: Any, report: Path, tmp_path: Path
     for _, attributes in parsed.elements:
         for key in ("href", "src", "srcset"):
             assert (attributes.get(key) or "#").startswith(("#", "data:"))
-    assert Page((report / "index.html").read_text(encoding="utf-8")).text.split() == re.sub(
-        re.escape((report / "style.css").read_text(encoding="utf-8")), "", parsed.text
-    ).split()  # fmt: skip
+    assert (
+        Page((report / "index.html").read_text(encoding="utf-8")).text.split()
+        == re.sub(re.escape((report / "style.css").read_text(encoding="utf-8")), "", parsed.text).split()
+    )
 
 
 def test_an_unwritable_folder_is_told_in_words(made_up: Callable[..., Any], tmp_path: Path) -> None:

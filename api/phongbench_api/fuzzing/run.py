@@ -43,9 +43,11 @@ class Found:
     def as_dict(self) -> dict[str, Any]:
         """Plain data."""
         return {
-            "requests": sum(self.statuses.values()), "statuses": dict(sorted(self.statuses.items())),
-            "memory_growth": round(self.growth, 4), "faults": self.faults[:_FAULTS_TOLD],
-        }  # fmt: skip
+            "requests": sum(self.statuses.values()),
+            "statuses": dict(sorted(self.statuses.items())),
+            "memory_growth": round(self.growth, 4),
+            "faults": self.faults[:_FAULTS_TOLD],
+        }
 
 
 def fuzz(count: int, seed: int, runs: Path, *, app: FastAPI | None = None, progress: bool = False) -> Found:
@@ -67,8 +69,10 @@ async def _fuzz(count: int, seed: int, app: FastAPI, *, warm: bool, progress: bo
             answers = await asyncio.gather(*(ask(app, sent) for sent in batch))
             for sent, (status, headers, body) in zip(batch, answers, strict=True):
                 found.statuses[status] += 1
-                found.faults += [f"{fault}: {sent.method} {sent.path}?{sent.query[:200]} {sent.body[:100]!r}"
-                                 for fault in faults(status, headers, body)]  # fmt: skip
+                found.faults += [
+                    f"{fault}: {sent.method} {sent.path}?{sent.query[:200]} {sent.body[:100]!r}"
+                    for fault in faults(status, headers, body)
+                ]
             done += len(batch)
             bar.update(len(batch))
             if done >= count // 5 and (done // every > (done - len(batch)) // every or done == count):
@@ -130,9 +134,17 @@ def _scope(sent: Sent) -> dict[str, Any]:
     given = {"host": "localhost"} | dict(sent.headers)
     headers = [(name.encode("latin-1"), value.encode("utf-8", "surrogatepass")) for name, value in given.items()]
     return {
-        "type": "http", "asgi": {"version": "3.0"}, "http_version": "1.1", "method": sent.method, "scheme": "http",
-        "path": unquote(sent.path, errors="replace"), "raw_path": sent.path.encode("utf-8", "surrogatepass"),
-        "root_path": "", "query_string": sent.query.encode(),
-        "server": ("localhost", 80), "client": ("localhost", 1), "state": {},
+        "type": "http",
+        "asgi": {"version": "3.0"},
+        "http_version": "1.1",
+        "method": sent.method,
+        "scheme": "http",
+        "path": unquote(sent.path, errors="replace"),
+        "raw_path": sent.path.encode("utf-8", "surrogatepass"),
+        "root_path": "",
+        "query_string": sent.query.encode(),
+        "server": ("localhost", 80),
+        "client": ("localhost", 1),
+        "state": {},
         "headers": headers,
-    }  # fmt: skip
+    }

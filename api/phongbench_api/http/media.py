@@ -9,9 +9,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import orjson
-from numpy.typing import NDArray
 from starlette.responses import Response
 
+from phongbench.compiler.precisions import Array
 from phongbench_api.http.problems import MalformedError, NotAcceptableError, RequestError
 
 JSON, OCTETS, NPY = "application/json", "application/octet-stream", "application/x-npy"
@@ -21,8 +21,6 @@ HTML, TEXT, MULTIPART = "text/html", "text/plain", "multipart/form-data"
 DTYPES: dict[str, np.dtype[Any]] = {"f4": np.dtype("<f4"), "f8": np.dtype("<f8")}
 _NPY_MAGIC = b"\x93NUMPY"
 _LONGEST_HEADER = 4096
-
-Array = NDArray[Any]
 
 
 class Spans:

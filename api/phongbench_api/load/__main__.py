@@ -44,7 +44,9 @@ def markdown(found: dict[str, Any]) -> str:
     ]
     work = f"{overload.POINTS:,} points under {overload.LIGHTS} lights as multipart"
     lines += [
-        "", f"| POST /v1/shade, {work} | |", "|---|---|",
+        "",
+        f"| POST /v1/shade, {work} | |",
+        "|---|---|",
         f"| capacity, clients that wait | {o['capacity_per_s']:.0f} requests/s |",
         f"| sent at {o['share']:.0%} of it | {o['requests']} requests, {o['left_out']} left out by the client |",
         f"| refused with 503 | {o['refused']:.1%}; {_spread(o, 'refused')} |",
@@ -53,7 +55,7 @@ def markdown(found: dict[str, Any]) -> str:
         f"| last third / middle third of admitted | {_number(o['flat'])} |",
         f"| for comparison, at half the capacity | {_spread(o, 'half')} |",
         f"| GET /healthz meanwhile | {_spread(o, 'health')}; {o['health_failed']:.1%} failed |",
-    ]  # fmt: skip
+    ]
     return "\n".join(lines)
 
 

@@ -34,19 +34,22 @@ def request_bytes(points: int = POINTS, lights: int = LIGHTS) -> bytes:
     ]
     material = {"ambient": [0.1] * 3, "diffuse": [0.5] * 3, "specular": [0.9] * 3, "shininess": 50}
     document = {
-        "material": material, "lights": lamps, "viewer": {"position": [0, 0, 5]},
+        "material": material,
+        "lights": lamps,
+        "viewer": {"position": [0, 0, 5]},
         "specular": {"approximation": "phong"},
-    }  # fmt: skip
+    }
     body = b"".join(
         (
-            f'--{_BOUNDARY}\r\nContent-Disposition: form-data; name="{name}"{more}\r\n'
-            f"Content-Type: {media}\r\n\r\n"
-        ).encode() + content + b"\r\n"
+            f'--{_BOUNDARY}\r\nContent-Disposition: form-data; name="{name}"{more}\r\nContent-Type: {media}\r\n\r\n'
+        ).encode()
+        + content
+        + b"\r\n"
         for name, more, media, content in (
             ("request", "", wire.JSON, json.dumps(document).encode()),
             ("vectors", '; filename="vectors.npy"', wire.NPY, wire.npy_bytes(np.stack([normals, normals]))),
         )
-    )  # fmt: skip
+    )
     body += f"--{_BOUNDARY}--\r\n".encode()
     media = f"Content-Type: multipart/form-data; boundary={_BOUNDARY}\r\nAccept: {wire.NPY}\r\n"
     return head("POST", "/v1/shade", f"{media}Content-Length: {len(body)}\r\n") + body
@@ -99,13 +102,22 @@ def _told(capacity: float, share: float, seconds: float, half: Seen, full: Seen,
     third = seconds / 3
     middle, last = (full.quantile(0.5, 200, k * third, (k + 1) * third) for k in (1, 2))
     found = {
-        "capacity_per_s": capacity, "share": share, "requests": len(full.answers), "left_out": full.left_out,
-        "refused": full.share(503), "broken": full.share(0),
+        "capacity_per_s": capacity,
+        "share": share,
+        "requests": len(full.answers),
+        "left_out": full.left_out,
+        "refused": full.share(503),
+        "broken": full.share(0),
         "other": 1 - full.share(200) - full.share(503) - full.share(0),
-        "half_p50_ms": half.quantile(0.5, 200), "half_p99_ms": half.quantile(0.99, 200),
-        "admitted_p50_ms": full.quantile(0.5, 200), "admitted_p99_ms": full.quantile(0.99, 200), "flat": last / middle,
-        "refused_p50_ms": full.quantile(0.5, 503), "refused_p99_ms": full.quantile(0.99, 503),
-        "health_p50_ms": health.quantile(0.5, 200), "health_p99_ms": health.quantile(0.99, 200),
+        "half_p50_ms": half.quantile(0.5, 200),
+        "half_p99_ms": half.quantile(0.99, 200),
+        "admitted_p50_ms": full.quantile(0.5, 200),
+        "admitted_p99_ms": full.quantile(0.99, 200),
+        "flat": last / middle,
+        "refused_p50_ms": full.quantile(0.5, 503),
+        "refused_p99_ms": full.quantile(0.99, 503),
+        "health_p50_ms": health.quantile(0.5, 200),
+        "health_p99_ms": health.quantile(0.99, 200),
         "health_failed": 1 - health.share(200),
-    }  # fmt: skip
+    }
     return {name: value if math.isfinite(value) else None for name, value in found.items()}

@@ -94,9 +94,13 @@ def _in_turn(port: int, ask: Ask, base: Ask, rounds: int) -> dict[str, Any]:
             both.append((took[ask], took[base]))
     low, high = _median_interval([x / y for x, y in both])
     return {
-        "ms": 1e3 * statistics.median(x for x, _ in both), "base_ms": 1e3 * statistics.median(y for _, y in both),
-        "ratio": statistics.median(x / y for x, y in both), "ratio_low": low, "ratio_high": high, "rounds": rounds,
-    }  # fmt: skip
+        "ms": 1e3 * statistics.median(x for x, _ in both),
+        "base_ms": 1e3 * statistics.median(y for _, y in both),
+        "ratio": statistics.median(x / y for x, y in both),
+        "ratio_low": low,
+        "ratio_high": high,
+        "rounds": rounds,
+    }
 
 
 def _median_interval(values: list[float]) -> tuple[float, float]:

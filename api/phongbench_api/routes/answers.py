@@ -14,8 +14,11 @@ router = APIRouter(prefix="/v1", tags=["answers"])
 _POINT: dict[str, Any] = {"points": []}
 
 
-@router.get("/recommend", summary="The cheapest formula within an error budget",
-            **described({"choices": [], "nearest_miss": None}, 404, 409, 422, 503))  # fmt: skip
+@router.get(
+    "/recommend",
+    summary="The cheapest formula within an error budget",
+    **described({"choices": [], "nearest_miss": None}, 404, 409, 422, 503),
+)
 async def recommend(request: Request, ask: Annotated[RecommendAsk, Query()]) -> Response:
     """The cheapest formula whose largest error is within the budget, the next one, and the nearest miss.
 

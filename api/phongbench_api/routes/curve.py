@@ -15,8 +15,11 @@ from phongbench_api.service import service
 router = APIRouter(prefix="/v1", tags=["shading"])
 
 
-@router.get("/curve", summary="Value and error against the angle",
-            **described(curves.EXAMPLE, 406, 413, 422, 503, also=(wire.CSV, wire.SVG)))  # fmt: skip
+@router.get(
+    "/curve",
+    summary="Value and error against the angle",
+    **described(curves.EXAMPLE, 406, 413, 422, 503, also=(wire.CSV, wire.SVG)),
+)
 async def curve(request: Request, ask: Annotated[CurveAsk, Query()]) -> Response:
     """The lobe of a formula, exact Phong's, and their difference, over the angle between R and V."""
     spans = wire.Spans()

@@ -27,12 +27,16 @@ def _add(table: str) -> None:
         return await _rows(request, run, table)
 
     router.add_api_route(
-        f"/{table}", rows, name=table, operation_id=f"rows_{table}", summary=f"Rows of {table}.parquet",
+        f"/{table}",
+        rows,
+        name=table,
+        operation_id=f"rows_{table}",
+        summary=f"Rows of {table}.parquet",
         description="Filtered by any key column (repeatable), with chosen `columns`, `sort`ed (`-` before a name: "
         "descending), in pages: `next` is the `cursor` of the following one.",
         openapi_extra={"parameters": row_query.parameters(table)},
         **described(row_query.EXAMPLE, 404, 406, 409, 422, 503, also=(wire.CSV, wire.PARQUET)),
-    )  # fmt: skip
+    )
 
 
 for name in row_query.KEYS:

@@ -21,8 +21,9 @@ EXAMPLE = {"language": "glsl", "text": "float highlight(vec3 r, vec3 v) { .. }",
 SECONDS = 0.01
 
 
-@router.get("/shader", summary="A formula as GLSL, HLSL, WGSL or C",
-            **described(EXAMPLE, 406, 422, 503, also=(wire.TEXT,)))  # fmt: skip
+@router.get(
+    "/shader", summary="A formula as GLSL, HLSL, WGSL or C", **described(EXAMPLE, 406, 422, 503, also=(wire.TEXT,))
+)
 async def shader(request: Request, ask: Annotated[ShaderAsk, Query()]) -> Response:
     """The source of a function of two directions, in float32, with its constants filled in."""
     spans = wire.Spans()

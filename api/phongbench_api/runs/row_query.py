@@ -33,9 +33,18 @@ _USUAL_COLUMNS = 32
 _PIECE = 1000
 #: columns that name a row, besides those that name an accuracy row
 _ALSO = (
-    "coverage", "working_set", "threads", "verdict", "rank", "mesh", "edge_degrees", "normals", "pair", "case",
+    "coverage",
+    "working_set",
+    "threads",
+    "verdict",
+    "rank",
+    "mesh",
+    "edge_degrees",
+    "normals",
+    "pair",
+    "case",
     "outcome",
-)  # fmt: skip
+)
 #: what a request may filter by, per table
 KEYS = {table: tuple(c for c in columns if c in ACCURACY_KEY or c in _ALSO) for table, columns in COLUMNS.items()}
 _MOST_FILTERS = 64
@@ -74,8 +83,11 @@ def asked(request: Request, table: str, most: int) -> RowsAsk:
         else:
             known = ", ".join((*KEYS[table], "columns", "sort", "limit", "cursor"))
             raise RequestError("a parameter that rows do not have", "(unknown)", f"known: {known}")
-    order = [(word.removeprefix("-"), "descending" if word.startswith("-") else "ascending")
-             for word in plain.get("sort", "").split(",") if word]  # fmt: skip
+    order = [
+        (word.removeprefix("-"), "descending" if word.startswith("-") else "ascending")
+        for word in plain.get("sort", "").split(",")
+        if word
+    ]
     chosen = [word for word in plain["columns"].split(",") if word] if "columns" in plain else None
     return RowsAsk(filters, chosen, order, _limit(plain.get("limit"), most), plain.get("cursor"))
 
@@ -230,10 +242,15 @@ def _parquet(rows: Any) -> bytes:
 def parameters(table: str) -> list[dict[str, Any]]:
     """The query of a table for the OpenAPI."""
     many = [
-        {"name": name, "in": "query", "schema": {"type": "array", "items": {"type": "string"}}, "explode": True,
-         "description": f"rows whose {name} is one of these; `none`: where it is missing"}
+        {
+            "name": name,
+            "in": "query",
+            "schema": {"type": "array", "items": {"type": "string"}},
+            "explode": True,
+            "description": f"rows whose {name} is one of these; `none`: where it is missing",
+        }
         for name in KEYS[table]
-    ]  # fmt: skip
+    ]
     one = {
         "columns": ({"type": "string"}, "names separated by commas; left out: all"),
         "sort": ({"type": "string"}, "names separated by commas, each with `-` before it for descending"),

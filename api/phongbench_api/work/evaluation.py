@@ -6,9 +6,9 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from phongbench.compiler.lowering import FLOAT64, Precision, precision_named
+from phongbench.compiler.precisions import Array
 from phongbench.errors import InputError, UnknownNameError
 from phongbench.formulas import coordinate_kernels, curves, pair_kernels
 from phongbench.formulas.formula import cell_name
@@ -18,11 +18,8 @@ from phongbench_api.http import media
 from phongbench_api.http.problems import Cancelled, RequestError
 from phongbench_api.models import FormulaAsk
 
-Array = NDArray[Any]
 #: pairs between two looks at whether the client is still there; a tile of float32 pairs stays in a second-level cache
 TILE = 1 << 15
-
-
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,10 +121,15 @@ def curve(
     size = np.where(np.isfinite(error), np.abs(error), np.inf)
     worst = int(size.argmax())
     return {
-        "angle_degrees": angle, "value": value, "exact": exact, "error": error,
-        "max_abs_error": size[worst], "worst_index": worst, "beta": spec.coefficients(setting).get("beta"),
+        "angle_degrees": angle,
+        "value": value,
+        "exact": exact,
+        "error": error,
+        "max_abs_error": size[worst],
+        "worst_index": worst,
+        "beta": spec.coefficients(setting).get("beta"),
         "cutoff_degrees": curves.cutoff_degrees(spec, form, setting),
-    }  # fmt: skip
+    }
 
 
 def prepared(formula: Formula, precision: str) -> Callable[[Array, Array, Array], None]:

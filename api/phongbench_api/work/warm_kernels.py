@@ -231,7 +231,9 @@ def _helper() -> "subprocess.Popen[bytes] | None":
     if jit.DISABLED or any(jit.cache_folder().rglob("*shade_tiles*")):
         return None
     quiet = subprocess.DEVNULL
-    return subprocess.Popen([sys.executable, "-m", "phongbench_api.work.warm_kernels"], stdin=quiet, stdout=quiet, stderr=quiet)
+    return subprocess.Popen(
+        [sys.executable, "-m", "phongbench_api.work.warm_kernels"], stdin=quiet, stdout=quiet, stderr=quiet
+    )
 
 
 if __name__ == "__main__":

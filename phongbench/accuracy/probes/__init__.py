@@ -32,9 +32,7 @@ class Probe:
 
 
 def _drawn(probing: Probing) -> Mapping[str, pd.DataFrame]:
-    from phongbench.accuracy.probes import (
-        pictures,  # late: few plans ask for it, and all that draws comes with it
-    )
+    from phongbench.accuracy.probes import pictures  # late: few plans ask for it, and all that draws comes with it
 
     return pictures.measure(probing)
 

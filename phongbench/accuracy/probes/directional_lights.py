@@ -5,16 +5,14 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from phongbench.accuracy.probes.far_lights import alphas
+from phongbench.compiler.precisions import Array
 from phongbench.formulas.formula import Specular
 from phongbench.inputs.plan import Plan
 from phongbench.shading.lighting import WHITE, Light, Material, Skips, Viewer
 from phongbench.shading.shade import shade
 from phongbench.timing.interleaved import in_turn, over
-
-Array = NDArray[Any]
 
 #: points of the surface, and of a study with fewer samples
 POINTS, FEW_POINTS = 1 << 17, 1 << 12
@@ -47,12 +45,18 @@ def measure(plan: Plan) -> list[dict[str, Any]]:
         at = {key: n for n, key in enumerate(asked)}
         rows += [
             {
-                "scene": place, "kind": "shading", "name": name, "formula": formula, "setting": alpha,
-                "against": "phong", "elements": len(points), "depth": 0,
+                "scene": place,
+                "kind": "shading",
+                "name": name,
+                "formula": formula,
+                "setting": alpha,
+                "against": "phong",
+                "elements": len(points),
+                "depth": 0,
                 **over(seconds, n, at[place, formula, "phong"]),
             }
             for (place, formula, name), n in at.items()
-        ]  # fmt: skip
+        ]
     return rows
 
 
@@ -71,7 +75,19 @@ def _calls(points: Array, alpha: float) -> Iterator[tuple[tuple[str, str, str], 
         for formula, specular in FORMULAS.items():
             for name, model in (("phong", "phong"), (TWIN, "phong"), ("blinn-phong", "blinn-phong")):
                 material = Material(diffuse=WHITE, specular=WHITE, shininess=MODELS[model] * alpha)
-                yield (place, formula, name), partial(
-                    shade, points, points, material=material, lights=[light], viewer=viewer, model=model,
-                    specular=specular, skips=_SKIPS, normalise=False, out=out,
-                )  # fmt: skip
+                yield (
+                    (place, formula, name),
+                    partial(
+                        shade,
+                        points,
+                        points,
+                        material=material,
+                        lights=[light],
+                        viewer=viewer,
+                        model=model,
+                        specular=specular,
+                        skips=_SKIPS,
+                        normalise=False,
+                        out=out,
+                    ),
+                )

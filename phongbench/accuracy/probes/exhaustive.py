@@ -19,7 +19,6 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
 from phongbench.accuracy import sweep as engine
 from phongbench.accuracy import tables
@@ -31,13 +30,12 @@ from phongbench.accuracy.reductions import measure_cells
 from phongbench.accuracy.sweep import Measured, Sweep
 from phongbench.compiler import jit
 from phongbench.compiler.lowering import FLOAT32, FLOAT64, Precision, precision_named
+from phongbench.compiler.precisions import Array
 from phongbench.formulas import coordinate_kernels
 from phongbench.formulas.coordinate_kernels import coordinates_at
 from phongbench.formulas.exact import truth_at, truth_kernel
 from phongbench.inputs.plan import Cell, Plan
 from phongbench.inputs.strata import Stratum
-
-Array = NDArray[Any]
 
 COSINES = Stratum("cosines")
 #: quick looks closely at the exponents of its plan that are nearest to these, and at reflect space only
@@ -204,9 +202,23 @@ def _slab(context: Context, cells: CellArrays, alphas: Sequence[float], values: 
     for start in range(0, len(values), engine.PIECE):
         a, b, held, given, exact = _laid_out(addresses, exponents, values[start : start + engine.PIECE])
         measure_cells(
-            cells.rows, cells.coefficients, cells.coefficients_64, cells.tables, cells.tables_64, a, b, held, given,
-            given, exact, tally.sums, tally.counts, tally.bins, tally.worst, 1,
-        )  # fmt: skip
+            cells.rows,
+            cells.coefficients,
+            cells.coefficients_64,
+            cells.tables,
+            cells.tables_64,
+            a,
+            b,
+            held,
+            given,
+            given,
+            exact,
+            tally.sums,
+            tally.counts,
+            tally.bins,
+            tally.worst,
+            1,
+        )
     tally.samples = len(values)
     return tally
 
@@ -215,7 +227,10 @@ def _laid_out(addresses: Array, alphas: Array, x: Array) -> tuple[Array, Array, 
     """Pairs (1, 0, 0), (x, 0, 0), whose product is x without rounding, their coordinates, and the exact values."""
     a, b = np.zeros((3, len(x)), x.dtype), np.zeros((3, len(x)), x.dtype)
     a[0], b[0] = 1, x
-    held, given = np.empty((coordinate_kernels.COORDINATE_ROWS, len(x)), x.dtype), np.empty((coordinate_kernels.COORDINATE_ROWS, len(x)))
+    held, given = (
+        np.empty((coordinate_kernels.COORDINATE_ROWS, len(x)), x.dtype),
+        np.empty((coordinate_kernels.COORDINATE_ROWS, len(x))),
+    )
     exact = np.empty((len(alphas), 2, len(x)))
     _lay_out(addresses, alphas, a, b, a.astype(np.float64), b.astype(np.float64), held, given, exact)
     return a, b, held, given, exact

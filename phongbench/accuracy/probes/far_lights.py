@@ -8,14 +8,12 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
+from phongbench.compiler.precisions import Array
 from phongbench.inputs.plan import Plan
 from phongbench.results.schema import FAR_COLUMNS
 from phongbench.shading.lighting import WHITE, Light, Material, Skips, Viewer
 from phongbench.shading.shade import shade
-
-Array = NDArray[Any]
 
 #: the plan's exponents nearest to these are asked about
 ALPHAS = (10.0, 50.0, 200.0, 1000.0)
@@ -90,10 +88,16 @@ def _row(held: str, term: str, alpha: float, distance: float) -> dict[str, Any]:
     errors = [error(place, held, term, alpha, distance) for place in places]
     worst = int(np.argmax(errors))
     return {
-        "held": held, "term": term, "alpha": alpha, "distance": distance, "placements": len(places),
-        "samples": len(places) * SIDE**2, "max_abs": errors[worst], "incidence_degrees": places[worst].incidence,
+        "held": held,
+        "term": term,
+        "alpha": alpha,
+        "distance": distance,
+        "placements": len(places),
+        "samples": len(places) * SIDE**2,
+        "max_abs": errors[worst],
+        "incidence_degrees": places[worst].incidence,
         "offset_degrees": places[worst].offset if term == "specular" else math.nan,
-    }  # fmt: skip
+    }
 
 
 def _term(placement: Placement, held: str, term: str, alpha: float, distance: float) -> Array:

@@ -14,19 +14,17 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
 from phongbench.accuracy import tables
 from phongbench.accuracy.probes import single_cells
 from phongbench.accuracy.probes.probe import Probing
 from phongbench.compiler import elementary
 from phongbench.compiler.lowering import Precision, precision_named
+from phongbench.compiler.precisions import Array
 from phongbench.errors import PhongbenchError
 from phongbench.formulas.spec import ALPHA, Approximation, Setting
 from phongbench.inputs.plan import Cell, Plan
 from phongbench.results.schema import BEHAVIOUR_COLUMNS
-
-Array = NDArray[Any]
 
 OUTCOMES = ("value", "saturates", "nan", "infinite", "above-one", "negative", "refused")
 #: the setting that cells are chosen near
@@ -36,9 +34,7 @@ ALPHAS = {"alpha 0": 0.0, "alpha tiny": 1e-30, "alpha 1e5": 1e5, "alpha 1e30": 1
 #: where they are asked: cosines between R and V
 PLACES = {"at the peak": 1.0, "at 60 degrees": 0.5, "at 90 degrees": 0.0}
 #: directions that vectors are made along: the axes, their opposites, and two without a zero
-_DIRECTIONS = np.array(
-    [*np.eye(3), *-np.eye(3), (0.36, 0.48, 0.8), (-2 / 3, 1 / 3, -2 / 3)], np.float64
-).T.copy()  # fmt: skip
+_DIRECTIONS = np.array([*np.eye(3), *-np.eye(3), (0.36, 0.48, 0.8), (-2 / 3, 1 / 3, -2 / 3)], np.float64).T.copy()
 
 
 @dataclass(frozen=True)

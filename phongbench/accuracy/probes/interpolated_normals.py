@@ -7,16 +7,14 @@ exponents share their points, so that rows differ by what is studied and not by 
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from phongbench.compiler.precisions import Array
 from phongbench.inputs.meshes import Surface
 from phongbench.inputs.random_numbers import uniforms
 from phongbench.inputs.strata import HIGHLIGHT_REACH
-
-Array = NDArray[Any]
 
 NORMALS = ("raw", "renormalised")
 PAIRS = ("classic", "lengthwise", "half")
@@ -155,6 +153,4 @@ def _at(axis: Array, deficit: Array, towards: Array, n: Array) -> Array:
     return np.asarray((1 - deficit) * axis + np.sqrt(deficit * (2 - deficit)) * _above(across, n))
 
 
-MEANING: Mapping[str, str] = {
-    "classic": "R = 2(L·N)N − L", "lengthwise": "R = 2(N·L)N − (N·N)L", "half": "(N, H)",
-}  # fmt: skip
+MEANING: Mapping[str, str] = {"classic": "R = 2(L·N)N − L", "lengthwise": "R = 2(N·L)N − (N·N)L", "half": "(N, H)"}

@@ -30,8 +30,6 @@ from phongbench.inputs.obj_files import load
 from phongbench.inputs.plan import Cell, Plan
 from phongbench.results.schema import MESH_COLUMNS
 
-Array = NDArray[Any]
-
 #: widest edges of the tessellations, in degrees, and the upper ends of the classes of a file's triangles
 EDGES = (1.0, 2.0, 3.0, 5.0, 7.5, 10.0, 15.0, 20.0, 30.0)
 #: those of a study with fewer samples than this
@@ -189,9 +187,12 @@ def _measure(task: Callable[[], Part], work: dict[float, list[_Group]], plan: Pl
                 tallies.append(tally)
     surface = part.surface
     return _numbers(sets, tallies, truths).assign(
-        mesh=surface.name, edge_degrees=part.edge_degrees, triangles=len(part.triangles), left_out=surface.left_out,
+        mesh=surface.name,
+        edge_degrees=part.edge_degrees,
+        triangles=len(part.triangles),
+        left_out=surface.left_out,
         samples=_samples(plan),
-    )  # fmt: skip
+    )
 
 
 def _numbers(sets: list[tuple[str, str, tuple[int, ...]]], tallies: list[Tally], truths: int) -> pd.DataFrame:
@@ -224,9 +225,23 @@ def _tallies(seen: Lit, group: _Group, pair: str, truths: int) -> Iterator[tuple
         given = coordinate_kernels.coordinates(FLOAT64, a.astype(np.float64), b.astype(np.float64))
         tally = Tally(truths * len(group.cells))
         measure_cells(
-            cells.rows, cells.coefficients, cells.coefficients_64, cells.tables, cells.tables_64, a, b, held, given,
-            unit, exact, tally.sums, tally.counts, tally.bins, tally.worst, truths,
-        )  # fmt: skip
+            cells.rows,
+            cells.coefficients,
+            cells.coefficients_64,
+            cells.tables,
+            cells.tables_64,
+            a,
+            b,
+            held,
+            given,
+            unit,
+            exact,
+            tally.sums,
+            tally.counts,
+            tally.bins,
+            tally.worst,
+            truths,
+        )
         tally.samples = count
         yield normals, tally
 

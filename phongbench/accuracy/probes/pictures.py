@@ -28,9 +28,7 @@ from phongbench.timing.interleaved import ROUNDS, in_turn, over
 SIZES = {1 << 17: (640, 360), 1 << 14: (320, 180), 0: (64, 36)}
 #: what a picture takes on one thread, without timing: seconds a scene, and a megapixel more
 _SCENE_SECONDS, _MEGAPIXEL_SECONDS = 2.0, 40.0
-_NUMBERS = (
-    "max_abs", "mean_abs", "rms", "psnr", "visible", "flip", "energy", "highlight_area", "lobe_max",
-)  # fmt: skip
+_NUMBERS = ("max_abs", "mean_abs", "rms", "psnr", "visible", "flip", "energy", "highlight_area", "lobe_max")
 
 
 def measure(probing: Probing) -> Mapping[str, pd.DataFrame]:
@@ -81,11 +79,13 @@ def drawn(plan: Plan, registry: Mapping[str, Approximation] = REGISTRY) -> list[
     A slope that an own formula has by itself is drawn, whatever the plan's: so is it measured.
     """
     return [
-        s for s in (*picture_errors.USUAL, *picture_errors.own(registry))
-        if s.approximation in plan.approximations and (s.lambda_form is None or s.lambda_form in plan.lambda_forms)
+        s
+        for s in (*picture_errors.USUAL, *picture_errors.own(registry))
+        if s.approximation in plan.approximations
+        and (s.lambda_form is None or s.lambda_form in plan.lambda_forms)
         and (s.gamma is None or s.gamma in plan.gammas)
         and (s.beta is None or s.beta in plan.slopes or s.approximation not in REGISTRY)
-    ]  # fmt: skip
+    ]
 
 
 def _tell(probing: Probing, errors: list[dict[str, Any]]) -> None:
@@ -109,10 +109,16 @@ def _row(
     spec = registry[row["approximation"]]
     alike = not row["left_out"] and row["max_abs"] == 0
     return {
-        **row, "scene": scene.name, "width": width, "height": height, "depth": scene.picture.depth,
-        "lambda_form": row["lambda_form"] or spec.lambda_forms[0], "beta_policy": row["beta"] or spec.slopes[0],
-        "lobe_max": row.get("lobe_error"), "psnr": np.inf if alike else row.get("psnr"),
-    }  # fmt: skip
+        **row,
+        "scene": scene.name,
+        "width": width,
+        "height": height,
+        "depth": scene.picture.depth,
+        "lambda_form": row["lambda_form"] or spec.lambda_forms[0],
+        "beta_policy": row["beta"] or spec.slopes[0],
+        "lobe_max": row.get("lobe_error"),
+        "psnr": np.inf if alike else row.get("psnr"),
+    }
 
 
 def _times(scene: Scene, fitting: list[Specular], plan: Plan, wishes: dict[str, Any]) -> list[dict[str, Any]]:
@@ -125,12 +131,18 @@ def _times(scene: Scene, fitting: list[Specular], plan: Plan, wishes: dict[str, 
     width, height = size(plan)
     return [
         {
-            "scene": scene.name, "kind": "formula", "name": name_of(formula), "formula": name_of(formula),
-            "setting": np.nan, "against": "phong", "elements": width * height, "depth": scene.picture.depth,
+            "scene": scene.name,
+            "kind": "formula",
+            "name": name_of(formula),
+            "formula": name_of(formula),
+            "setting": np.nan,
+            "against": "phong",
+            "elements": width * height,
+            "depth": scene.picture.depth,
             **over(seconds, n, 0),
         }
         for n, formula in enumerate(fitting)
-    ]  # fmt: skip
+    ]
 
 
 def name_of(formula: Specular) -> str:

@@ -25,7 +25,6 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
 from phongbench.accuracy import tables
 from phongbench.accuracy.probes.consistency import VECTORS
@@ -33,6 +32,7 @@ from phongbench.accuracy.probes.exhaustive import COSINES, exponents
 from phongbench.accuracy.probes.probe import Probing
 from phongbench.compiler import jit
 from phongbench.compiler.lowering import FLOAT32, FLOAT64, precision_named
+from phongbench.compiler.precisions import Array
 from phongbench.formulas import coordinate_kernels
 from phongbench.formulas.coordinate_kernels import coordinates_at, values_at
 from phongbench.formulas.exact import truth_at, truth_kernel
@@ -40,8 +40,6 @@ from phongbench.formulas.kernel import coefficient_row, known_values, table_row
 from phongbench.inputs.pairs import hold
 from phongbench.inputs.plan import Cell, Plan
 from phongbench.results.schema import ACCURACY_COLUMNS, WORST_COLUMNS
-
-Array = NDArray[Any]
 
 #: boxes kept, points in each, and halvings
 BOXES, POINTS, LEVELS = 16, 128, 14
@@ -256,7 +254,10 @@ def _errors(
 ) -> None:
     """Fill the rows of `out`: |value - exact| or -1, exact, value."""
     n = a.shape[1]
-    held, unit = np.empty((coordinate_kernels.COORDINATE_ROWS, n), a.dtype), np.empty((coordinate_kernels.COORDINATE_ROWS, n))
+    held, unit = (
+        np.empty((coordinate_kernels.COORDINATE_ROWS, n), a.dtype),
+        np.empty((coordinate_kernels.COORDINATE_ROWS, n)),
+    )
     a64, b64, values = np.empty((3, n)), np.empty((3, n)), np.empty(n, a.dtype)
     coordinates_at(addresses[0], a)(a, b, held)
     values_at(addresses[3], held)(held[form], held[coordinate_kernels.COSINE_ROW], coefficients, table, values)

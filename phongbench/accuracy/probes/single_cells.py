@@ -4,16 +4,14 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from phongbench.compiler import jit
 from phongbench.compiler.lowering import Precision, precision_named
+from phongbench.compiler.precisions import Array
 from phongbench.formulas import coordinate_kernels
 from phongbench.formulas.kernel import coefficient_row, known_values, table_row
 from phongbench.formulas.spec import Approximation, Setting
 from phongbench.inputs.plan import Cell
-
-Array = NDArray[Any]
 
 
 def coordinates(precision: Precision, a: Array, b: Array) -> Array:

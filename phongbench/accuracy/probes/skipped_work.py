@@ -19,10 +19,11 @@ CUTOFFS, DEEP = (1 / 1020, 1 / 510, 1 / 255, 1 / 64, 1 / 16, 1 / 4), 5
 #: ledger line -> variants of `worth` with and without it, where they are not "all" and "without" its name; a cut-off
 #: alone leaves out what reflects nothing, too
 _PAIRS = {
-    "out_of_reach": ("all", "without reach"), "vectors_not_built": ("all", "without unused_vectors"),
+    "out_of_reach": ("all", "without reach"),
+    "vectors_not_built": ("all", "without unused_vectors"),
     "reflectivity": ("without cutoff", "without reflectivity, cutoff"),
     "constant_patches": ("with constant_patches", "all"),
-}  # fmt: skip
+}
 #: what is left out only if somebody asks for it
 _ON_DEMAND = "constant_patches"
 #: what sums in float32 may add to a bound
@@ -104,11 +105,20 @@ def _cutoffs(scene: Scene, plan: Plan, wishes: dict[str, Any]) -> tuple[Rows, Ro
 def _row(scene: Scene, line: Skipped, kept: Rendered, without: Rendered, depth: int) -> dict[str, Any]:
     height, width = kept.picture.shape[:2]
     return {
-        "scene": scene.name, "width": width, "height": height, "depth": depth, "name": line.name, "setting": np.nan,
-        "kind": line.kind, "unit": line.unit, "of": line.of, "skipped": line.skipped, "bound": line.bound,
+        "scene": scene.name,
+        "width": width,
+        "height": height,
+        "depth": depth,
+        "name": line.name,
+        "setting": np.nan,
+        "kind": line.kind,
+        "unit": line.unit,
+        "of": line.of,
+        "skipped": line.skipped,
+        "bound": line.bound,
         "same_bits": bool(np.array_equal(kept.picture, without.picture)),
         "largest_change": float(np.abs(kept.picture - without.picture).max()),
-    }  # fmt: skip
+    }
 
 
 def _time(kind: str, row: dict[str, Any], against: str, found: dict[str, Any]) -> dict[str, Any]:

@@ -13,19 +13,17 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
 from phongbench.accuracy import tables
 from phongbench.accuracy.probes import single_cells
 from phongbench.accuracy.probes.probe import Probing
 from phongbench.compiler.lowering import FLOAT64, Precision, precision_named
+from phongbench.compiler.precisions import Array
 from phongbench.formulas.lambda_forms import cutoff_deficit
 from phongbench.formulas.spec import Approximation
 from phongbench.inputs.plan import Cell, Plan
 from phongbench.inputs.strata import HIGHLIGHT_REACH
 from phongbench.results.schema import SMOOTHNESS_COLUMNS
-
-Array = NDArray[Any]
 
 #: angles of the circle: through the highlight, where alpha lambda is at most HIGHLIGHT_REACH, and from there to 180
 FINE, COARSE = 2048, 512

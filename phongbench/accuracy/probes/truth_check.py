@@ -118,9 +118,14 @@ def _random(probing: Probing) -> Iterator[Value]:
         last = HOSTILE_PAIRS if context.stratum.name == "hostile" else 1 << 40
         start, half = int(random.integers(last - RANDOM // DRAWS)), context.space == "half"
         a, b = pairs(
-            context.stratum, context.precision, seed=probing.plan.seed, start=start, count=RANDOM // DRAWS,
-            scale=context.scale, half_space=half,
-        )  # fmt: skip
+            context.stratum,
+            context.precision,
+            seed=probing.plan.seed,
+            start=start,
+            count=RANDOM // DRAWS,
+            scale=context.scale,
+            half_space=half,
+        )
         exact = engine.exact_values(context, alpha, a, b)
         what = f"{context.stratum.name} pair in {context.precision.name}, alpha {alpha:g}"
         for row, kind in enumerate(truth.TRUTHS[: context.truths]):

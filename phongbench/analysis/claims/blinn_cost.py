@@ -37,9 +37,10 @@ def judge(rows: Rows) -> Finding:
     twins = at(shaded, name="phong again")
     if any(_verdict(row) != "unresolved" for _, row in twins.iterrows()):
         raise LackingRowsError(
-            "the run told identical shading apart, so its speed claims are withheld", None,
+            "the run told identical shading apart, so its speed claims are withheld",
+            None,
             "time it again on a quiet machine: phongbench run --scenes",
-        )  # fmt: skip
+        )
     blinn = at(shaded, name="blinn-phong")
     told = tuple(_shaded(row) for _, row in blinn.iterrows())
     far = [one for one in told if one["light_and_viewer"] == "infinity"]
@@ -61,9 +62,12 @@ def _verdict(row: pd.Series) -> str:
 def _shaded(row: pd.Series) -> Numbers:
     return {
         "power": "the exact power" if row["formula"] == "phong" else str(row["formula"]),
-        "light_and_viewer": str(row["scene"]), "alpha": float(row["setting"]), "ratio_to_phong": float(row["ratio"]),
-        "ratio_low": float(row["ratio_low"]), "ratio_high": float(row["ratio_high"]),
-    }  # fmt: skip
+        "light_and_viewer": str(row["scene"]),
+        "alpha": float(row["setting"]),
+        "ratio_to_phong": float(row["ratio"]),
+        "ratio_low": float(row["ratio_low"]),
+        "ratio_high": float(row["ratio_high"]),
+    }
 
 
 def _range(told: tuple[Numbers, ...], power: str, place: str) -> str:
@@ -84,11 +88,13 @@ def _once_given(rows: Rows) -> Finding:
     here = pd.concat([at(times, working_set=place) for place in PLACES])
     told = tuple(
         {
-            "working_set": str(row["working_set"]), "ratio_to_phong": float(row["ratio"]),
-            "ratio_low": float(row["ratio_low"]), "ratio_high": float(row["ratio_high"]),
+            "working_set": str(row["working_set"]),
+            "ratio_to_phong": float(row["ratio"]),
+            "ratio_low": float(row["ratio_low"]),
+            "ratio_high": float(row["ratio_high"]),
         }
         for _, row in here.iterrows()
-    )  # fmt: skip
+    )
     ratios = [
         f"{one['ratio_to_phong']:.3g} in {one['working_set']} ({one['ratio_low']:.3g} .. {one['ratio_high']:.3g})"
         for one in told

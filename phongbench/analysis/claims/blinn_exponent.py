@@ -33,8 +33,10 @@ def judge(rows: Rows) -> Finding:
     told = tuple(_record(at(cells, alpha=alpha)) for alpha in sorted(cells["alpha"].unique()))
     good = [one["alpha"] for one in told if one["confirmed"]]
     verdict = CONDITIONS if good else FAILS
-    lifted = tuple({"pairs": "off the plane of incidence", "incidence_degrees": i, "ratio": off_plane(i),
-                    "coverage": "law"} for i in INCIDENCES)  # fmt: skip
+    lifted = tuple(
+        {"pairs": "off the plane of incidence", "incidence_degrees": i, "ratio": off_plane(i), "coverage": "law"}
+        for i in INCIDENCES
+    )
     return Finding(verdict, _because(told, cells, good), told + lifted, _rows(cells), coverage(cells))
 
 
@@ -58,10 +60,15 @@ def _record(mine: pd.DataFrame) -> Numbers:
     ratio, equal = RATIOS[str(best["beta_policy"])](alpha), equal_exponent_error(alpha)
     tried = {str(row["beta_policy"]): float(row["max_abs"]) for _, row in mine.iterrows()}
     return {
-        "pairs": "coplanar", "alpha": alpha, "best_policy": str(best["beta_policy"]), "ratio": float(ratio),
-        "max_error": float(best["max_abs"]), "ratio_4_error": tried.get("taylor"), "ratio_1_error": equal,
+        "pairs": "coplanar",
+        "alpha": alpha,
+        "best_policy": str(best["beta_policy"]),
+        "ratio": float(ratio),
+        "max_error": float(best["max_abs"]),
+        "ratio_4_error": tried.get("taylor"),
+        "ratio_1_error": equal,
         "confirmed": bool(ratio > 1.0 and best["max_abs"] < equal),
-    }  # fmt: skip
+    }
 
 
 def _because(told: tuple[Numbers, ...], cells: pd.DataFrame, good: list[float]) -> str:

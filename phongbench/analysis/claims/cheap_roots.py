@@ -55,9 +55,13 @@ def judge(rows: Rows) -> Finding:
 
 def _source(rows: Rows) -> pd.DataFrame:
     cells = at(
-        rows.lengths, approximation="lyon", space="reflect", beta_policy="taylor", lambda_form=FORMS,
+        rows.lengths,
+        approximation="lyon",
+        space="reflect",
+        beta_policy="taylor",
+        lambda_form=FORMS,
         perturbation=tuple(ROOTS),
-    )  # fmt: skip
+    )
     if cells.empty:
         raise LackingRowsError(
             "the run has no rows on vectors normalised by a cheap root",
@@ -78,11 +82,16 @@ def _record(mine: pd.DataFrame, measured: list[float]) -> Numbers:
     good = [float(alpha) for alpha in change.index[change <= VISIBLE]]
     worst = mine.sort_values(["length_max", *KEY], kind="stable").iloc[-1]
     return {
-        "root": str(mine["perturbation"].iloc[0]), "lambda_form": str(mine["lambda_form"].iloc[0]),
-        "length_error": float(mine["length_error"].iloc[0]), "gamma": int(mine["gamma"].iloc[0]),
-        "max_change": VISIBLE, **reach(good, measured), "worst_change": float(worst["length_max"]),
-        "worst_codes": 255 * float(worst["length_max"]), "worst_alpha": float(worst["alpha"]),
-    }  # fmt: skip
+        "root": str(mine["perturbation"].iloc[0]),
+        "lambda_form": str(mine["lambda_form"].iloc[0]),
+        "length_error": float(mine["length_error"].iloc[0]),
+        "gamma": int(mine["gamma"].iloc[0]),
+        "max_change": VISIBLE,
+        **reach(good, measured),
+        "worst_change": float(worst["length_max"]),
+        "worst_codes": 255 * float(worst["length_max"]),
+        "worst_alpha": float(worst["alpha"]),
+    }
 
 
 def _because(best: dict[str, Numbers], told: list[Numbers], measured: list[float]) -> str:

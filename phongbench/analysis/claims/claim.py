@@ -105,11 +105,19 @@ class Judgement:
         """Plain data for JSON: None for what is missing or not finite."""
         claim, found = self.claim, self.finding
         return {
-            "key": claim.key, "claim": claim.title, "source": claim.source.citation, "verdict": found.verdict,
-            "because": found.because, "conditions": plain(found.conditions), "evidence": plain(found.evidence),
-            "coverage": found.coverage, "rule": claim.rule_text, "figure": claim.figure, "needs": list(claim.needs),
+            "key": claim.key,
+            "claim": claim.title,
+            "source": claim.source.citation,
+            "verdict": found.verdict,
+            "because": found.because,
+            "conditions": plain(found.conditions),
+            "evidence": plain(found.evidence),
+            "coverage": found.coverage,
+            "rule": claim.rule_text,
+            "figure": claim.figure,
+            "needs": list(claim.needs),
             "lacking": found.lacking,
-        }  # fmt: skip
+        }
 
 
 def plain(value: Any) -> Any:

@@ -71,12 +71,18 @@ def _record(mine: pd.DataFrame) -> Numbers:
     (one, way), (two, way_two) = (widest_edge(angles, change, limit) for limit in (VISIBLE, 2 * VISIBLE))
     first = mine.iloc[0]
     return {
-        "pair": str(first["pair"]), "lambda_form": str(first["lambda_form"]), "alpha": float(first["alpha"]),
-        "gamma": int(first["gamma"]), "max_change": VISIBLE, "edge_degrees_to": None if way == "<" else one,
-        "beyond_measured": way == ">", "edge_degrees_to_two_codes": None if way_two == "<" else two,
-        "largest_change": max(change), "edge_degrees_measured_from": min(angles),
+        "pair": str(first["pair"]),
+        "lambda_form": str(first["lambda_form"]),
+        "alpha": float(first["alpha"]),
+        "gamma": int(first["gamma"]),
+        "max_change": VISIBLE,
+        "edge_degrees_to": None if way == "<" else one,
+        "beyond_measured": way == ">",
+        "edge_degrees_to_two_codes": None if way_two == "<" else two,
+        "largest_change": max(change),
+        "edge_degrees_measured_from": min(angles),
         "edge_degrees_measured_to": max(angles),
-    }  # fmt: skip
+    }
 
 
 def _because(meant: list[Numbers], told: list[Numbers], fine: list[float]) -> str:

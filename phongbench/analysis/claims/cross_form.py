@@ -80,11 +80,17 @@ def _against_dot(cells: pd.DataFrame) -> Numbers:
     good = [float(alpha) for alpha in least.index[least >= MUCH]]
     worst = seen.sort_values(["times", *_CELL], kind="stable").iloc[0]
     return {
-        "against": "dot", "times_less": MUCH, "alphas": good, "alpha_from": good[0] if good else None,
-        "alphas_measured": [float(alpha) for alpha in least.index], "least_times": float(worst["times"]),
-        "least_alpha": float(worst["alpha"]), "least_perturbation": str(worst["perturbation"]),
-        "least_length_error": float(worst["length_error"]), "gamma": int(cells["gamma"].iloc[0]),
-    }  # fmt: skip
+        "against": "dot",
+        "times_less": MUCH,
+        "alphas": good,
+        "alpha_from": good[0] if good else None,
+        "alphas_measured": [float(alpha) for alpha in least.index],
+        "least_times": float(worst["times"]),
+        "least_alpha": float(worst["alpha"]),
+        "least_perturbation": str(worst["perturbation"]),
+        "least_length_error": float(worst["length_error"]),
+        "gamma": int(cells["gamma"].iloc[0]),
+    }
 
 
 def _against_difference(mine: pd.DataFrame) -> Numbers:
@@ -99,13 +105,15 @@ def _against_difference(mine: pd.DataFrame) -> Numbers:
     below, beyond = reach[reach < first] if (~better).any() else reach, reach[reach > last] if better.any() else reach
     way = str(mine["perturbation"].iloc[0])
     return {
-        "against": "difference", "perturbation": way, "cross_never_worse": not better.any(),
+        "against": "difference",
+        "perturbation": way,
+        "cross_never_worse": not better.any(),
         "difference_never_worse": bool(better.all()),
         "difference_to_alpha_times_error": float(below.max()) if len(below) else None,
         "cross_from_alpha_times_error": float(beyond.min()) if len(beyond) else None,
         "law_alpha_times_error": error_laws.length_crossover(1.0) if way == "a" else None,
         "largest_length_error": float(mine["length_error"].abs().max()),
-    }  # fmt: skip
+    }
 
 
 def _because(told: list[Numbers]) -> str:

@@ -57,11 +57,16 @@ def _record(mine: pd.DataFrame, measured: list[float]) -> Numbers:
     worst = mine.sort_values(["max_abs", "alpha"], kind="stable").iloc[-1]
     first = mine.iloc[0]
     return {
-        "gamma": int(first["gamma"]), "beta_policy": first["beta_policy"], "lambda_form": first["lambda_form"],
-        "max_error": VISIBLE, **reach(good, measured), "alphas_10bit": fine,
-        "worst_error": float(worst["max_abs"]), "worst_codes": 255 * float(worst["max_abs"]),
+        "gamma": int(first["gamma"]),
+        "beta_policy": first["beta_policy"],
+        "lambda_form": first["lambda_form"],
+        "max_error": VISIBLE,
+        **reach(good, measured),
+        "alphas_10bit": fine,
+        "worst_error": float(worst["max_abs"]),
+        "worst_codes": 255 * float(worst["max_abs"]),
         "worst_alpha": float(worst["alpha"]),
-    }  # fmt: skip
+    }
 
 
 def _because(told: list[Numbers], measured: list[float]) -> str:
@@ -93,11 +98,4 @@ def _rows(cells: pd.DataFrame, told: list[Numbers]) -> tuple[Numbers, ...]:
     return evidence("accuracy", "max_abs", pd.concat(picked))
 
 
-CLAIM = Claim(
-    "a",
-    "A gamma of 4 or 8 is typically enough",
-    WIKIPEDIA_PHONG,
-    judge,
-    ("accuracy",),
-    "error_gamma",
-)
+CLAIM = Claim("a", "A gamma of 4 or 8 is typically enough", WIKIPEDIA_PHONG, judge, ("accuracy",), "error_gamma")

@@ -35,9 +35,10 @@ def judge(rows: Rows) -> Finding:
     found = ordered(rows.far, HELD)
     if found.empty:
         raise LackingRowsError(
-            "how far is far enough shows on polygons whose light and viewer move away", None,
+            "how far is far enough shows on polygons whose light and viewer move away",
+            None,
             "measure them: phongbench run --scenes",
-        )  # fmt: skip
+        )
     told = [_record(mine) for _, mine in found.groupby(["term", "held", "alpha"], sort=True, dropna=False)]
     meant = [one for one in told if one["term"] == "diffuse" or one["held"] == "both"]
     reached = [one["sides_from"] for one in meant]
@@ -67,10 +68,13 @@ def _record(mine: pd.DataFrame) -> Numbers:
     worst = mine.iloc[-1]
     alpha = None if pd.isna(worst["alpha"]) else float(worst["alpha"])
     return {
-        "term": str(worst["term"]), "held": str(worst["held"]), "alpha": alpha, "max_error": VISIBLE,
+        "term": str(worst["term"]),
+        "held": str(worst["held"]),
+        "alpha": alpha,
+        "max_error": VISIBLE,
         "sides_from": far_enough(mine["distance"], mine["max_abs"]),
         "error_times_sides": float(worst["max_abs"] * worst["distance"]),
-    }  # fmt: skip
+    }
 
 
 def _sentence(one: Numbers) -> str:
@@ -81,9 +85,5 @@ def _sentence(one: Numbers) -> str:
 
 
 CLAIM = Claim(
-    "i",
-    "With light and viewer far away, L.N and V.R may be held constant over a polygon",
-    HYPERGRAPH,
-    judge,
-    ("far",),
+    "i", "With light and viewer far away, L.N and V.R may be held constant over a polygon", HYPERGRAPH, judge, ("far",)
 )

@@ -29,8 +29,9 @@ def judge(rows: Rows) -> Finding:
         f"{codes(one['error_at_60_degrees'])} at 60 and {codes(one['error_at_85_degrees'])} at 85"
         for one in told
     ]
-    return Finding(verdict, sentence(f"a constant ks against Schlick's reflectance, {parts[0]}", *parts[1:]), told, (),
-                   "law")  # fmt: skip
+    return Finding(
+        verdict, sentence(f"a constant ks against Schlick's reflectance, {parts[0]}", *parts[1:]), told, (), "law"
+    )
 
 
 def rise(normal: float, incidence_degrees: float) -> float:
@@ -41,10 +42,13 @@ def rise(normal: float, incidence_degrees: float) -> float:
 def _record(name: str, normal: float) -> Numbers:
     reach = 1.0 - min(1.0, VISIBLE / (1.0 - normal)) ** 0.2
     return {
-        "material": name, "reflectance": normal, "max_error": VISIBLE,
+        "material": name,
+        "reflectance": normal,
+        "max_error": VISIBLE,
         "incidence_to_degrees": math.degrees(math.acos(reach)),
-        "error_at_60_degrees": rise(normal, 60.0), "error_at_85_degrees": rise(normal, GRAZING),
-    }  # fmt: skip
+        "error_at_60_degrees": rise(normal, 60.0),
+        "error_at_85_degrees": rise(normal, GRAZING),
+    }
 
 
 CLAIM = Claim(

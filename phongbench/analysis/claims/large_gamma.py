@@ -60,11 +60,15 @@ def _record(lyon: pd.DataFrame, limit: pd.DataFrame) -> Numbers:
     always = error <= VISIBLE
     stays = [g for g in good if all(h in good for h in gammas if h >= g)] if always else []
     return {
-        "lambda_form": str(limit["lambda_form"].iloc[0]), "alpha": float(limit["alpha"].iloc[0]),
-        "max_error": VISIBLE, "limit_error": error, "within": ALWAYS if always else PASSING if good else NEVER,
-        "gamma_from": min(stays, default=None), "gammas_within": good,
+        "lambda_form": str(limit["lambda_form"].iloc[0]),
+        "alpha": float(limit["alpha"].iloc[0]),
+        "max_error": VISIBLE,
+        "limit_error": error,
+        "within": ALWAYS if always else PASSING if good else NEVER,
+        "gamma_from": min(stays, default=None),
+        "gammas_within": good,
         "gamma_measured_to": max(gammas, default=None),
-    }  # fmt: skip
+    }
 
 
 def _because(told: list[Numbers]) -> str:
@@ -90,10 +94,5 @@ def _rows(lyon: pd.DataFrame, limit: pd.DataFrame, told: list[Numbers]) -> tuple
 
 
 CLAIM = Claim(
-    "b",
-    "The approximation holds for a sufficiently large gamma",
-    WIKIPEDIA_PHONG,
-    judge,
-    ("accuracy",),
-    "error_gamma",
+    "b", "The approximation holds for a sufficiently large gamma", WIKIPEDIA_PHONG, judge, ("accuracy",), "error_gamma"
 )

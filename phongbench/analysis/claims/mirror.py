@@ -58,16 +58,11 @@ def energy_within(n: float, degrees: float) -> float:
 def _record(n: float) -> Numbers:
     width = half_width(n)
     return {
-        "alpha": n, "half_width_degrees": width, "energy_within_half_width": energy_within(n, width),
+        "alpha": n,
+        "half_width_degrees": width,
+        "energy_within_half_width": energy_within(n, width),
         "energy_99_within_degrees": math.degrees(math.acos(0.01 ** (1.0 / (n + 1.0)))),
-    }  # fmt: skip
+    }
 
 
-CLAIM = Claim(
-    "j",
-    "An exponent n of 200 or more is a near-perfect reflector",
-    HYPERGRAPH,
-    judge,
-    (),
-    "error_angle",
-)
+CLAIM = Claim("j", "An exponent n of 200 or more is a near-perfect reflector", HYPERGRAPH, judge, (), "error_angle")

@@ -58,10 +58,14 @@ def _sentence(scene: str, saved: float, told: list[Numbers]) -> str:
 
 def _record(row: pd.Series) -> Numbers:
     return {
-        "scene": str(row["scene"]), "depth": int(row["depth"]), "contribution": float(row["setting"]),
-        "rays": int(row["of"]), "rays_saved": float(row["skipped"] / row["of"]) if row["of"] else 0.0,
-        "largest_change": float(row["largest_change"]), "bound": float(row["bound"]),
-    }  # fmt: skip
+        "scene": str(row["scene"]),
+        "depth": int(row["depth"]),
+        "contribution": float(row["setting"]),
+        "rays": int(row["of"]),
+        "rays_saved": float(row["skipped"] / row["of"]) if row["of"] else 0.0,
+        "largest_change": float(row["largest_change"]),
+        "bound": float(row["bound"]),
+    }
 
 
 CLAIM = Claim(

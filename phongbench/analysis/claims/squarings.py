@@ -14,11 +14,7 @@ from phongbench.results.schema import BASELINE, LIBM
 #: the larger gamma of the textbooks, or the timed one nearest to it
 GAMMA = 8
 #: the row of an exact power -> what it is called
-ENGINES = {
-    BASELINE: "the vectorised power",
-    LIBM: "libm's power",
-    "integer-power": "squaring a whole exponent",
-}
+ENGINES = {BASELINE: "the vectorised power", LIBM: "libm's power", "integer-power": "squaring a whole exponent"}
 
 
 def judge(rows: Rows) -> Finding:
@@ -61,11 +57,15 @@ def _record(mine: pd.Series, exact: pd.Series) -> Numbers:
     high = mine["ratio_high"] / (1.0 if base else exact["ratio_low"])
     low = mine["ratio_low"] / (1.0 if base else exact["ratio_high"])
     return {
-        "engine": str(exact["approximation"]), "working_set": str(mine["working_set"]),
-        "lambda_form": str(mine["lambda_form"]), "gamma": int(mine["gamma"]),
-        "times_faster": float(exact["ratio"] / mine["ratio"]), "times_faster_low": float(1.0 / high),
-        "times_faster_high": float(1.0 / low), "faster": bool(high < FASTER),
-    }  # fmt: skip
+        "engine": str(exact["approximation"]),
+        "working_set": str(mine["working_set"]),
+        "lambda_form": str(mine["lambda_form"]),
+        "gamma": int(mine["gamma"]),
+        "times_faster": float(exact["ratio"] / mine["ratio"]),
+        "times_faster_low": float(1.0 / high),
+        "times_faster_high": float(1.0 / low),
+        "faster": bool(high < FASTER),
+    }
 
 
 def _because(told: list[Numbers]) -> str:
@@ -83,10 +83,5 @@ def _because(told: list[Numbers]) -> str:
 
 
 CLAIM = Claim(
-    "h",
-    "A few multiplications replace a variable exponentiation",
-    WIKIPEDIA_PHONG,
-    judge,
-    ("timing",),
-    "speed",
+    "h", "A few multiplications replace a variable exponentiation", WIKIPEDIA_PHONG, judge, ("timing",), "speed"
 )

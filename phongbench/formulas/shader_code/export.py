@@ -27,10 +27,7 @@ _FORMS: dict[str, tuple[tuple[str, str, str], ...]] = {
     "dot": (("float", "cosine_deficit", "1.0 - cosine"),),
     "difference": (("direction", "d", "{a} - {b}"), ("float", "cosine_deficit", "0.5 * dot(d, d)")),
     "cross": (("direction", "c", "cross({a}, {b})"), ("float", "cosine_deficit", "0.5 * dot(c, c)")),
-    "tan2": (
-        ("direction", "c", "cross({a}, {b})"),
-        ("float", "cosine_deficit", "0.5 * dot(c, c) / (cosine * cosine)"),
-    ),
+    "tan2": (("direction", "c", "cross({a}, {b})"), ("float", "cosine_deficit", "0.5 * dot(c, c) / (cosine * cosine)")),
 }
 #: space -> the names of both directions, and what they are
 _DIRECTIONS = {

@@ -38,10 +38,19 @@ PRIMITIVES: dict[Body, str] = {
 
 _CHOICE, _OR, _AND, _ORDER, _SUM, _PRODUCT, _SIGN, _ATOM = range(8)
 _OPERATORS: dict[type[ast.AST], tuple[str, int]] = {
-    ast.Add: ("+", _SUM), ast.Sub: ("-", _SUM), ast.Mult: ("*", _PRODUCT), ast.Div: ("/", _PRODUCT),
-    ast.Lt: ("<", _ORDER), ast.LtE: ("<=", _ORDER), ast.Gt: (">", _ORDER), ast.GtE: (">=", _ORDER),
-    ast.Eq: ("==", _ORDER), ast.NotEq: ("!=", _ORDER), ast.And: ("&&", _AND), ast.Or: ("||", _OR),
-}  # fmt: skip
+    ast.Add: ("+", _SUM),
+    ast.Sub: ("-", _SUM),
+    ast.Mult: ("*", _PRODUCT),
+    ast.Div: ("/", _PRODUCT),
+    ast.Lt: ("<", _ORDER),
+    ast.LtE: ("<=", _ORDER),
+    ast.Gt: (">", _ORDER),
+    ast.GtE: (">=", _ORDER),
+    ast.Eq: ("==", _ORDER),
+    ast.NotEq: ("!=", _ORDER),
+    ast.And: ("&&", _AND),
+    ast.Or: ("||", _OR),
+}
 
 
 class Speller:
@@ -116,8 +125,9 @@ class _Function:
         taken = {a: f"{self.language.word(a)}_given" if a in assigned else self.language.word(a) for a in given}
         copies = [
             self.language.declared(self.language.float_type, self.language.word(a), taken[a])
-            for a in given if a in assigned
-        ]  # fmt: skip
+            for a in given
+            if a in assigned
+        ]
         lines = copies + [self._statement(s) for s in definition.body]
         kind = self.language.float_type
         header = self.language.header(kind, name, [(kind, taken[a]) for a in given])

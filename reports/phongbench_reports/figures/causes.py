@@ -28,9 +28,15 @@ _LIFT = {"dot": -0.2, "difference": 0.0, "cross": 0.2, "tan2": 0.36}
 def rows_of(study: Study) -> pd.DataFrame:
     """Lyon with Taylor slope at one exponent and the gamma nearest to 64, every cause, both truths."""
     rows = study.at(
-        study.accuracy, approximation="lyon", beta_policy="taylor", space="reflect", precision=study.precision,
-        stratum="lengths", perturbation=tuple(BY_NAME), lambda_form=tuple(FORMS),
-    )  # fmt: skip
+        study.accuracy,
+        approximation="lyon",
+        beta_policy="taylor",
+        space="reflect",
+        precision=study.precision,
+        stratum="lengths",
+        perturbation=tuple(BY_NAME),
+        lambda_form=tuple(FORMS),
+    )
     rows = rows[rows["gamma"].notna() & rows["gated"].astype(bool)]
     if rows.empty:
         return rows
@@ -73,9 +79,17 @@ def draw(study: Study) -> Plate | Absent:
     panels[0].set_yticks(range(len(causes)), names, fontsize=8)
     handles, labels = panels[0].get_legend_handles_labels()
     figure.legend(
-        handles, labels, loc="upper left", bbox_to_anchor=(0.0, 1.0), ncols=1, fontsize=8, title="lambda form",
-        title_fontsize=8, labelcolor="linecolor", borderaxespad=0.4,
-    )  # fmt: skip
+        handles,
+        labels,
+        loc="upper left",
+        bbox_to_anchor=(0.0, 1.0),
+        ncols=1,
+        fontsize=8,
+        title="lambda form",
+        title_fontsize=8,
+        labelcolor="linecolor",
+        borderaxespad=0.4,
+    )
     told = basis(data)
     where = (
         f"lyon, γ\u00a0=\u00a0{int(data['gamma'].iloc[0])}, α\u00a0=\u00a0{data['alpha'].iloc[0]:g}, {study.precision}"

@@ -19,9 +19,15 @@ from phongbench_reports.text import BUDGETS, label, listed, number, records
 POINTS = 361
 #: Shown where the run has them; γ is the one nearest to 8. Then user-brought formulas, as far as styles last.
 WANTED = (
-    ("lyon", "dot", "taylor"), ("lyon", "cross", "taylor"), ("lyon", "dot", "minimax"), ("lyon-quadratic", "dot", ""),
-    ("gaussian", "dot", "none"), ("gaussian", "dot", "taylor"), ("schlick", "none", ""), ("blinn", "none", ""),
-)  # fmt: skip
+    ("lyon", "dot", "taylor"),
+    ("lyon", "cross", "taylor"),
+    ("lyon", "dot", "minimax"),
+    ("lyon-quadratic", "dot", ""),
+    ("gaussian", "dot", "none"),
+    ("gaussian", "dot", "taylor"),
+    ("schlick", "none", ""),
+    ("blinn", "none", ""),
+)
 #: An error below this is rounding of the curve's own float64 evaluation.
 FLOOR = 1e-7
 
@@ -96,10 +102,18 @@ def _paint(signed: Axes, absolute: Axes, data: pd.DataFrame) -> None:
     # All errors end at 0, where names beside the lines would lie on one another: a key instead, worst on top.
     order = sorted(lines, key=lambda name: (-lines[name][1], name))
     absolute.legend(
-        [lines[name][0] for name in order], order, loc="upper left", bbox_to_anchor=(1.03, 1.03), fontsize=8,
-        handlelength=3.2, labelspacing=0.75, borderaxespad=0.0, title="largest error", title_fontsize=8,
+        [lines[name][0] for name in order],
+        order,
+        loc="upper left",
+        bbox_to_anchor=(1.03, 1.03),
+        fontsize=8,
+        handlelength=3.2,
+        labelspacing=0.75,
+        borderaxespad=0.0,
+        title="largest error",
+        title_fontsize=8,
         alignment="left",
-    )  # fmt: skip
+    )
 
 
 def _range(data: pd.DataFrame) -> tuple[float, float]:
@@ -133,8 +147,7 @@ def draw(study: Study) -> Plate | Absent:
     absolute.set_title("absolute error")
     _paint(signed, absolute, data)
     footnote(
-        figure,
-        f"α\u00a0=\u00a0{study.alpha:g}; formulas in float64 at {POINTS} angles; unit vectors, coplanar pairs",
+        figure, f"α\u00a0=\u00a0{study.alpha:g}; formulas in float64 at {POINTS} angles; unit vectors, coplanar pairs"
     )
     return _described(study, figure, data, cells)
 

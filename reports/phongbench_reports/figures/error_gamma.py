@@ -25,7 +25,9 @@ def measured(study: Study) -> pd.DataFrame:
     rows = study.at(study.unit, approximation="lyon", beta_policy="taylor", precision=study.precision, space="reflect")
     rows = rows[rows["lambda_form"].isin(FORMS) & rows["gamma"].notna()].copy()
     alpha, gamma = rows["alpha"].to_numpy(np.float64), rows["gamma"].to_numpy(np.float64)
-    predicted = [abs(error_laws.lyon_taylor(f, a, g)) for f, a, g in zip(rows["lambda_form"], alpha, gamma, strict=True)]
+    predicted = [
+        abs(error_laws.lyon_taylor(f, a, g)) for f, a, g in zip(rows["lambda_form"], alpha, gamma, strict=True)
+    ]
     rows["law"] = np.array(predicted, dtype=np.float64)
     rows["off_by"] = rows["max_abs"] - rows["law"]
     columns = [*CELL, "alpha", "max_abs", "law", "off_by", "rounding_max", "samples", "coverage"]

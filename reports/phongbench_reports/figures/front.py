@@ -49,10 +49,19 @@ def _panel(axes: Axes, rows: pd.DataFrame) -> None:
         x = part["error"].clip(lower=FLOOR).to_numpy()
         spans = [part["ratio"] - part["ratio_low"], part["ratio_high"] - part["ratio"]]
         axes.errorbar(
-            x, part["ratio"], yerr=np.abs(np.array(spans, dtype=float)), fmt=marker, markersize=size, color=colour,
-            markerfacecolor=face, markeredgewidth=1.1, elinewidth=0.9, capsize=0, label=state,
+            x,
+            part["ratio"],
+            yerr=np.abs(np.array(spans, dtype=float)),
+            fmt=marker,
+            markersize=size,
+            color=colour,
+            markerfacecolor=face,
+            markeredgewidth=1.1,
+            elinewidth=0.9,
+            capsize=0,
+            label=state,
             zorder=3 if state == "on" else 2,
-        )  # fmt: skip
+        )
     best = edge(rows)
     # A step, not a slope: no mixture of two formulas lies between two points.
     axes.step(best["error"].clip(lower=FLOOR), best["ratio"], where="post", color=BLUE, linewidth=1.2, zorder=1.8)
@@ -79,11 +88,17 @@ def _name(axes: Axes, rows: pd.DataFrame) -> None:
         height = float(y) + GAP if left else min(float(y), lowest) - GAP
         lowest = lowest if left else height
         axes.annotate(
-            row["label"], xy=(max(row["error"], FLOOR), row["ratio"]), xytext=(x + (0.012 if left else -0.012), height),
-            textcoords="axes fraction", fontsize=7.5, ha="left" if left else "right", va="center",
-            bbox={"facecolor": SURFACE, "edgecolor": "none", "pad": 0.8}, zorder=4,
+            row["label"],
+            xy=(max(row["error"], FLOOR), row["ratio"]),
+            xytext=(x + (0.012 if left else -0.012), height),
+            textcoords="axes fraction",
+            fontsize=7.5,
+            ha="left" if left else "right",
+            va="center",
+            bbox={"facecolor": SURFACE, "edgecolor": "none", "pad": 0.8},
+            zorder=4,
             arrowprops={"arrowstyle": "-", "color": BLUE, "linewidth": 0.6, "shrinkA": 0, "shrinkB": 3},
-        )  # fmt: skip
+        )
 
 
 def draw(study: Study) -> Plate | Absent:
@@ -121,10 +136,7 @@ def draw(study: Study) -> Plate | Absent:
     )
     rows = study.at(study.unit, space="reflect", precision=study.precision, alpha=tuple(alphas))
     told = f"{basis(rows)}; time: median ratio, interval, {study.working_set}"
-    footnote(
-        figure,
-        f"{study.precision}, unit vectors, formulas of (R, V); error ≤ 10⁻⁷ at the left edge; {told}",
-    )
+    footnote(figure, f"{study.precision}, unit vectors, formulas of (R, V); error ≤ 10⁻⁷ at the left edge; {told}")
     return Plate(
         figure, data, _sentence(study, data), _alt(data), told, reproduce(study, rows).removesuffix(" --no-timing")
     )

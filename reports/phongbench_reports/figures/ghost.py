@@ -28,9 +28,14 @@ RADIUS = 0.94
 def cell_of(study: Study) -> pd.DataFrame:
     """The run's row of Lyon's ungated cross form beyond 90 degrees, at a wide lobe; empty if there is none."""
     rows = study.at(
-        study.accuracy, approximation="lyon", lambda_form="cross", space="reflect", precision=study.precision,
-        stratum="grazing", gated=False,
-    )  # fmt: skip
+        study.accuracy,
+        approximation="lyon",
+        lambda_form="cross",
+        space="reflect",
+        precision=study.precision,
+        stratum="grazing",
+        gated=False,
+    )
     if rows.empty:
         return rows
     rows = rows[rows["alpha"] == nearest(sorted(rows["alpha"].unique()), ALPHA)]
@@ -75,10 +80,14 @@ def draw(study: Study) -> Plate | Absent:
     row = cell.iloc[0]
     angle = np.linspace(0.0, 180.0, POINTS)
     cosine = np.cos(np.radians(angle))
-    data = pd.DataFrame({
-        "angle_degrees": angle, "exact": np.maximum(cosine, 0.0) ** float(row["alpha"]),
-        "gated": values(row, cosine, gated=True), "ungated": values(row, cosine, gated=False),
-    })  # fmt: skip
+    data = pd.DataFrame(
+        {
+            "angle_degrees": angle,
+            "exact": np.maximum(cosine, 0.0) ** float(row["alpha"]),
+            "gated": values(row, cosine, gated=True),
+            "ungated": values(row, cosine, gated=False),
+        }
+    )
     figure, (lobe, first, second) = sheet(
         3.5, 1, 3, left=0.06, right=0.99, bottom=0.2, top=0.88, wspace=0.1, width_ratios=(1.7, 1.0, 1.0)
     )

@@ -41,9 +41,15 @@ def _panel(axes: Axes, errors: pd.DataFrame) -> None:
         dark = 0.2126 * red + 0.7152 * green + 0.0722 * blue < 0.45
         fits = grid[row, column] <= BUDGETS[0][0]
         axes.text(
-            column + 0.5, row + 0.5, _codes(grid[row, column]), ha="center", va="center", fontsize=8,
-            color="#ffffff" if dark else "#000000", fontweight="bold" if fits else "normal",
-        )  # fmt: skip
+            column + 0.5,
+            row + 0.5,
+            _codes(grid[row, column]),
+            ha="center",
+            va="center",
+            fontsize=8,
+            color="#ffffff" if dark else "#000000",
+            fontweight="bold" if fits else "normal",
+        )
         if fits:
             axes.add_patch(
                 Rectangle((column + 0.05, row + 0.07), 0.9, 0.86, fill=False, edgecolor="#000000", linewidth=1.3)

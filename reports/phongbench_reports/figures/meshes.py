@@ -41,9 +41,20 @@ LIMITS = (0.01, 300.0)
 #: names of files of this length together do not fit below the figure
 LONG = 24
 COLUMNS = [
-    "mesh", "edge_degrees", "triangles", "left_out", "pair", "lambda_form", "space", "alpha", "gamma", "samples",
-    "codes_changed", "codes_raw", "codes_renormalised",
-]  # fmt: skip
+    "mesh",
+    "edge_degrees",
+    "triangles",
+    "left_out",
+    "pair",
+    "lambda_form",
+    "space",
+    "alpha",
+    "gamma",
+    "samples",
+    "codes_changed",
+    "codes_raw",
+    "codes_renormalised",
+]
 
 
 def rows_of(study: Study) -> pd.DataFrame:
@@ -82,9 +93,16 @@ def _panel(axes: Axes, rows: pd.DataFrame) -> list[tuple[float, float, str, str]
         axes.plot(x, np.maximum(y, LIMITS[0]), color=colour, marker=marker, linestyle=dash, zorder=3)
         files = part[~part["mesh"].isin(OWN)]
         axes.plot(
-            files["edge_degrees"], files["codes_changed"].clip(lower=LIMITS[0]), color=colour, marker=marker,
-            linestyle="none", markerfacecolor=SURFACE, markersize=3.5, markeredgewidth=0.8, zorder=2.5,
-        )  # fmt: skip
+            files["edge_degrees"],
+            files["codes_changed"].clip(lower=LIMITS[0]),
+            color=colour,
+            marker=marker,
+            linestyle="none",
+            markerfacecolor=SURFACE,
+            markersize=3.5,
+            markeredgewidth=0.8,
+            zorder=2.5,
+        )
         if len(x):
             ends.append((float(x[-1]), float(max(y[-1], LIMITS[0])), name, colour))
     return ends
@@ -101,9 +119,18 @@ def draw(study: Study) -> Plate | Absent:
     forms = [form for form in LAMBDA_FORMS if (data["lambda_form"] == form).any()]
     height = 1.0 + 2.0 * len(alphas)
     figure, panels = sheet(
-        height, len(alphas), len(forms), left=0.092, right=0.835, wspace=0.06, hspace=0.1, top=1 - 0.33 / height,
-        bottom=0.68 / height, sharex=True, sharey=True,
-    )  # fmt: skip
+        height,
+        len(alphas),
+        len(forms),
+        left=0.092,
+        right=0.835,
+        wspace=0.06,
+        hspace=0.1,
+        top=1 - 0.33 / height,
+        bottom=0.68 / height,
+        sharex=True,
+        sharey=True,
+    )
     for index, axes in enumerate(panels):
         alpha, form = alphas[index // len(forms)], forms[index % len(forms)]
         log_axis(axes.yaxis)

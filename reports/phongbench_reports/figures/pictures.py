@@ -96,9 +96,9 @@ def lobe_law(study: Study) -> Plate | Absent:
     if data.empty:
         return MISSING
     half = _of_half_space(study)
-    data = data.assign(
-        share=data["max_abs"] / data["lobe_max"], lawful=~data["approximation"].isin(half)
-    ).reset_index(drop=True)  # fmt: skip
+    data = data.assign(share=data["max_abs"] / data["lobe_max"], lawful=~data["approximation"].isin(half)).reset_index(
+        drop=True
+    )
     figure, (axes,) = sheet(4.2, left=0.085, right=0.8, top=0.95, bottom=0.19)
     names = sorted(data["scene"].unique())
     ends = []
@@ -153,8 +153,9 @@ def saved(study: Study) -> Table | Absent:
     times = study.run.scene_times
     times = times[times["kind"].isin(["skip", "cutoff"])]
     key = ["scene", "name", "setting", "depth"]
-    data = rows.merge(times[[*key, "against", "rounds", "seconds", "ratio", "ratio_low", "ratio_high"]], on=key,
-                      how="left")  # fmt: skip
+    data = rows.merge(
+        times[[*key, "against", "rounds", "seconds", "ratio", "ratio_low", "ratio_high"]], on=key, how="left"
+    )
     shown = data[(data["skipped"] > 0) | data["name"].str.startswith("all")]
     body = tuple(_saved_row(row) for row in records(shown))
     headings = ("scene", "left out", "of", "share", "bound", "largest change", "time with / without")
@@ -213,9 +214,7 @@ def _diagonal(axes: Axes, data: pd.DataFrame) -> None:
     axes.set_ylim(bottom, top)
     axes.plot([low, high], [low, high], color=INK, linewidth=0.9, linestyle=(0, (4, 3)), zorder=1.5)
     axes.axhline(1 / 255, color=MUTED, linewidth=0.9, linestyle=(0, (1, 2)), zorder=1.5)
-    axes.text(
-        0.004, 1 / 255, "1/255", color=MUTED, fontsize=7.5, va="bottom", transform=axes.get_yaxis_transform()
-    )  # fmt: skip
+    axes.text(0.004, 1 / 255, "1/255", color=MUTED, fontsize=7.5, va="bottom", transform=axes.get_yaxis_transform())
 
 
 def _of_half_space(study: Study) -> set[str]:

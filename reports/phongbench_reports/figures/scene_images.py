@@ -1,6 +1,7 @@
 """Figures made of pictures: what reflections, interpolation and formulas do to a scene. PNG: pixels are the point.
 
-`python -m phongbench_reports.figures.scene_images FOLDER` draws all of them. Nothing here is measured but errors of the pictures.
+`python -m phongbench_reports.figures.scene_images FOLDER` draws all of them. Nothing here is
+measured but errors of the pictures.
 """
 
 from __future__ import annotations
@@ -93,8 +94,14 @@ def formulas(scene_name: str = "test-card", size: tuple[int, int] = SIZE) -> She
         other = render(scene, size=size, specular=formula).picture
         factor, error = images.amplification(exact, other), images.compare(exact, other, flip=False)
         shown = np.clip(factor * np.abs(images.encoded(other) - images.encoded(exact)), 0, 1)
-        name = name_of({"approximation": formula.approximation, "lambda_form": formula.lambda_form,
-                        "gamma": formula.gamma, "beta": formula.beta})  # fmt: skip
+        name = name_of(
+            {
+                "approximation": formula.approximation,
+                "lambda_form": formula.lambda_form,
+                "gamma": formula.gamma,
+                "beta": formula.beta,
+            }
+        )
         facts.append({"scene": scene.name, "formula": name, "amplification": factor, **error.as_dict()})
         found += [images.codes(other), (255 * shown + 0.5).astype(np.uint8)]
         titles += [name, f"difference to exact Phong × {factor:g}; at most {error.max_codes} codes"]
@@ -104,8 +111,10 @@ def formulas(scene_name: str = "test-card", size: tuple[int, int] = SIZE) -> She
 
 #: file name -> what draws it
 FIGURES: dict[str, Callable[[], Sheet]] = {
-    "depths.png": depths, "interpolation.png": interpolation, "formulas.png": formulas,
-}  # fmt: skip
+    "depths.png": depths,
+    "interpolation.png": interpolation,
+    "formulas.png": formulas,
+}
 
 
 def _alone(scene: Scene, index: int, smooth: str) -> Scene:

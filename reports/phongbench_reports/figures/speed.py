@@ -55,9 +55,15 @@ def _panel(axes: Axes, rows: pd.DataFrame, names: list[str]) -> None:
     for index, row in enumerate(records(ceilings)):
         axes.axvline(row["ns_min"], color=MUTED, linewidth=0.9, linestyle=(0, (4, 3)), zorder=1)
         axes.annotate(
-            str(row["approximation"]), (row["ns_min"], len(names) - 0.42 + 0.62 * index), (2, 0), fontsize=7,
-            color=MUTED, textcoords="offset points", va="center", annotation_clip=False,
-        )  # fmt: skip
+            str(row["approximation"]),
+            (row["ns_min"], len(names) - 0.42 + 0.62 * index),
+            (2, 0),
+            fontsize=7,
+            color=MUTED,
+            textcoords="offset points",
+            va="center",
+            annotation_clip=False,
+        )
     axes.set_yticks([place[name] for name in names], names)
     axes.tick_params(axis="y", length=0)
     axes.grid(False, axis="y")

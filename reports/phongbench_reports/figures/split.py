@@ -19,7 +19,7 @@ PARTS = {
     "model_max": ("model", BLUE, "o"),
     "length_max": ("lengths", VERMILION, "s"),
     "rounding_max": ("rounding", GREEN, "^"),
-}  # fmt: skip
+}
 LIMITS = (1e-8, 10.0)
 #: precisions beside one another: more would leave no room
 SHOWN = 3
@@ -62,9 +62,15 @@ def _sizes(axes: Axes, rows: pd.DataFrame, y: Vector) -> None:
     for index, (name, colour, marker) in enumerate(PARTS.values()):
         # Parts of 0 (exact formulas, length-free forms) would leave a log axis: they sit at its left end.
         axes.plot(
-            np.clip(parts[:, index], *LIMITS), y, color=colour, marker=marker, linestyle="none", label=name,
-            clip_on=False, markersize=4.5,
-        )  # fmt: skip
+            np.clip(parts[:, index], *LIMITS),
+            y,
+            color=colour,
+            marker=marker,
+            linestyle="none",
+            label=name,
+            clip_on=False,
+            markersize=4.5,
+        )
 
 
 def _shares(axes: Axes, rows: pd.DataFrame, y: Vector) -> None:
@@ -86,9 +92,16 @@ def draw(study: Study) -> Plate | Absent:
     height = 1.7 + 0.2 * len(names)
     margins = {"bottom": 0.78 / height, "top": 1 - 0.67 / height}
     figure, panels = sheet(
-        height, 1, 2 * len(found), left=0.225, right=0.985, wspace=0.09, sharey=True,
-        width_ratios=(2.4, 1) * len(found), **margins,
-    )  # fmt: skip
+        height,
+        1,
+        2 * len(found),
+        left=0.225,
+        right=0.985,
+        wspace=0.09,
+        sharey=True,
+        width_ratios=(2.4, 1) * len(found),
+        **margins,
+    )
     place = {name: len(names) - 1 - index for index, name in enumerate(names)}
     for index, name in enumerate(found):
         rows = data[data["precision"] == name]

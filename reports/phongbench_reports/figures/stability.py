@@ -22,9 +22,14 @@ WAYS = {"a": "one vector", "both": "both alike", "opposite": "both, opposite"}
 def rows_of(study: Study) -> pd.DataFrame:
     """Lyon with Taylor slope at one exponent and one gamma on vectors of the wrong length."""
     rows = study.at(
-        study.lengths, approximation="lyon", beta_policy="taylor", space="reflect", precision=study.precision,
-        perturbation=tuple(WAYS), lambda_form=tuple(FORMS),
-    )  # fmt: skip
+        study.lengths,
+        approximation="lyon",
+        beta_policy="taylor",
+        space="reflect",
+        precision=study.precision,
+        perturbation=tuple(WAYS),
+        lambda_form=tuple(FORMS),
+    )
     rows = rows[(rows["length_error"] != 0.0) & rows["gamma"].notna() & rows["gated"].astype(bool)]
     if rows.empty:
         return rows
@@ -59,10 +64,15 @@ def _series(axes: Axes, part: pd.DataFrame, column: str, look: tuple[str, str, A
     for too_long in (True, False):
         mine = part[(part["length_error"] > 0) == too_long].sort_values("length_error", key=abs, kind="stable")
         axes.plot(
-            mine["length_error"].abs(), mine[column].clip(lower=1e-8), color=colour, marker=marker,
-            linestyle=dash if joined and too_long else "none", markerfacecolor=colour if too_long else SURFACE,
-            linewidth=1.1, zorder=3 if too_long else 2.8,
-        )  # fmt: skip
+            mine["length_error"].abs(),
+            mine[column].clip(lower=1e-8),
+            color=colour,
+            marker=marker,
+            linestyle=dash if joined and too_long else "none",
+            markerfacecolor=colour if too_long else SURFACE,
+            linewidth=1.1,
+            zorder=3 if too_long else 2.8,
+        )
 
 
 def _column(upper: Axes, lower: Axes, rows: pd.DataFrame, way: str) -> dict[str, list[tuple[float, float, str, str]]]:

@@ -37,9 +37,15 @@ def _panel(axes: Axes, rows: pd.DataFrame, precisions: tuple[str, ...]) -> list[
         axes.plot(gammas, mine["max_abs"], color=colour, marker=marker, linestyle=dash, markersize=3.5)
         best = mine[mine["best"]].iloc[:1]
         axes.plot(
-            best["gamma"].astype(float), best["max_abs"], color=colour, marker="o", markersize=11, linestyle="none",
-            markerfacecolor="none", markeredgewidth=1.4,
-        )  # fmt: skip
+            best["gamma"].astype(float),
+            best["max_abs"],
+            color=colour,
+            marker="o",
+            markersize=11,
+            linestyle="none",
+            markerfacecolor="none",
+            markeredgewidth=1.4,
+        )
         ends.append((float(gammas.iloc[-1]), float(mine["max_abs"].iloc[-1]), precision, colour))
     return ends
 

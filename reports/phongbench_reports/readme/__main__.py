@@ -31,8 +31,18 @@ from phongbench_reports.readme import bench_parts, run_parts
 from phongbench_reports.readme.run_parts import PICTURES, Wall
 
 NAMES = (
-    "verdict", "front", "shader", "claims", "speed", "peers", "alarms", "throughput", "scenes", "service", "machine",
-)  # fmt: skip
+    "verdict",
+    "front",
+    "shader",
+    "claims",
+    "speed",
+    "peers",
+    "alarms",
+    "throughput",
+    "scenes",
+    "service",
+    "machine",
+)
 CHECKOUT = Path(__file__).resolve().parents[3]
 README = "README.md"
 #: bytes a picture may have: a repository keeps every version of it

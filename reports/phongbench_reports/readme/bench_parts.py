@@ -68,11 +68,17 @@ def scenes(found: Mapping[str, Any]) -> str:
     lines = []
     for name, rows in found["skips"].items():
         full, exact, none = ({row["variant"]: row for row in rows}[v] for v in ("all", "exact", "none"))
-        lines.append((
-            name, str(SCENES[name]), f"{1e3 * full['seconds']:.0f} ms", f"{none['ratio']:.2f} ×",
-            f"{none['ratio'] / exact['ratio']:.2f} ×", "yes" if exact["same_bits"] else "no",
-            number(full["largest_change"]),
-        ))  # fmt: skip
+        lines.append(
+            (
+                name,
+                str(SCENES[name]),
+                f"{1e3 * full['seconds']:.0f} ms",
+                f"{none['ratio']:.2f} ×",
+                f"{none['ratio'] / exact['ratio']:.2f} ×",
+                "yes" if exact["same_bits"] else "no",
+                number(full["largest_change"]),
+            )
+        )
     headings = ("scene", "depth", "time", "all skips", "exact ones alone", "which change no bit", "all change at most")
     return (
         f"{table(headings, lines, right=(1, 2, 3, 4, 6))}\n\n({SIZE[0]} × {SIZE[1]} pixels, exact Phong, every core; "
@@ -85,16 +91,27 @@ def _tracers(rows: Sequence[Mapping[str, Any]], absent: Sequence[Mapping[str, st
     """Who drew the same scene in which time, how alike the pictures are, and what is compared."""
     lines = [
         (
-            row["tracer"], row["draws"], f"{1e3 * row['seconds']:.0f} ms", number(row["mpixels_per_second"]),
-            number(row["mrays_per_second"]), number(row["ratio"]),
-            "–" if row["tracer"] == scene_bench.OURS else _share(row["pixels_off"]), _share(row["surfaces_agree"]),
+            row["tracer"],
+            row["draws"],
+            f"{1e3 * row['seconds']:.0f} ms",
+            number(row["mpixels_per_second"]),
+            number(row["mrays_per_second"]),
+            number(row["ratio"]),
+            "–" if row["tracer"] == scene_bench.OURS else _share(row["pixels_off"]),
+            _share(row["surfaces_agree"]),
         )
         for row in rows
-    ]  # fmt: skip
+    ]
     headings = (
-        "tracer", "draws", "time", "million pixels / s", "million rays / s", "time / ours drawing the same",
-        "pixels off by a code", "pixels as far away",
-    )  # fmt: skip
+        "tracer",
+        "draws",
+        "time",
+        "million pixels / s",
+        "million rays / s",
+        "time / ours drawing the same",
+        "pixels off by a code",
+        "pixels as far away",
+    )
     told = {row["tracer"]: f"- {row['tracer']} {row['version']}: {row['note']}." for row in rows}
     told |= {row["tracer"]: f"- {row['tracer']} is absent: {row['why']}." for row in absent}
     notes = "\n".join(told.values())

@@ -12,9 +12,14 @@ from phongbench_reports.text import label, number, records
 
 #: Short words for outcomes, as the cells of the table show them; what is well is quiet.
 WORDS = {
-    "value": "ok", "saturates": "0 or 1", "nan": "no number", "infinite": "∞", "above-one": "> 1", "negative": "< 0",
+    "value": "ok",
+    "saturates": "0 or 1",
+    "nan": "no number",
+    "infinite": "∞",
+    "above-one": "> 1",
+    "negative": "< 0",
     "refused": "refused",
-}  # fmt: skip
+}
 #: Outcomes that leave the range of a highlight.
 BAD = ("nan", "infinite", "above-one", "negative")
 KEY = ["approximation", "lambda_form", "space", "precision", "gated"]
@@ -74,9 +79,12 @@ def smoothness(study: Study) -> Table | Absent:
     rows = rows.sort_values([*KEY, "alpha", "gamma", "beta_policy"], kind="stable").reset_index(drop=True)
     alpha = nearest(sorted(rows["alpha"].unique()), study.alpha)
     mine = rows[
-        (rows["approximation"] == "lyon") & (rows["beta_policy"] == "taylor") & (rows["space"] == "reflect")
-        & (rows["alpha"] == alpha) & rows["gated"].astype(bool)
-    ]  # fmt: skip
+        (rows["approximation"] == "lyon")
+        & (rows["beta_policy"] == "taylor")
+        & (rows["space"] == "reflect")
+        & (rows["alpha"] == alpha)
+        & rows["gated"].astype(bool)
+    ]
     if mine.empty:
         return Absent("The run holds no lobes of lyon.", "Run with --only lyon.")
     precisions = [name for name in study.precisions if name in set(mine["precision"])]
@@ -93,12 +101,15 @@ def smoothness(study: Study) -> Table | Absent:
     for name in precisions:
         headings += [f"{name}: rises", "largest, codes", "overflows / subnormals"]
     return Table(
-        tuple(headings), tuple(body), rows, _smooth_sentence(mine, alpha),
+        tuple(headings),
+        tuple(body),
+        rows,
+        _smooth_sentence(mine, alpha),
         "edge: second difference at the lobe's end over that of exact Phong's peak; about 1 is a Mach band, more is a "
         "kink or a step; rises: places where the lobe grows away from its peak; overflows (in fixed point saturations) "
         f"and subnormals: of lambda or value, in {number(mine['samples'].iloc[0])} samples; every cell in the CSV",
         frozenset(range(1, len(headings))),
-    )  # fmt: skip
+    )
 
 
 def _smooth_sentence(mine: pd.DataFrame, alpha: float) -> str:

@@ -19,14 +19,34 @@ from phongbench_reports.text import label, listed, missing, number
 
 #: verdict -> how a sentence on one claim, and on several, says it
 _TOLD = {
-    "holds": ("holds", "hold"), "holds under conditions": ("holds under conditions", "hold under conditions"),
-    "fails": ("fails", "fail"), "not measured": ("was not measured", "were not measured"),
-}  # fmt: skip
+    "holds": ("holds", "hold"),
+    "holds under conditions": ("holds under conditions", "hold under conditions"),
+    "fails": ("fails", "fail"),
+    "not measured": ("was not measured", "were not measured"),
+}
 #: parts of a row's key that its label does not tell
 _WHERE = (
-    "alpha", "precision", "mesh", "edge_degrees", "normals", "pair", "stratum", "perturbation", "length_error",
-    "working_set", "coverage", "scene", "depth", "kind", "name", "formula", "setting", "held", "term", "distance",
-)  # fmt: skip
+    "alpha",
+    "precision",
+    "mesh",
+    "edge_degrees",
+    "normals",
+    "pair",
+    "stratum",
+    "perturbation",
+    "length_error",
+    "working_set",
+    "coverage",
+    "scene",
+    "depth",
+    "kind",
+    "name",
+    "formula",
+    "setting",
+    "held",
+    "term",
+    "distance",
+)
 _UNSAID = (None, "none", 0.0)
 #: anchors that a claim may point to
 _SHOWN = {part.name for part in (*FIGURES, *SECTIONS)}
@@ -94,12 +114,19 @@ def _entry(study: Study, one: Judgement) -> Entry:
     command = reproduce(study, pd.DataFrame(rows).convert_dtypes()) if rows else ""
     lacking = told["lacking"] or ""
     return Entry(
-        told["key"], told["claim"], told["source"], SIGNS[one.verdict], one.verdict, told["because"],
-        f"{lacking[:1].upper()}{lacking[1:]}", told["rule"],
+        told["key"],
+        told["claim"],
+        told["source"],
+        SIGNS[one.verdict],
+        one.verdict,
+        told["because"],
+        f"{lacking[:1].upper()}{lacking[1:]}",
+        told["rule"],
         told["figure"] if told["figure"] in _SHOWN and told["evidence"] else "",
         _numbers(told["conditions"]),
-        tuple(_row(row) for row in told["evidence"]), command,
-    )  # fmt: skip
+        tuple(_row(row) for row in told["evidence"]),
+        command,
+    )
 
 
 def _numbers(records: list[dict[str, Any]]) -> tuple[Numbers, ...]:

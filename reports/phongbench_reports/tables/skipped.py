@@ -24,11 +24,16 @@ def skipped(study: Study) -> Table | Absent:
     certain = data[data["ratio_high_skip"] < data["ratio_low_plain"]]
     body = tuple(
         (
-            str(row["formula"]), share(float(row["lit"])), str(row["working_set"]),
-            number(row["ratio_plain"]), _interval(row, "plain"), number(row["ratio_skip"]), _interval(row, "skip"),
+            str(row["formula"]),
+            share(float(row["lit"])),
+            str(row["working_set"]),
+            number(row["ratio_plain"]),
+            _interval(row, "plain"),
+            number(row["ratio_skip"]),
+            _interval(row, "skip"),
         )
         for row in records(data)
-    )  # fmt: skip
+    )
     headings = ("formula", "lit", "working set", "plain", "interval", "skipping", "interval")
     return Table(headings, body, data, _sentence(data, certain), _basis(rows), frozenset(range(3, 7)))
 

@@ -28,10 +28,15 @@ def sureness(study: Study) -> Table | Absent:
         )
     shown = _headline(study, data)
     body = tuple(
-        (label(row), *(number(row[name], 5) for name in FOUND), number(row["model"], 5), number(row["certified"], 5),
-         _gap(row["certified"], row["model"]))
+        (
+            label(row),
+            *(number(row[name], 5) for name in FOUND),
+            number(row["model"], 5),
+            number(row["certified"], 5),
+            _gap(row["certified"], row["model"]),
+        )
         for row in records(shown)
-    )  # fmt: skip
+    )
     headings = ("formula", "sampled", "searched", "every cosine", "formula alone, measured", "its proven bound", "gap")
     told = (
         f"{study.precision}, α\u00a0=\u00a0{study.alpha:g}; sampled: unit vectors; searched: all nearly unit vectors; "

@@ -20,8 +20,6 @@ SHOWN = 24
 COUNTS = {"above_one": "above 1", "negative": "negative", "nonfinite": "not finite", "excluded": "left out"}
 
 
-
-
 def _gain(row: pd.Series | None, *, withheld: bool) -> tuple[str, str]:
     """How many times faster than exact Phong, and the interval of that; words where nothing may be claimed."""
     if row is None:
@@ -138,11 +136,15 @@ def census(study: Study) -> Table | Absent:
     shown = order[order["precision"] == study.precision].head(SHOWN)
     body = tuple(
         (
-            label({**row, "gamma": None}), str(row["precision"]), "yes" if row["gated"] else "no", str(row["stratum"]),
-            number(row["samples"]), *(number(row[column]) for column in present),
+            label({**row, "gamma": None}),
+            str(row["precision"]),
+            "yes" if row["gated"] else "no",
+            str(row["stratum"]),
+            number(row["samples"]),
+            *(number(row[column]) for column in present),
         )
         for row in records(shown)
-    )  # fmt: skip
+    )
     headings = ("formula", "precision", "gated", "stratum", "samples", *(COUNTS[column] for column in present))
     numeric = frozenset(range(4, len(headings)))
     told = f"{len(shown)} of {len(order)} groups shown, {study.precision}, largest share first; all in the CSV"

@@ -98,10 +98,20 @@ def _scope(**headers: str) -> dict[str, Any]:
         (name.replace("_", "-").encode(), value.encode()) for name, value in ({"host": "localhost"} | headers).items()
     ]
     return {
-        "type": "http", "method": "POST", "path": "/v1/specular", "raw_path": b"/v1/specular", "root_path": "",
-        "scheme": "http", "http_version": "1.1", "server": ("localhost", 80), "client": ("localhost", 1),
-        "query_string": QUERY.partition("?")[2].encode(), "headers": told, "asgi": {"version": "3.0"}, "state": {},
-    }  # fmt: skip
+        "type": "http",
+        "method": "POST",
+        "path": "/v1/specular",
+        "raw_path": b"/v1/specular",
+        "root_path": "",
+        "scheme": "http",
+        "http_version": "1.1",
+        "server": ("localhost", 80),
+        "client": ("localhost", 1),
+        "query_string": QUERY.partition("?")[2].encode(),
+        "headers": told,
+        "asgi": {"version": "3.0"},
+        "state": {},
+    }
 
 
 def _asked(settings: Settings, receive: Any, scope: dict[str, Any]) -> list[dict[str, Any]]:

@@ -134,10 +134,14 @@ def test_a_mirror_box_ends_at_the_depth_limit(client: TestClient) -> None:
     scene["materials"] = {"mirror": {"reflectivity": 1.0}}
     walls = [(axis, side) for axis in range(3) for side in (-6, 6)]
     scene["objects"] = [
-        {"shape": "plane", "material": "mirror", "point": [side * (k == axis) for k in range(3)],
-         "normal": [float(k == axis) for k in range(3)]}
+        {
+            "shape": "plane",
+            "material": "mirror",
+            "point": [side * (k == axis) for k in range(3)],
+            "normal": [float(k == axis) for k in range(3)],
+        }
         for axis, side in walls
-    ]  # fmt: skip
+    ]
     told = ask(client, scene, media.JSON, depth=64, size=[8, 8]).json()
     assert told["rays"] == 8 * 8 * 65 == render_request({"scene": scene, "depth": 64, "size": [8, 8]}).rays
     problem = refused(ask(client, scene, depth=65))
@@ -224,15 +228,30 @@ def test_a_materials_formula_is_refused_by_its_number_even_where_the_name_says_a
 
 
 WISHES = [
-    ({"size": [0, 5]}, "size"), ({"size": [8]}, "size"), ({"size": [8.5, 4]}, "size"), ({"size": [1 << 13, 1 << 13]},
-    "size"), ({"size": SECRET}, "size"), ({"depth": -1}, "depth"), ({"depth": 1.5}, "depth"), ({"depth": True},
-    "depth"), ({"supersampling": 9}, "supersampling"), ({"shadows": 1}, "shadows"), ({"skip": SECRET}, "skip"),
-    ({"model": SECRET}, "model"), ({"specular": SECRET}, "specular"), ({"specular": {SECRET: 1}},
-    "specular.(unknown)"), ({"specular": {"approximation": SECRET}}, "specular"), ({"specular": {"gamma": 0}},
-    "specular.gamma"), ({"specular": "lyon:dot:7"}, "specular"), ({"specular": {"approximation": "lyon", "gamma": 8,
-    "beta": SECRET}}, "specular"), ({"compare": SECRET}, "compare"), ({SECRET: 1}, "(unknown)"),
-    ({"scene": 3}, "scene"), ({"scene": SECRET}, "scene"), ({"scene": "../examples/torus"}, "scene"),
-]  # fmt: skip
+    ({"size": [0, 5]}, "size"),
+    ({"size": [8]}, "size"),
+    ({"size": [8.5, 4]}, "size"),
+    ({"size": [1 << 13, 1 << 13]}, "size"),
+    ({"size": SECRET}, "size"),
+    ({"depth": -1}, "depth"),
+    ({"depth": 1.5}, "depth"),
+    ({"depth": True}, "depth"),
+    ({"supersampling": 9}, "supersampling"),
+    ({"shadows": 1}, "shadows"),
+    ({"skip": SECRET}, "skip"),
+    ({"model": SECRET}, "model"),
+    ({"specular": SECRET}, "specular"),
+    ({"specular": {SECRET: 1}}, "specular.(unknown)"),
+    ({"specular": {"approximation": SECRET}}, "specular"),
+    ({"specular": {"gamma": 0}}, "specular.gamma"),
+    ({"specular": "lyon:dot:7"}, "specular"),
+    ({"specular": {"approximation": "lyon", "gamma": 8, "beta": SECRET}}, "specular"),
+    ({"compare": SECRET}, "compare"),
+    ({SECRET: 1}, "(unknown)"),
+    ({"scene": 3}, "scene"),
+    ({"scene": SECRET}, "scene"),
+    ({"scene": "../examples/torus"}, "scene"),
+]
 
 
 @pytest.mark.parametrize(("wishes", "field"), WISHES)
@@ -246,9 +265,7 @@ def test_a_scene_that_is_sent_reads_no_file(client: TestClient, file: str) -> No
     scene = deepcopy(MINE)
     scene["objects"][2] = {"shape": "mesh", "file": file}
     (told,) = refused(ask(client, scene))["errors"]
-    assert told == {
-        "field": "scene.objects[2].file", "detail": "a scene from afar cannot name files", "index": 2,
-    }  # fmt: skip
+    assert told == {"field": "scene.objects[2].file", "detail": "a scene from afar cannot name files", "index": 2}
 
 
 def test_a_picture_brighter_than_any_number_is_white_and_has_no_error(client: TestClient) -> None:
@@ -295,9 +312,18 @@ def test_the_prediction_grows_with_pixels_depth_lights_and_objects() -> None:
         return render_cost.seconds(render_request({"scene": MINE, "size": [640, 360], "depth": 1} | wishes))
 
     least = cost()
-    more = [cost(**wish) for wish in ({"size": [1280, 720]}, {"depth": 4}, {"shadows": True}, {"compare": True},
-                                      {"supersampling": 2}, {"scene": changed("lights", MINE["lights"] * 9)},
-                                      {"scene": changed("objects", MINE["objects"] * 9)})]  # fmt: skip
+    more = [
+        cost(**wish)
+        for wish in (
+            {"size": [1280, 720]},
+            {"depth": 4},
+            {"shadows": True},
+            {"compare": True},
+            {"supersampling": 2},
+            {"scene": changed("lights", MINE["lights"] * 9)},
+            {"scene": changed("objects", MINE["objects"] * 9)},
+        )
+    ]
     assert min(more) > least
     assert cost(size=[1280, 720]) == pytest.approx(4 * least, rel=0.05)
 
@@ -327,6 +353,10 @@ def test_tiles_are_smaller_the_longer_they_take() -> None:
 def test_a_shipped_scene_is_warm(client: TestClient) -> None:
     kernels: Any = client.app.state.service.kernels  # type: ignore[attr-defined]
     asked = render_request({"scene": "chequerboard", "size": [16, 9]})
-    assert kernels.render_cost(asked) < 0.3 < kernels.render_cost(
-        render_request({"scene": changed("materials.white.approximation", "table-u:dot"), "size": [16, 9]})
-    )  # fmt: skip
+    assert (
+        kernels.render_cost(asked)
+        < 0.3
+        < kernels.render_cost(
+            render_request({"scene": changed("materials.white.approximation", "table-u:dot"), "size": [16, 9]})
+        )
+    )

@@ -147,8 +147,17 @@ def test_a_form_must_be_whole_and_hold_its_two_parts_once(client: TestClient) ->
     request, both = _part("request", json.dumps(SCENE).encode()), _part("vectors", npy(vectors(3)))
     assert _raw(client, request + both + b"--x--\r\n") == 200
     assert _raw(client, both + request + b"--x--") == 200
-    for body in (request + both, request + b"--x--", both + b"--x--", request * 2 + both + b"--x--", b"", b"--x--",
-                 request + both + _part("more", b"") + b"--x--", request + both * 9 + b"--x--", b"junk"):  # fmt: skip
+    for body in (
+        request + both,
+        request + b"--x--",
+        both + b"--x--",
+        request * 2 + both + b"--x--",
+        b"",
+        b"--x--",
+        request + both + _part("more", b"") + b"--x--",
+        request + both * 9 + b"--x--",
+        b"junk",
+    ):
         assert _raw(client, body) in (400, 422)
     assert _raw(client, request + both + b"--x--", "multipart/form-data") == 400
     assert _raw(client, request + both + b"--x--", "multipart/form-data; boundary=" + "x" * 71) == 400

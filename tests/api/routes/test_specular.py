@@ -47,8 +47,15 @@ def test_every_formula_answers_what_the_library_computes(client: TestClient, spe
 
 def test_half_space_is_compared_with_phong_at_twice_the_angle(client: TestClient) -> None:
     half = np.radians(10.0)
-    body = {"approximation": "lyon", "gamma": 8, "alpha": 50, "space": "half", "compare": True,
-            "a": [[0, 0, 1]], "b": [[np.sin(half), 0, np.cos(half)]]}  # fmt: skip
+    body = {
+        "approximation": "lyon",
+        "gamma": 8,
+        "alpha": 50,
+        "space": "half",
+        "compare": True,
+        "a": [[0, 0, 1]],
+        "b": [[np.sin(half), 0, np.cos(half)]],
+    }
     assert client.post("/v1/specular", json=body).json()["exact"] == [pytest.approx(np.cos(2 * half) ** 50)]
 
 

@@ -95,7 +95,11 @@ def test_law_7_gaussian(law_rows):
 def test_law_8_lengths_move_each_form_as_its_peak_law_says(law_rows):
     frame = law_rows[(law_rows["stratum"] == "lengths") & (law_rows["perturbation"] == "a")]
     frame = frame[frame["length_error"] == 0.01]
-    for form, peak in (("dot", error_laws.dot_peak), ("difference", error_laws.difference_peak), ("cross", error_laws.cross_peak)):
+    for form, peak in (
+        ("dot", error_laws.dot_peak),
+        ("difference", error_laws.difference_peak),
+        ("cross", error_laws.cross_peak),
+    ):
         for _, row in lyon(frame, form).iterrows():
             change = abs(peak(row["alpha"], row["gamma"], 0.01, 0.0) - 1)
             # at least what happens at the peak; sampled near it, not on it
@@ -152,9 +156,17 @@ def test_rows_are_the_same_bits_for_any_number_of_threads(small_plan, small_rows
 
 
 def test_many_slabs_give_the_same_bits_on_one_thread_and_on_three(monkeypatch, swept):
-    plan = replace(preset("quick"), alphas=(50.0,), gammas=(8,), approximations=("phong", "lyon"),
-    strata=("highlight", "lengths"),
-                   precisions=("float32",), spaces=("reflect",), samples=40_000, timing=False).validated()  # fmt: skip
+    plan = replace(
+        preset("quick"),
+        alphas=(50.0,),
+        gammas=(8,),
+        approximations=("phong", "lyon"),
+        strata=("highlight", "lengths"),
+        precisions=("float32",),
+        spaces=("reflect",),
+        samples=40_000,
+        timing=False,
+    ).validated()
     monkeypatch.setattr(engine, "SLAB", 1 << 14)
     pd.testing.assert_frame_equal(swept(plan, jobs=1), swept(plan, jobs=3), check_exact=True)
 
@@ -169,9 +181,12 @@ def test_contexts_that_are_done_are_left_out(small_plan):
 def test_numpy_finds_the_same_rows(swept):
     """The yardstick is a second oracle: other code, other order of operations, the same errors."""
     plan = replace(
-        numpy_sweep.plan_of_bench(9000), precisions=("float64",), strata=("uniform", "highlight", "grazing", "lengths"),
-        alphas=(10.0, 200.0), gammas=(2, 16),
-    )  # fmt: skip
+        numpy_sweep.plan_of_bench(9000),
+        precisions=("float64",),
+        strata=("uniform", "highlight", "grazing", "lengths"),
+        alphas=(10.0, 200.0),
+        gammas=(2, 16),
+    )
     sweep = engine.prepare(plan.validated())
     other = pd.DataFrame(numpy_sweep.numpy_sweep(sweep)).set_index(list(ACCURACY_KEY)).sort_index()
     ours = swept(plan.validated()).set_index(list(ACCURACY_KEY)).sort_index()
@@ -187,14 +202,27 @@ def test_numpy_finds_the_same_rows(swept):
 
 def test_a_formula_that_fails_fails_alone():
     broken = Approximation(
-        name="broken", title="Broken", kind="approximation", formula="1 / 0", source=REGISTRY["lyon"].source,
-        kernel=REGISTRY["gaussian"].kernel, coefficients=lambda s: {"sharpness": 1 / (s.alpha - 50)}, domain="none",
+        name="broken",
+        title="Broken",
+        kind="approximation",
+        formula="1 / 0",
+        source=REGISTRY["lyon"].source,
+        kernel=REGISTRY["gaussian"].kernel,
+        coefficients=lambda s: {"sharpness": 1 / (s.alpha - 50)},
+        domain="none",
         cost=Cost("none"),
-    )  # fmt: skip
+    )
     registry = dict(REGISTRY) | {"broken": broken}
-    plan = replace(preset("quick"), alphas=(10.0, 50.0), approximations=("broken",), strata=("highlight",),
-    spaces=("reflect",),
-                   precisions=("float32",), samples=1000, timing=False).validated(registry)  # fmt: skip
+    plan = replace(
+        preset("quick"),
+        alphas=(10.0, 50.0),
+        approximations=("broken",),
+        strata=("highlight",),
+        spaces=("reflect",),
+        precisions=("float32",),
+        samples=1000,
+        timing=False,
+    ).validated(registry)
     sweep = engine.prepare(plan, registry)
     engine.compile_kernels(sweep)
     assert {sweep.cells[i].setting.alpha for i in sweep.failures} == {50.0}

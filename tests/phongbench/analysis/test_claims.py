@@ -45,20 +45,41 @@ class Tables:
 
 def accuracy(rows: Iterable[dict[str, Any]]) -> pd.DataFrame:
     usual = {
-        "approximation": "lyon", "lambda_form": "dot", "space": "reflect", "beta_policy": "taylor", "alpha": 50.0,
-        "gamma": 8, "beta": 1.0, "precision": "float32", "gated": True, "stratum": "highlight", "perturbation": "none",
-        "length_error": 0.0, "truth": "angle", "samples": 1000, "max_abs": 0.0, "length_max": 0.0,
+        "approximation": "lyon",
+        "lambda_form": "dot",
+        "space": "reflect",
+        "beta_policy": "taylor",
+        "alpha": 50.0,
+        "gamma": 8,
+        "beta": 1.0,
+        "precision": "float32",
+        "gated": True,
+        "stratum": "highlight",
+        "perturbation": "none",
+        "length_error": 0.0,
+        "truth": "angle",
+        "samples": 1000,
+        "max_abs": 0.0,
+        "length_max": 0.0,
         "coverage": "sampled",
-    }  # fmt: skip
+    }
     frame = pd.DataFrame([usual | row for row in rows]).reindex(columns=list(ACCURACY_COLUMNS))
     return frame.astype({"gamma": "Int64"})
 
 
 def timing(rows: Iterable[dict[str, Any]]) -> pd.DataFrame:
     usual = {
-        "approximation": "phong", "lambda_form": "none", "space": "reflect", "beta_policy": "none", "gamma": None,
-        "precision": "float32", "working_set": "l1", "threads": 1, "ratio": 1.0, "verdict": "unresolved",
-    }  # fmt: skip
+        "approximation": "phong",
+        "lambda_form": "none",
+        "space": "reflect",
+        "beta_policy": "none",
+        "gamma": None,
+        "precision": "float32",
+        "working_set": "l1",
+        "threads": 1,
+        "ratio": 1.0,
+        "verdict": "unresolved",
+    }
     told = [usual | row for row in rows]
     told = [{"ratio_low": 0.99 * row["ratio"], "ratio_high": 1.01 * row["ratio"]} | row for row in told]
     return pd.DataFrame(told).reindex(columns=list(TIMING_COLUMNS)).astype({"gamma": "Int64"})
@@ -66,10 +87,19 @@ def timing(rows: Iterable[dict[str, Any]]) -> pd.DataFrame:
 
 def meshes(rows: Iterable[dict[str, Any]]) -> pd.DataFrame:
     usual = {
-        "mesh": "icosphere", "normals": "raw", "pair": "classic", "approximation": "lyon", "lambda_form": "cross",
-        "space": "reflect", "beta_policy": "taylor", "alpha": 50.0, "gamma": 8, "precision": "float32", "gated": True,
+        "mesh": "icosphere",
+        "normals": "raw",
+        "pair": "classic",
+        "approximation": "lyon",
+        "lambda_form": "cross",
+        "space": "reflect",
+        "beta_policy": "taylor",
+        "alpha": 50.0,
+        "gamma": 8,
+        "precision": "float32",
+        "gated": True,
         "truth": "interpolated",
-    }  # fmt: skip
+    }
     columns = list(dict.fromkeys([*MESH_COLUMNS, "length_max"]))
     return pd.DataFrame([usual | row for row in rows]).reindex(columns=columns).astype({"gamma": "Int64"})
 
@@ -158,8 +188,10 @@ def test_a_gamma_within_in_passing_is_told_from_one_that_stays_within() -> None:
         rows += lyon(dict(zip((10.0, 32.0, 200.0), (CODE * e for e in errors), strict=True)), gamma=gamma)
     told = {one["alpha"]: one for one in judged("b", accuracy=accuracy(rows))["conditions"]}
     assert {alpha: one["within"] for alpha, one in told.items()} == {
-        10.0: "never", 32.0: "in passing", 200.0: "from some gamma on",
-    }  # fmt: skip
+        10.0: "never",
+        32.0: "in passing",
+        200.0: "from some gamma on",
+    }
     assert (told[32.0]["gammas_within"], told[32.0]["gamma_from"]) == ([32], None)
     assert (told[200.0]["gamma_from"], told[200.0]["gamma_measured_to"]) == (64, 64)
 
@@ -455,10 +487,15 @@ def held(alpha: float | None, times_distance: float, held: str = "both") -> list
     """A term whose error is so much over the distance."""
     term = "diffuse" if alpha is None else "specular"
     return [
-        {"held": held, "term": term, "alpha": np.nan if alpha is None else alpha, "distance": d,
-         "max_abs": times_distance / d}
+        {
+            "held": held,
+            "term": term,
+            "alpha": np.nan if alpha is None else alpha,
+            "distance": d,
+            "max_abs": times_distance / d,
+        }
         for d in (1.0, 16.0, 256.0)
-    ]  # fmt: skip
+    ]
 
 
 @pytest.mark.parametrize(
@@ -490,10 +527,20 @@ def test_the_distance_that_is_far_enough_is_found_between_measured_ones(sides: f
 def cut(scene: str, saved: dict[float, tuple[float, float]]) -> list[dict[str, Any]]:
     """contribution -> (share of rays saved, largest change)."""
     return [
-        {"scene": scene, "depth": 5, "width": 9, "height": 9, "name": "cutoff", "setting": c, "of": 1000,
-         "skipped": round(1000 * share), "bound": c, "largest_change": change}
+        {
+            "scene": scene,
+            "depth": 5,
+            "width": 9,
+            "height": 9,
+            "name": "cutoff",
+            "setting": c,
+            "of": 1000,
+            "skipped": round(1000 * share),
+            "bound": c,
+            "largest_change": change,
+        }
         for c, (share, change) in saved.items()
-    ]  # fmt: skip
+    ]
 
 
 @pytest.mark.parametrize(
@@ -540,11 +587,17 @@ def test_a_run_without_any_of_the_rows_is_refused_with_the_command() -> None:
 def engine_rows(swept: Callable[..., pd.DataFrame]) -> pd.DataFrame:
     """Rows of the real engine that every accuracy rule of this issue reads."""
     plan = replace(
-        preset("quick"), alphas=(10.0, 64.0, 200.0), gammas=(4, 8, 64), spaces=("reflect", "half"),
-        approximations=("phong", "lyon", "gaussian", "blinn"), precisions=("float32",),
-        strata=("highlight", "lengths"), lambda_forms=tuple(f for f in LAMBDA_FORMS if f != "tan2"), samples=4096,
+        preset("quick"),
+        alphas=(10.0, 64.0, 200.0),
+        gammas=(4, 8, 64),
+        spaces=("reflect", "half"),
+        approximations=("phong", "lyon", "gaussian", "blinn"),
+        precisions=("float32",),
+        strata=("highlight", "lengths"),
+        lambda_forms=tuple(f for f in LAMBDA_FORMS if f != "tan2"),
+        samples=4096,
         timing=False,
-    ).validated()  # fmt: skip
+    ).validated()
     return swept(plan)
 
 

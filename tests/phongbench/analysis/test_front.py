@@ -12,9 +12,17 @@ from phongbench.analysis.kernel_times import multiplications
 from phongbench.errors import InputError
 
 ACCURACY = {
-    "lambda_form": "dot", "space": "reflect", "beta_policy": "taylor", "alpha": 50.0, "precision": "float32",
-    "gated": True, "stratum": "highlight", "perturbation": "none", "length_error": 0.0, "truth": "angle",
-}  # fmt: skip
+    "lambda_form": "dot",
+    "space": "reflect",
+    "beta_policy": "taylor",
+    "alpha": 50.0,
+    "precision": "float32",
+    "gated": True,
+    "stratum": "highlight",
+    "perturbation": "none",
+    "length_error": 0.0,
+    "truth": "angle",
+}
 TIMING = {"lambda_form": "dot", "space": "reflect", "beta_policy": "none", "precision": "float32", "threads": 1}
 
 

@@ -21,11 +21,16 @@ def of(fitted, form, way, least_gamma=16):
 @pytest.mark.parametrize(
     ("form", "way", "order"),
     [
-        ("dot", "a", 1), ("dot", "both", 1), ("dot", "opposite", 2),
-        ("difference", "both", 1), ("difference", "opposite", 2),
-        ("cross", "a", 1), ("cross", "both", 1), ("cross", "opposite", 2),
+        ("dot", "a", 1),
+        ("dot", "both", 1),
+        ("dot", "opposite", 2),
+        ("difference", "both", 1),
+        ("difference", "opposite", 2),
+        ("cross", "a", 1),
+        ("cross", "both", 1),
+        ("cross", "opposite", 2),
     ],
-)  # fmt: skip
+)
 def test_the_order_of_each_form(fitted, form, way, order):
     """Opposite errors leave the scale s = 1 - e^2: of `difference` the second order at the peak is left."""
     mine = of(fitted, form, way)

@@ -29,9 +29,16 @@ def test_beyond_what_was_measured_only_bounds_are_told():
 
 def test_reaches_are_read_from_raw_lyon_rows_at_the_gamma_nearest_to_8():
     usual = {
-        "approximation": "lyon", "truth": "interpolated", "normals": "raw", "alpha": 50.0, "lambda_form": "cross",
-        "pair": "half", "gamma": 16, "edge_degrees": 1.0, "length_max": 0.1 * CODE,
-    }  # fmt: skip
+        "approximation": "lyon",
+        "truth": "interpolated",
+        "normals": "raw",
+        "alpha": 50.0,
+        "lambda_form": "cross",
+        "pair": "half",
+        "gamma": 16,
+        "edge_degrees": 1.0,
+        "length_max": 0.1 * CODE,
+    }
     others = [{"normals": "renormalised"}, {"truth": "surface"}, {"approximation": "gaussian"}, {"gamma": 64}]
     rows = [usual, usual | {"edge_degrees": 100.0, "length_max": 10 * CODE}]
     rows += [usual | other | {"length_max": 99.0} for other in others]

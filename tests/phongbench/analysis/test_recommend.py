@@ -22,9 +22,14 @@ def errors(run: Run, choice: dict[str, Any], **where: Any) -> pd.DataFrame:
     """The gated accuracy rows of a choice."""
     rows = run.accuracy
     wanted = {
-        "approximation": choice["approximation"], "lambda_form": choice["lambda"], "space": choice["space"],
-        "beta_policy": choice["beta_policy"], "precision": choice["precision"], "gated": True, "truth": "angle",
-    }  # fmt: skip
+        "approximation": choice["approximation"],
+        "lambda_form": choice["lambda"],
+        "space": choice["space"],
+        "beta_policy": choice["beta_policy"],
+        "precision": choice["precision"],
+        "gated": True,
+        "truth": "angle",
+    }
     for column, value in (wanted | where).items():
         rows = rows[rows[column] == value]
     return rows[rows["gamma"].isna() if choice["gamma"] is None else rows["gamma"] == choice["gamma"]]
@@ -51,9 +56,13 @@ def proven(rows: pd.DataFrame) -> pd.DataFrame:
     own = rows[rows["gated"].astype(bool) & (rows["stratum"] == "highlight")]
     searched = own.assign(stratum="vectors", coverage="searched", max_abs=1.1 * own["max_abs"])
     certified = own[own["precision"] == "float32"].assign(
-        stratum="cosines", coverage="certified", precision="exact", samples=0, max_abs=1.002 * own["model_max"],
+        stratum="cosines",
+        coverage="certified",
+        precision="exact",
+        samples=0,
+        max_abs=1.002 * own["model_max"],
         model_max=1.002 * own["model_max"],
-    )  # fmt: skip
+    )
     return pd.concat([rows, searched, certified], ignore_index=True)
 
 
@@ -129,9 +138,10 @@ def test_wrong_lengths_up_to_the_wish_count_in_every_direction(stored: Stored) -
     assert "0.01 wrong" in found["notes"][0]
     rows = errors(run, best, alpha=10.0)
     rows = rows[
-        (rows["stratum"].isin(["highlight", "uniform", "peak", "lengths"])) & (rows["length_error"].abs() <= 0.01)
+        (rows["stratum"].isin(["highlight", "uniform", "peak", "lengths"]))
+        & (rows["length_error"].abs() <= 0.01)
         & rows["perturbation"].isin(["none", "a", "both", "opposite"])
-    ]  # fmt: skip
+    ]
     assert set(rows["perturbation"]) == {"none", "a", "both", "opposite"}
     assert best["max_abs"] == rows["max_abs"].max()
     assert best["max_abs"] > recommend(run, alpha=10, max_error=0.09)["choices"][0]["max_abs"]

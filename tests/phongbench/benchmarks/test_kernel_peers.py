@@ -58,11 +58,13 @@ def test_a_peer_computes_the_same_values(name: str, vectors: tuple[Any, Any, Any
 def test_a_peer_that_is_missing_is_said_to_be_absent(
     vectors: tuple[Any, Any, Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    problems = iter([
-        ModuleNotFoundError("No module named 'jax'", name="jax"),
-        ModuleNotFoundError("No module named 'jaxlib'", name="jaxlib"),
-        RuntimeError("no processor\nat all"),
-    ])  # fmt: skip
+    problems = iter(
+        [
+            ModuleNotFoundError("No module named 'jax'", name="jax"),
+            ModuleNotFoundError("No module named 'jaxlib'", name="jaxlib"),
+            RuntimeError("no processor\nat all"),
+        ]
+    )
 
     def missing(name: str) -> Any:
         raise next(problems)

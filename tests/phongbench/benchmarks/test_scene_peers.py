@@ -21,15 +21,15 @@ SIZE = (48, 32)
 #: a peer that draws what the plain tracer draws, in bytes or in floats
 TWIN = """
 import numpy as np
-from phongbench.scenes import plain
+from phongbench.benchmarks import numpy_tracer
 from phongbench.benchmarks.scene_peers import Drawing
 
 def drawing(scene, wishes):
     print("I greet everybody on stdout")
     def draw():
-        picture = plain.trace(scene, size=wishes.size, depth=wishes.depth, shadows=wishes.shadows)[0]
+        picture = numpy_tracer.trace(scene, size=wishes.size, depth=wishes.depth, shadows=wishes.shadows)[0]
         return np.round(255 * np.minimum(picture, 1)).astype(np.uint8) if BYTES else picture
-    return Drawing("7.1", draw, lambda: plain.distances(scene, wishes.size))
+    return Drawing("7.1", draw, lambda: numpy_tracer.distances(scene, wishes.size))
 """
 MISSING = "import drawing_for_nobody"
 ABORTS = """
@@ -87,14 +87,19 @@ def test_who_draws_less_is_compared_with_ours_drawing_as_little(
 ) -> None:
     peers = {
         "bytes": made(TWIN.replace("BYTES", "True"), mirrors=False, brightest=1.0),
-        "nobody": made(MISSING), "floats": made(TWIN.replace("BYTES", "False")),
-    }  # fmt: skip
+        "nobody": made(MISSING),
+        "floats": made(TWIN.replace("BYTES", "False")),
+    }
     rows, absent = scene_bench.tracers(small_scene, rounds=2, size=SIZE, depth=2, shadows=True, peers=peers)
     assert [row["why"] for row in absent] == ["cannot be imported: No module named 'drawing_for_nobody'"]
     full, direct = "depth 2, shadows", "depth 0, no shadows"
     assert [(row["tracer"], row["draws"]) for row in rows] == [
-        (scene_bench.OURS, full), (scene_bench.PLAIN, full), ("floats", full), (scene_bench.OURS, direct), ("bytes", direct),
-    ]  # fmt: skip
+        (scene_bench.OURS, full),
+        (scene_bench.PLAIN, full),
+        ("floats", full),
+        (scene_bench.OURS, direct),
+        ("bytes", direct),
+    ]
     by = {row["tracer"]: row for row in rows}
     assert by["floats"]["largest_difference"] == pytest.approx(by[scene_bench.PLAIN]["largest_difference"], abs=1e-3)
     for name in ("floats", "bytes"):

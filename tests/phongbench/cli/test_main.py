@@ -137,12 +137,12 @@ def test_dry_run_tells_and_does_nothing(call, tmp_path):
 
 
 MINE = """
-from phongbench import powers
+from phongbench.compiler import elementary
 from phongbench.formulas.citations import Source
 from phongbench.formulas.spec import Approximation, Cost
 
 def tent(cosine_deficit: float, beta: float) -> float:
-    return powers.positive_part(1.0 - beta * cosine_deficit)
+    return elementary.positive_part(1.0 - beta * cosine_deficit)
 
 SPEC = Approximation(
     name="tent", title="Tent", kind="alternative", formula="max(0, 1 - alpha lambda)", source=Source("MINE", "Own work",

@@ -95,7 +95,7 @@ def test_operations_are_plain_functions_too():
 @pytest.mark.parametrize("first", ["intrinsics", "precisions"])
 def test_whoever_is_imported_first_the_vector_width_is_chosen_before_numba_is_imported(first):
     def width(module):
-        code = f"import phongbench.{module}, numba; print(numba.config.CPU_NAME, numba.config.CPU_FEATURES)"
+        code = f"import phongbench.compiler.{module}, numba; print(numba.config.CPU_NAME, numba.config.CPU_FEATURES)"
         environment = {name: value for name, value in os.environ.items() if not name.startswith("NUMBA_CPU")}
         return subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, check=True).stdout
 

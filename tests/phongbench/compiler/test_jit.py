@@ -22,8 +22,8 @@ def test_threads_that_compile_at_once_all_use_our_folder(tmp_path):
     code = (
         "from concurrent.futures import ThreadPoolExecutor\n"
         "import numba\n"
-        "from phongbench import jit, kernels\n"
-        "from phongbench.formulas.approximations import REGISTRY\n"
+        "from phongbench.compiler import jit; from phongbench.formulas import coordinate_kernels as kernels\n"
+        "from phongbench.formulas.registry import REGISTRY\n"
         "from phongbench.compiler.lowering import PRECISIONS\n"
         "wanted = [(p, n) for p in PRECISIONS.values() for n in range(4)]\n"
         "with ThreadPoolExecutor(6) as pool:\n"
@@ -84,8 +84,8 @@ def test_a_home_that_cannot_be_written_falls_back_with_one_warning(tmp_path, mon
 def test_compiled_kernels_are_found_again_by_the_next_process(tmp_path):
     """Closures over lowered bodies hit the cache across processes; without that every start would compile anew."""
     code = (
-        "from phongbench import jit, kernels\n"
-        "from phongbench.formulas.approximations import REGISTRY\n"
+        "from phongbench.compiler import jit; from phongbench.formulas import coordinate_kernels as kernels\n"
+        "from phongbench.formulas.registry import REGISTRY\n"
         "from phongbench.compiler.lowering import FLOAT32\n"
         "kernels.values_kernel(REGISTRY['lyon'], FLOAT32, (('n', 3),))\n"
         "print(sorted((p.name, p.stat().st_mtime_ns) for p in jit.cache_folder().rglob('*.nb[ci]')))\n"
@@ -102,8 +102,8 @@ def test_compiled_kernels_are_found_again_by_the_next_process(tmp_path):
 def test_with_the_compiler_off_loops_are_found_by_address():
     code = (
         "import numpy as np\n"
-        "from phongbench import kernels\n"
-        "from phongbench.formulas.approximations import REGISTRY\n"
+        "from phongbench.formulas import coordinate_kernels as kernels\n"
+        "from phongbench.formulas.registry import REGISTRY\n"
         "from phongbench.formulas.spec import Setting\n"
         "print(kernels.evaluate(REGISTRY['lyon'], Setting(64.0, 64, 'taylor'), np.array([0.25]))[0] == 0.75**64)\n"
     )
@@ -138,7 +138,7 @@ def test_an_index_of_kernels_is_read_and_written_by_one_process_at_a_time(tmp_pa
 def test_every_kernel_is_added_to_the_cache_that_way(tmp_path):
     code = (
         "import numpy as np\n"
-        "from phongbench import jit\n"
+        "from phongbench.compiler import jit\n"
         "run = jit.driver(lambda x: x.sum())\n"
         "run(np.ones(2))\n"
         "jit.elementwise(jit.signature(jit.array_type(np.float32)), lambda x: None)\n"

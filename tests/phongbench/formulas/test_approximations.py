@@ -138,7 +138,9 @@ def test_the_plain_bodies_say_the_same_without_numba(name: str, without_numba: s
 def without_numba() -> set[str]:
     """Names that pass the checks of values in a process where numba compiles nothing."""
     program = (
-        "from phongbench import jit, testing; from phongbench.formulas.approximations import REGISTRY\n"
+        "from phongbench import testing\n"
+        "from phongbench.compiler import jit\n"
+        "from phongbench.formulas.registry import REGISTRY\n"
         "assert jit.DISABLED\n"
         "testing.COSINES = testing.COSINES[::6]\n"
         "for spec in REGISTRY.values():\n"

@@ -36,7 +36,9 @@ def test_a_coordinate_block_holds_every_form_the_cosine_and_the_open_gate():
 def test_evaluate_equals_the_scalar_body():
     deficit = np.linspace(0, 0.5, 101)
     body = LYON.bound(SETTING)
-    assert np.allclose(coordinate_kernels.evaluate(LYON, SETTING, deficit), [body(float(d)) for d in deficit], rtol=1e-13)
+    assert np.allclose(
+        coordinate_kernels.evaluate(LYON, SETTING, deficit), [body(float(d)) for d in deficit], rtol=1e-13
+    )
 
 
 def test_the_gate_closes_where_the_cosine_is_not_positive():
@@ -79,9 +81,17 @@ def test_one_kernel_serves_every_alpha_and_slope():
 
 def test_a_table_that_is_too_long_is_refused():
     long = Approximation(
-        name="long", title="Long", kind="approximation", formula="a table", source=LYON.source,
-        kernel=REGISTRY["table-x"].kernel, coefficients=lambda s: {}, domain="", cost=Cost(""), lambda_forms=("none",),
+        name="long",
+        title="Long",
+        kind="approximation",
+        formula="a table",
+        source=LYON.source,
+        kernel=REGISTRY["table-x"].kernel,
+        coefficients=lambda s: {},
+        domain="",
+        cost=Cost(""),
+        lambda_forms=("none",),
         table=lambda s: np.zeros(intrinsics.MAX_TABLE + 1),
-    )  # fmt: skip
+    )
     with pytest.raises(InputError, match="1025 entries"):
         table_row(long, SETTING, FLOAT32)

@@ -105,4 +105,6 @@ def test_a_lobe_that_reaches_the_horizon_has_no_cutoff() -> None:
 def test_lyons_largest_error_is_the_laws() -> None:
     for form in ("dot", "cross"):
         value, exact = lobe(get("lyon"), form, setting_of("lyon", alpha=200.0), 40 * np.linspace(0, 1, 4001))
-        assert np.abs(value - exact).max() == pytest.approx(abs(float(error_laws.lyon_taylor(form, 200.0, 8))), rel=0.01)
+        assert np.abs(value - exact).max() == pytest.approx(
+            abs(float(error_laws.lyon_taylor(form, 200.0, 8))), rel=0.01
+        )

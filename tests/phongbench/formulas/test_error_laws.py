@@ -36,7 +36,9 @@ def extreme(error: Vector) -> float:
 def test_law_1_gives_the_extreme_error_of_the_dot_form(alpha: float, gamma: float) -> None:
     lam = grid(alpha)
     measured = extreme(phong(lam, alpha) - lyon(lam, alpha / gamma, gamma))
-    assert error_laws.lyon_taylor_dot(alpha, gamma) == pytest.approx(measured, rel=0.04 if gamma == 2 else 0.01, abs=1e-9)
+    assert error_laws.lyon_taylor_dot(alpha, gamma) == pytest.approx(
+        measured, rel=0.04 if gamma == 2 else 0.01, abs=1e-9
+    )
 
 
 @pytest.mark.parametrize("gamma", GAMMAS)
@@ -44,14 +46,23 @@ def test_law_1_gives_the_extreme_error_of_the_dot_form(alpha: float, gamma: floa
 def test_law_2_gives_the_extreme_error_of_the_cross_form(alpha: float, gamma: float) -> None:
     lam = grid(alpha)
     measured = extreme(phong(lam, alpha) - lyon(lam - lam * lam / 2, alpha / gamma, gamma))
-    assert error_laws.lyon_taylor_cross(alpha, gamma) == pytest.approx(measured, rel=0.04 if gamma == 2 else 0.01, abs=1e-9)
+    assert error_laws.lyon_taylor_cross(alpha, gamma) == pytest.approx(
+        measured, rel=0.04 if gamma == 2 else 0.01, abs=1e-9
+    )
 
 
 @pytest.mark.parametrize(
     ("alpha", "gamma", "expected"),
-    [(64, 8, 0.03106), (128, 16, 0.01516), (256, 8, 0.03425), (50, 4, 0.06840), (1000, 8, 0.03503),
-     (10, 4, 0.04596), (10, 16, -0.01073)],
-)  # fmt: skip
+    [
+        (64, 8, 0.03106),
+        (128, 16, 0.01516),
+        (256, 8, 0.03425),
+        (50, 4, 0.06840),
+        (1000, 8, 0.03503),
+        (10, 4, 0.04596),
+        (10, 16, -0.01073),
+    ],
+)
 def test_law_1_reproduces_the_worked_examples(alpha: float, gamma: float, expected: float) -> None:
     assert error_laws.lyon_taylor_dot(alpha, gamma) == pytest.approx(expected, rel=0.01)
 
@@ -197,6 +208,11 @@ def test_difference_beats_cross_up_to_the_crossover_of_one_vector(alpha: float) 
 def test_laws_take_arrays() -> None:
     alpha = np.array([[10.0], [50.0]])
     gamma = np.array([4.0, 8.0, 16.0])
-    for law in (error_laws.lyon_taylor_dot, error_laws.lyon_taylor_cross, error_laws.minimax_beta, error_laws.energy_beta):
+    for law in (
+        error_laws.lyon_taylor_dot,
+        error_laws.lyon_taylor_cross,
+        error_laws.minimax_beta,
+        error_laws.energy_beta,
+    ):
         assert np.shape(law(alpha, gamma)) == (2, 3)
     assert np.shape(error_laws.difference_length_change(alpha, gamma / 1e3, 0.0)) == (2, 3)

@@ -75,7 +75,9 @@ def test_law_8_lengths_change_each_form_as_derived(pair: Six, e: float, d: float
     long = [(1 + e) * v for v in pair[:3]] + [(1 + d) * v for v in pair[3:]]
     assert lambda_forms.dot_deficit(*long) == pytest.approx((1 - s) + s * deficit, abs=1e-14)
     assert lambda_forms.half_squared_difference(*long) == pytest.approx(s * deficit + (e - d) ** 2 / 2, abs=1e-14)
-    assert lambda_forms.half_squared_cross(*long) == pytest.approx(s**2 * lambda_forms.half_squared_cross(*pair), abs=1e-14)
+    assert lambda_forms.half_squared_cross(*long) == pytest.approx(
+        s**2 * lambda_forms.half_squared_cross(*pair), abs=1e-14
+    )
 
 
 def test_difference_and_cross_keep_relative_accuracy_next_to_the_peak_and_dot_does_not() -> None:

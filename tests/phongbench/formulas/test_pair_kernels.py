@@ -70,8 +70,7 @@ def test_a_kernel_without_its_gate_gives_the_same_bits_on_anything(name: str) ->
 
 
 @pytest.mark.parametrize(
-    ("form", "setting"),
-    [("difference", EIGHT), ("cross", EIGHT), ("tan2", EIGHT), ("dot", Setting(4.0, 8, "taylor"))],
+    ("form", "setting"), [("difference", EIGHT), ("cross", EIGHT), ("tan2", EIGHT), ("dot", Setting(4.0, 8, "taylor"))]
 )
 def test_forms_that_short_vectors_deceive_and_wide_supports_keep_their_gate(form: str, setting: Setting) -> None:
     assert needs_gate(LYON, form, setting)

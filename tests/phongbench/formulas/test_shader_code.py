@@ -51,12 +51,21 @@ static int asint(float x) { int bits; memcpy(&bits, &x, sizeof bits); return bit
 static float asfloat(int bits) { float x; memcpy(&x, &bits, sizeof x); return x; }
 """
 BUILDS = {
-    "c": ("cc", ["-x", "c", "-std=c99", "-Wall", "-Wextra", "-Wconversion"], "", "void run",
-          LOOP.format(a="a + 3 * i", b="b + 3 * i")),
-    "hlsl": ("c++", ["-x", "c++", "-Wno-unused-function", "-fsingle-precision-constant"], SHIM, 'extern "C" void run',
-             LOOP.format(a="float3{a[3 * i], a[3 * i + 1], a[3 * i + 2]}",
-                         b="float3{b[3 * i], b[3 * i + 1], b[3 * i + 2]}")),
-}  # fmt: skip
+    "c": (
+        "cc",
+        ["-x", "c", "-std=c99", "-Wall", "-Wextra", "-Wconversion"],
+        "",
+        "void run",
+        LOOP.format(a="a + 3 * i", b="b + 3 * i"),
+    ),
+    "hlsl": (
+        "c++",
+        ["-x", "c++", "-Wno-unused-function", "-fsingle-precision-constant"],
+        SHIM,
+        'extern "C" void run',
+        LOOP.format(a="float3{a[3 * i], a[3 * i + 1], a[3 * i + 2]}", b="float3{b[3 * i], b[3 * i + 1], b[3 * i + 2]}"),
+    ),
+}
 
 
 def setting_of(spec: Approximation, space: str, alpha: float = 32.0) -> Setting:
@@ -150,9 +159,17 @@ def test_every_primitive_has_a_spelling() -> None:
 
 def made(kernel: Any, **coefficients: float) -> Approximation:
     return Approximation(
-        name="mine", title="Mine", kind="approximation", formula="?", source=PHONGBENCH, kernel=kernel,
-        coefficients=lambda s: coefficients, domain="", cost=Cost(""), lambda_forms=("none",),
-    )  # fmt: skip
+        name="mine",
+        title="Mine",
+        kind="approximation",
+        formula="?",
+        source=PHONGBENCH,
+        kernel=kernel,
+        coefficients=lambda s: coefficients,
+        domain="",
+        cost=Cost(""),
+        lambda_forms=("none",),
+    )
 
 
 def awkward(cosine: float, out: float, half: float) -> float:

@@ -16,7 +16,7 @@ from phongbench.formulas.user_files import load_file, registry_with
 from phongbench.testing import CHECKS
 
 GOOD = '''\
-from phongbench import powers
+from phongbench.compiler import elementary
 from phongbench.formulas.citations import PHONGBENCH
 from phongbench.formulas.spec import Approximation, Cost
 
@@ -31,7 +31,7 @@ def parabola(cosine_deficit: float, alpha: float) -> float:
     Source   PHONGBENCH
     Domain   a rough sketch of a highlight
     """
-    return powers.squared(powers.positive_part(1.0 - 0.5 * alpha * cosine_deficit), 1)
+    return elementary.squared(elementary.positive_part(1.0 - 0.5 * alpha * cosine_deficit), 1)
 
 SPEC = Approximation(
     name="parabola", title="Parabola", kind="approximation", formula="max(0, 1 - u/2)^2", source=PHONGBENCH,
@@ -129,7 +129,7 @@ def test_coefficients_that_do_not_fit_the_kernel_are_refused(tmp_path: Path) -> 
 
 
 def test_a_kernel_that_cannot_be_compiled_is_refused_with_its_line(tmp_path: Path) -> None:
-    path = written(tmp_path, GOOD.replace("return powers", "alpha = alpha ** 2\n    return powers"))
+    path = written(tmp_path, GOOD.replace("return elementary", "alpha = alpha ** 2\n    return elementary"))
     with pytest.raises(KernelError) as caught:
         load_file(path)
     assert caught.value.where == f"{path}:16"
@@ -139,7 +139,7 @@ def test_an_edited_file_is_compiled_anew_in_the_next_process(tmp_path: Path) -> 
     """Compiled kernels are kept between processes; one of an older version of the file must not be found."""
     program = (
         "import sys, numpy as np; from phongbench.formulas.coordinate_kernels import evaluate\n"
-        "from phongbench.formulas.approximations import load_file; from phongbench.formulas.spec import Setting\n"
+        "from phongbench.formulas.user_files import load_file; from phongbench.formulas.spec import Setting\n"
         "print(evaluate(load_file(sys.argv[1])[0], Setting(4.0), np.array([0.25]))[0])\n"
     )
     environment = {**os.environ, "PHONGBENCH_CACHE": str(tmp_path / "cache")}

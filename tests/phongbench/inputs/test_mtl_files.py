@@ -19,9 +19,19 @@ def test_the_classic_table_has_24_materials_with_colours_in_range() -> None:
 
 @pytest.mark.parametrize(
     ("name", "shininess"),
-    [("emerald", 76.8), ("brass", 27.897436), ("chrome", 76.8), ("gold", 51.2), ("black-rubber", 10), ("pearl", 11.264),
-     ("red-plastic", 32), ("jade", 12.8), ("bronze", 25.6), ("obsidian", 38.4)],
-)  # fmt: skip
+    [
+        ("emerald", 76.8),
+        ("brass", 27.897436),
+        ("chrome", 76.8),
+        ("gold", 51.2),
+        ("black-rubber", 10),
+        ("pearl", 11.264),
+        ("red-plastic", 32),
+        ("jade", 12.8),
+        ("bronze", 25.6),
+        ("obsidian", 38.4),
+    ],
+)
 def test_shininess_is_128_times_the_factor_of_the_table(name: str, shininess: float) -> None:
     assert ROWS[name].shininess == pytest.approx(shininess)
 

@@ -74,7 +74,7 @@ def test_degenerate_triangles_are_left_out_and_counted(obj):
         "mtllib absent.mtl\no one\n" + CORNERS + "vt 0 0\nusemtl red\n\t f  1/1 2/1 3/1\n",
         "\ufeff" + CORNERS + "s off\ng some\nf 1 2 3\nl 1 2\np 1\n",
     ],
-)  # fmt: skip
+)
 def test_what_files_look_like_in_the_wild(obj, text):
     surface = obj_files.load(obj(text))
     assert surface.vertices[surface.faces].tolist() == [[[0, 0, 0], [1, 0, 0], [0, 1, 0]]]

@@ -64,11 +64,14 @@ def test_impossible_values_are_refused_by_name(change, said):
 @pytest.mark.parametrize(
     "change",
     [
-        {"approximations": ("lyn",)}, {"lambda_forms": ("crossed",)}, {"precisions": ("float8",)},
+        {"approximations": ("lyn",)},
+        {"lambda_forms": ("crossed",)},
+        {"precisions": ("float8",)},
         {"strata": ("peaks",)},
-        {"slopes": ("tailor",)}, {"spaces": ("world",)},
+        {"slopes": ("tailor",)},
+        {"spaces": ("world",)},
     ],
-)  # fmt: skip
+)
 def test_unknown_names_list_the_known_ones(change):
     with pytest.raises(UnknownNameError) as caught:
         replace(QUICK, **change).validated()

@@ -19,9 +19,15 @@ def run(tmp_path):
     path.mkdir(parents=True)
     frame = pd.DataFrame({c: ["x", "y"] for c in schema.ACCURACY_COLUMNS})
     manifest = {
-        "schema": 1, "run": path.name, "state": "complete", "plan": preset("quick").as_dict(), "seed": 1, "code": "c",
-        "provenance": {}, "files": {"accuracy.parquet": runs.write_table(path, "accuracy", frame)},
-    }  # fmt: skip
+        "schema": 1,
+        "run": path.name,
+        "state": "complete",
+        "plan": preset("quick").as_dict(),
+        "seed": 1,
+        "code": "c",
+        "provenance": {},
+        "files": {"accuracy.parquet": runs.write_table(path, "accuracy", frame)},
+    }
     runs.write_manifest(path, manifest)
     return runs.load(path)
 

@@ -26,7 +26,7 @@ SMALL = ("--size", "32x18", "--depth", "1")
 #: what of Lyon's file is replaced, so that it loads, but fails where a scene's exponent is not that of the trial
 RAISES = ('"beta": ', '"beta": s.alpha and 1 / (s.alpha == 10) and ')
 LINE = 1 + OURS.read_text().split(RAISES[0])[0].count("\n")
-NO_NUMBER = ("return powers", "return (cosine_deficit - cosine_deficit) / (beta - beta) + powers")
+NO_NUMBER = ("return elementary", "return (cosine_deficit - cosine_deficit) / (beta - beta) + elementary")
 
 
 def run(*arguments: str | Path) -> Result:
@@ -96,7 +96,7 @@ def test_it_is_drawn_beside_ours_and_what_fails_leaves_its_own_row_alone(own: Ow
 
 def test_a_lobe_that_is_not_finite_is_told_even_where_no_pixel_shows_it(own: Own) -> None:
     """Not a number at 60 degrees and beyond: no pixel of a matt scene looks."""
-    hidden = ("return powers", "return powers.square_root(0.5 - cosine_deficit) * 0.0 + powers")
+    hidden = ("return elementary", "return elementary.square_root(0.5 - cosine_deficit) * 0.0 + elementary")
     scene = read_scene("test-card")
     card = replace(scene, lights=tuple(replace(light, specular=(0.0, 0.0, 0.0)) for light in scene.lights))
     registry = registry_with([own("hidden", *hidden)])

@@ -39,9 +39,7 @@ def nearest(origins: Any, directions: Any, spheres: Any = (), planes: Any = ()) 
     return t, which
 
 
-@given(
-    st.floats(0, 0.99), st.floats(0, 2 * math.pi), st.floats(0.01, 10), st.floats(2, 200),
-)  # fmt: skip
+@given(st.floats(0, 0.99), st.floats(0, 2 * math.pi), st.floats(0.01, 10), st.floats(2, 200))
 @settings(max_examples=60, deadline=None)
 def test_a_sphere_is_hit_where_its_chord_begins(offset: float, turn: float, radius: float, away: float) -> None:
     """Passing the centre at b, a ray that starts at distance D goes D - sqrt(r^2 - b^2)."""
@@ -218,10 +216,13 @@ def test_shadows_fall_where_the_light_is_hidden(meshed: bool, far: bool) -> None
     )
     light = Light(direction=(0.0, 1.0, 0.0)) if far else Light(position=(0.0, 1e5, 0.0))
     scene = Scene(
-        "ball", Camera((0.0, 1.5, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, -1.0), 90.0), (white,),
+        "ball",
+        Camera((0.0, 1.5, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, -1.0), 90.0),
+        (white,),
         (mesh if meshed else Sphere((0.0, 3.0, 0.0), 1.0, 0), Plane((0.0, 0.0, 0.0), (0.0, 1.0, 0.0), 0)),
-        (light,), picture=Picture((200, 200), 0, shadows=True),
-    )  # fmt: skip
+        (light,),
+        picture=Picture((200, 200), 0, shadows=True),
+    )
     picture = render(scene).picture[..., 0]
     y, x = np.mgrid[0:200, 0:200]
     radius = 1.5 * np.hypot((x + 0.5) / 100 - 1, (y + 0.5) / 100 - 1)
@@ -233,9 +234,14 @@ def test_a_pattern_changes_at_its_squares() -> None:
     reds = [Material(name, Reflection((red, 0, 0))) for name, red in (("even", 1.0), ("odd", 0.25))]
     plane = Plane((0.25, 0.0, 0.25), (0.0, 1.0, 0.0), 0, Chequerboard(0, 1, 0.5))
     scene = Scene(
-        "board", Camera((0.0, 2.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, -1.0), 53.13010235), tuple(reds), (plane,), (),
-        (1.0, 1.0, 1.0), picture=Picture((64, 64), 0),
-    )  # fmt: skip
+        "board",
+        Camera((0.0, 2.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, -1.0), 53.13010235),
+        tuple(reds),
+        (plane,),
+        (),
+        (1.0, 1.0, 1.0),
+        picture=Picture((64, 64), 0),
+    )
     picture = render(scene).picture[..., 0]  # 2 units wide: 32 pixels a unit, 16 a square, shifted by 8
     assert set(np.unique(picture)) == {0.25, 1.0}
     blocks = picture[8:56, 8:56].reshape(3, 16, 3, 16).transpose(0, 2, 1, 3).reshape(9, -1)

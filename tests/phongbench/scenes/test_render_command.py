@@ -8,9 +8,9 @@ import pytest
 from click.testing import CliRunner, Result
 from PIL import Image
 
+from phongbench.benchmarks import scene_bench
 from phongbench.benchmarks.scene_peers import PEERS
 from phongbench.cli.main import main
-from phongbench.scenes import render_to_file
 from phongbench.scenes.scene_files import examples
 
 
@@ -80,7 +80,7 @@ def test_people_read_once_what_a_tracer_does(monkeypatch: pytest.MonkeyPatch) ->
     row |= {"tracer": "ours", "version": "1.2", "draws": "depth 0", "size": "4x3", "note": "all that is compared"}
     rows = [row | {"mrays_per_second": None, "surfaces_agree": 0.25, "draws": draws} for draws in ("much", "little")]
     found = {"scene": "s", "tracers": rows, "absent": [{"tracer": "theirs", "why": "not installed"}], "skips": []}
-    monkeypatch.setattr(render_to_file, "measure", lambda *_: found)
+    monkeypatch.setattr(scene_bench, "measure", lambda *_: found)
     shown = render("chequerboard", "--bench").stdout
     assert shown.count("all that is compared") == 1
     assert all(word in shown for word in ("much", "little", "0.25", "theirs", "not installed"))

@@ -56,15 +56,19 @@ def lamps(rng: np.random.Generator, count: int) -> list[Light]:
 
 
 @given(
-    st.integers(0, 2**32), st.integers(1, 40), st.floats(1e-3, 2), st.floats(0, 1), st.floats(0.5, 1),
-    st.sampled_from([1e-4, 2e-3, 0.05, 1.0]), st.sampled_from([Specular(), Specular("lyon", "cross", 8)]),
+    st.integers(0, 2**32),
+    st.integers(1, 40),
+    st.floats(1e-3, 2),
+    st.floats(0, 1),
+    st.floats(0.5, 1),
+    st.sampled_from([1e-4, 2e-3, 0.05, 1.0]),
+    st.sampled_from([Specular(), Specular("lyon", "cross", 8)]),
     st.booleans(),
-)  # fmt: skip
+)
 @settings(max_examples=80, deadline=None)
 def test_a_held_light_changes_no_colour_by_more_than_the_budget(
-    seed: int, count: int, wide: float, bend: float, short: float, budget: float, formula: Specular,
-    seen: bool,
-) -> None:  # fmt: skip
+    seed: int, count: int, wide: float, bend: float, short: float, budget: float, formula: Specular, seen: bool
+) -> None:
     """Flat and bent patches, unit and shorter normals, shadows or none."""
     rng = np.random.default_rng(seed)
     points, normals = surface(rng, 300, wide, bend)
@@ -72,9 +76,13 @@ def test_a_held_light_changes_no_colour_by_more_than_the_budget(
     lights = lamps(rng, count)
     visible = np.repeat(rng.integers(0, 2, (count, 5)), 60, axis=1).astype(bool) if seen else None
     given: dict[str, Any] = {
-        "material": MATERIAL, "lights": lights, "viewer": Viewer(position=(1.0, 3.0, 4.0)), "specular": formula,
-        "normalise": False, "visible": visible,
-    }  # fmt: skip
+        "material": MATERIAL,
+        "lights": lights,
+        "viewer": Viewer(position=(1.0, 3.0, 4.0)),
+        "specular": formula,
+        "normalise": False,
+        "visible": visible,
+    }
     vectors = points.astype(np.float32), normals.astype(np.float32)
     full = shade(*vectors, **given, skips=Skips.none()).colours.astype(float)
     held = shade(*vectors, **given, skips=replace(Skips.exact(), constant_patches=budget)).colours.astype(float)
@@ -98,9 +106,11 @@ def test_model_blinn_phong_may_be_held_too() -> None:
     rng = np.random.default_rng(8)
     points, normals = (v.astype(np.float32) for v in surface(rng, 640, 0.6, 0.2))
     given: dict[str, Any] = {
-        "material": MATERIAL, "lights": lamps(rng, 12), "viewer": Viewer(position=(0.5, 2.0, 3.0)),
+        "material": MATERIAL,
+        "lights": lamps(rng, 12),
+        "viewer": Viewer(position=(0.5, 2.0, 3.0)),
         "model": "blinn-phong",
-    }  # fmt: skip
+    }
     full, held = (shade(points, normals, **given, skips=Skips(constant_patches=b)).colours for b in (0.0, 0.01))
     assert 0 < np.abs(held - full).max() <= 0.01 + ROUNDING
 
@@ -110,9 +120,15 @@ def test_a_formula_that_may_grow_is_not_held() -> None:
     points, normals = (v.astype(np.float32) for v in surface(rng, 640, 0.6, 0.2))
     registry = {**REGISTRY, "lyon": replace(REGISTRY["lyon"], falls=False)}
     done = shade(
-        points, normals, material=MATERIAL, lights=lamps(rng, 12), viewer=Viewer(position=(0.5, 2.0, 3.0)),
-        specular=Specular("lyon", "dot", 8), skips=Skips(constant_patches=0.5), registry=registry,
-    )  # fmt: skip
+        points,
+        normals,
+        material=MATERIAL,
+        lights=lamps(rng, 12),
+        viewer=Viewer(position=(0.5, 2.0, 3.0)),
+        specular=Specular("lyon", "dot", 8),
+        skips=Skips(constant_patches=0.5),
+        registry=registry,
+    )
     assert done.ledger.constant_patches == 0
 
 
@@ -129,9 +145,10 @@ def test_the_farther_a_light_the_smaller_the_budget_that_holds_it(sides: float, 
     normals = np.tile((0.0, 1.0, 0.0), (64, 1))
     slant = np.array((math.sin(0.5), math.cos(0.5), 0.0)) * sides
     given: dict[str, Any] = {
-        "material": Material(specular=(1, 1, 1), shininess=alpha), "lights": [Light(position=slant)],
+        "material": Material(specular=(1, 1, 1), shininess=alpha),
+        "lights": [Light(position=slant)],
         "viewer": Viewer(position=slant * (-1, 1, 1)),
-    }  # fmt: skip
+    }
     slope = math.sqrt(alpha / math.e)
     enough = 1.5 * slope * 2 * math.sqrt(0.5) / sides + 1e-3
     held = [

@@ -54,14 +54,17 @@ def changed(path: tuple[Any, ...], value: Any) -> dict[str, Any]:
 def test_a_request_is_the_call_of_shade_that_it_spells(precision: str) -> None:
     request = shading_request(parse_json(json.dumps({**REQUEST, "precision": precision})))
     direct = shade(
-        np.array(REQUEST["points"], precision), np.array(REQUEST["normals"], precision),
+        np.array(REQUEST["points"], precision),
+        np.array(REQUEST["normals"], precision),
         material=Material((0.1, 0.1, 0.1), (0.5, 0.5, 0.5), (1, 0.9, 0.8), 50.0),
         lights=(
             Light(direction=(0, 0, 2), diffuse=(1, 1, 0.5)),
             Light(position=(0, 3, 3), attenuation=(1, 0.1, 0.01), specular=(0, 1, 1), reach=100),
         ),
-        viewer=Viewer(position=(0, 0, 5)), ambient_light=(1, 1, 1), specular=Specular("lyon", "cross", 8, "taylor"),
-    )  # fmt: skip
+        viewer=Viewer(position=(0, 0, 5)),
+        ambient_light=(1, 1, 1),
+        specular=Specular("lyon", "cross", 8, "taylor"),
+    )
     found = request.shade()
     assert found.colours.tobytes() == direct.colours.tobytes()
     assert found.ledger == direct.ledger
@@ -87,9 +90,12 @@ def test_vectors_may_come_apart_from_the_document() -> None:
 def test_what_may_be_left_out_has_a_default() -> None:
     needed = {k: REQUEST[k] for k in ("material", "lights", "viewer", "points", "normals")}
     spelt = {
-        "model": "phong", "specular": {"approximation": "phong"}, "ambient_light": [0, 0, 0], "normalise": True,
+        "model": "phong",
+        "specular": {"approximation": "phong"},
+        "ambient_light": [0, 0, 0],
+        "normalise": True,
         "precision": "float32",
-    }  # fmt: skip
+    }
     assert (
         shading_request(needed).shade().colours.tobytes() == shading_request(needed | spelt).shade().colours.tobytes()
     )
@@ -168,9 +174,15 @@ JSON = st.recursive(
     max_leaves=12,
 )
 PLACES: list[tuple[Any, ...]] = [
-    *((k,) for k in REQUEST), *(("material", k) for k in REQUEST["material"]), ("lights", 0), ("lights", 1, "position"),
-    *(("specular", k) for k in REQUEST["specular"]), ("viewer", "position"), ("points", 1), ("normals", 2),
-]  # fmt: skip
+    *((k,) for k in REQUEST),
+    *(("material", k) for k in REQUEST["material"]),
+    ("lights", 0),
+    ("lights", 1, "position"),
+    *(("specular", k) for k in REQUEST["specular"]),
+    ("viewer", "position"),
+    ("points", 1),
+    ("normals", 2),
+]
 
 
 @given(st.sampled_from(PLACES), JSON)

@@ -54,9 +54,18 @@ def unit(v: Array) -> Array:
 
 
 def twin(
-    points: Array, normals: Array, *, material: Material, lights: Any, viewer: Viewer, ambient_light: Any = (0, 0, 0),
-    model: str = "phong", specular: Specular = EXACT_PHONG, normalise: bool = True, visible: Any = None,
-) -> Array:  # fmt: skip
+    points: Array,
+    normals: Array,
+    *,
+    material: Material,
+    lights: Any,
+    viewer: Viewer,
+    ambient_light: Any = (0, 0, 0),
+    model: str = "phong",
+    specular: Specular = EXACT_PHONG,
+    normalise: bool = True,
+    visible: Any = None,
+) -> Array:
     """The reflection model as it is written in books: one point after the other, one light after the other."""
     spec, form, setting, space = specular.resolved(model, material.shininess)
     body = spec.bound(setting)
@@ -224,9 +233,13 @@ def test_at_the_mirror_direction_the_highlight_is_full(model: str, dtype: Any) -
         light = light * np.sign(n @ light)
         mirrored = Viewer(direction=tuple(2 * (n @ light) * n - light))
         found = shade(
-            np.zeros((1, 3), dtype), n[None].astype(dtype), material=black, lights=(Light(direction=tuple(light)),),
-            viewer=mirrored, model=model,
-        )  # fmt: skip
+            np.zeros((1, 3), dtype),
+            n[None].astype(dtype),
+            material=black,
+            lights=(Light(direction=tuple(light)),),
+            viewer=mirrored,
+            model=model,
+        )
         np.testing.assert_allclose(found.colours[0], black.specular, rtol=200 * 8 * float(np.finfo(dtype).eps))
 
 
@@ -322,24 +335,32 @@ def scenes(draw: st.DrawFn) -> dict[str, Any]:
     place = st.tuples(*[st.sampled_from((-3.0, -0.5, 0.25, 4.0))] * 3)
     lights = [
         Light(
-            **({"direction": draw(place)} if draw(st.booleans()) else {
-                "position": draw(place),
-                "attenuation": draw(st.sampled_from(((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.5, 0.2, 0.1)))),
-            }),
-            diffuse=draw(black_or), specular=draw(black_or),
+            **(
+                {"direction": draw(place)}
+                if draw(st.booleans())
+                else {
+                    "position": draw(place),
+                    "attenuation": draw(st.sampled_from(((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.5, 0.2, 0.1)))),
+                }
+            ),
+            diffuse=draw(black_or),
+            specular=draw(black_or),
         )
         for _ in range(draw(st.integers(0, 6)))
-    ]  # fmt: skip
+    ]
     place_or_far = {"position": draw(place)} if draw(st.booleans()) else {"direction": draw(place)}
     name = draw(st.sampled_from(("phong", "lyon", "gaussian", "lyon-quadratic", "table-x", "schlick", "kuijk-blake")))
     gamma = 8 if REGISTRY[name].uses_gamma else None
     form = draw(st.sampled_from(REGISTRY[name].lambda_forms))
     return {
         "material": Material((0.1,) * 3, draw(black_or), draw(black_or), draw(st.sampled_from((1.0, 10.0, 60.0)))),
-        "lights": lights, "viewer": Viewer(**place_or_far), "ambient_light": draw(black_or),
-        "model": draw(st.sampled_from(MODELS)), "specular": Specular(name, None if form == "none" else form, gamma),
+        "lights": lights,
+        "viewer": Viewer(**place_or_far),
+        "ambient_light": draw(black_or),
+        "model": draw(st.sampled_from(MODELS)),
+        "specular": Specular(name, None if form == "none" else form, gamma),
         "normalise": draw(st.booleans()),
-    }  # fmt: skip
+    }
 
 
 SURFACES = st.tuples(

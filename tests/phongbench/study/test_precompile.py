@@ -13,9 +13,14 @@ from phongbench.inputs.plan import preset
 from phongbench.study import precompile
 
 PLAN = replace(
-    preset("quick"), approximations=("phong",), alphas=(10.0,), strata=("highlight",), spaces=("reflect",),
-    precisions=("float32",), samples=1000,
-).validated()  # fmt: skip
+    preset("quick"),
+    approximations=("phong",),
+    alphas=(10.0,),
+    strata=("highlight",),
+    spaces=("reflect",),
+    precisions=("float32",),
+    samples=1000,
+).validated()
 
 
 def test_it_compiles_the_drivers_and_the_timed_kernels(tmp_path):

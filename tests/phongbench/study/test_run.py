@@ -22,10 +22,17 @@ from phongbench.support.progress import Progress
 @pytest.fixture(scope="module")
 def plan():
     return replace(
-        preset("quick"), alphas=(10.0, 50.0), gammas=(8,), approximations=("phong", "lyon"), slopes=("taylor",),
-        spaces=("reflect",), probes=(),
-        precisions=("float32",), samples=4000, timing=False,
-    ).validated()  # fmt: skip
+        preset("quick"),
+        alphas=(10.0, 50.0),
+        gammas=(8,),
+        approximations=("phong", "lyon"),
+        slopes=("taylor",),
+        spaces=("reflect",),
+        probes=(),
+        precisions=("float32",),
+        samples=4000,
+        timing=False,
+    ).validated()
 
 
 @pytest.fixture(scope="module")

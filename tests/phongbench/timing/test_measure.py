@@ -26,10 +26,26 @@ from phongbench.timing.timed_kernels import Contender, Subject
 
 #: as contract.md lists them
 CONTRACT = [
-    "approximation", "lambda_form", "space", "beta_policy", "gamma", "precision", "working_set", "elements", "threads",
-    "ns_min", "ns_median", "ratio", "ratio_low", "ratio_high", "verdict", "dot_ratio", "bandwidth_fraction", "rounds",
+    "approximation",
+    "lambda_form",
+    "space",
+    "beta_policy",
+    "gamma",
+    "precision",
+    "working_set",
+    "elements",
+    "threads",
+    "ns_min",
+    "ns_median",
+    "ratio",
+    "ratio_low",
+    "ratio_high",
+    "verdict",
+    "dot_ratio",
+    "bandwidth_fraction",
+    "rounds",
     "contaminated",
-]  # fmt: skip
+]
 MIB = 1 << 20
 LYON = Subject(REGISTRY["lyon"], "difference", Setting(50.0, 8, "taylor"), FLOAT32)
 compiled_only = pytest.mark.skipif(jit.DISABLED, reason="plain Python is not timed")
@@ -56,9 +72,11 @@ def test_form_space_gamma_and_precision_make_subjects() -> None:
     lyon, phong = REGISTRY["lyon"], REGISTRY["phong"]
     cells = [
         (lyon, form, Setting(50.0, gamma, "taylor", space), precision)
-        for form in ("dot", "cross") for space in ("reflect", "half")
-        for gamma in (4, 8) for precision in (FLOAT32, FLOAT64)
-    ]  # fmt: skip
+        for form in ("dot", "cross")
+        for space in ("reflect", "half")
+        for gamma in (4, 8)
+        for precision in (FLOAT32, FLOAT64)
+    ]
     assert len(measure.subjects(cells)) == 16
     assert len(measure.subjects([(phong, "none", Setting(50.0, gamma), FLOAT32) for gamma in (None, 4, 8)])) == 1
 
@@ -172,8 +190,12 @@ def analysed(durations: dict[str, float], *, noise: float = 0.02, seed: int = 3)
 def test_known_durations_give_the_right_verdicts() -> None:
     rows = analysed({"quick": 60.0, "slow": 150.0, "alike": 101.0})
     assert {name: rows[name]["verdict"] for name in ("quick", "slow", "alike", "aa-twin", "phong")} == {
-        "quick": "faster", "slow": "slower", "alike": "unresolved", "aa-twin": "unresolved", "phong": "unresolved",
-    }  # fmt: skip
+        "quick": "faster",
+        "slow": "slower",
+        "alike": "unresolved",
+        "aa-twin": "unresolved",
+        "phong": "unresolved",
+    }
     assert rows["quick"]["ratio"] == pytest.approx(0.6, rel=0.02)
     assert rows["quick"]["ratio_low"] < rows["quick"]["ratio"] < rows["quick"]["ratio_high"]
     assert rows["quick"]["dot_ratio"] == pytest.approx(1.5, rel=0.02)
@@ -420,11 +442,7 @@ def test_compiling_while_timing_is_an_error(monkeypatch: pytest.MonkeyPatch) -> 
 
 
 def test_two_timing_runs_never_overlap_and_the_second_learns_whom_to_wait_for() -> None:
-    with (
-        machine_lock(),
-        pytest.raises(LockedError, match=rf"process {os.getpid()}\) is timing"),
-        machine_lock(),
-    ):
+    with machine_lock(), pytest.raises(LockedError, match=rf"process {os.getpid()}\) is timing"), machine_lock():
         pass
     with machine_lock():  # and it is free again afterwards
         pass

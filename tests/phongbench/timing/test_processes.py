@@ -13,8 +13,7 @@ from phongbench.errors import InputError, MeasurementError
 from phongbench.formulas.registry import REGISTRY
 from phongbench.formulas.spec import Setting
 from phongbench.formulas.user_files import load_file
-from phongbench.timing import processes
-from phongbench.timing.measure import measure
+from phongbench.timing import measure, processes
 from phongbench.timing.timed_kernels import Subject
 
 LYON = Subject(REGISTRY["lyon"], "dot", Setting(50.0, 8, "taylor"), FLOAT32)
@@ -31,9 +30,15 @@ def test_two_processes_are_merged_into_one_table() -> None:
     told: list[tuple[int, int, str]] = []
     notes: list[str] = []
     rows = processes.measure(
-        [LYON], processes=2, budget_seconds=4.0, working_sets=["l1"], seed=1, notes=notes, problems=[],
+        [LYON],
+        processes=2,
+        budget_seconds=4.0,
+        working_sets=["l1"],
+        seed=1,
+        notes=notes,
+        problems=[],
         progress=lambda *now: told.append(now),
-    )  # fmt: skip
+    )
     assert list(rows.columns) == measure.COLUMNS
     assert set(rows["processes"]) == {2}
     assert "lyon" in set(rows["approximation"])

@@ -13,15 +13,7 @@ from phongbench.timing import rounds as clock
 from phongbench.timing import statistics
 from phongbench.timing.interference import Evidence, Witness, disturbed
 from phongbench.timing.rounds import Epoch
-from phongbench.timing.statistics import (
-    LEVEL,
-    MIN_ROUNDS,
-    Interval,
-    contested,
-    ratio,
-    sign_interval,
-    sign_test_rank,
-)
+from phongbench.timing.statistics import LEVEL, MIN_ROUNDS, Interval, contested, ratio, sign_interval, sign_test_rank
 
 
 def rng(seed: int = 0) -> np.random.Generator:

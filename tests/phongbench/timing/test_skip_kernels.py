@@ -22,9 +22,7 @@ def both(
     spec = REGISTRY[name]
     a, b = (np.ascontiguousarray(v, precision.carrier) for v in (a, b))
     plain = pair_kernels.highlights(spec, form, setting, a, b, precision=precision)
-    row = np.append(
-        coefficient_row(spec, setting, precision), precision.constant(limit(spec, setting, precision))
-    )
+    row = np.append(coefficient_row(spec, setting, precision), precision.constant(limit(spec, setting, precision)))
     out = np.full_like(plain, np.nan)
     loop = skip_kernels.skip_kernel(spec, form, setting, precision)
     table = table_row(spec, setting, precision)

@@ -11,12 +11,30 @@ from phongbench.timing import table
 
 def row(name: str, ratio: float, width: float = 0.01, **more: Any) -> dict[str, Any]:
     known = {
-        "approximation": name, "lambda_form": "none", "space": "reflect", "beta_policy": "none", "gamma": None,
-        "precision": "float32", "working_set": "l1", "elements": 10, "threads": 1, "ns_min": ratio, "ns_median": ratio,
-        "ratio": ratio, "ratio_low": ratio * (1 - width), "ratio_high": ratio * (1 + width), "verdict": "unresolved",
-        "dot_ratio": 2.0, "bandwidth_fraction": 0.5, "rounds": 24, "contaminated": 1, "repeats": 3, "compile_ms": 1.0,
-        "lit": math.nan, "processes": 1,
-    }  # fmt: skip
+        "approximation": name,
+        "lambda_form": "none",
+        "space": "reflect",
+        "beta_policy": "none",
+        "gamma": None,
+        "precision": "float32",
+        "working_set": "l1",
+        "elements": 10,
+        "threads": 1,
+        "ns_min": ratio,
+        "ns_median": ratio,
+        "ratio": ratio,
+        "ratio_low": ratio * (1 - width),
+        "ratio_high": ratio * (1 + width),
+        "verdict": "unresolved",
+        "dot_ratio": 2.0,
+        "bandwidth_fraction": 0.5,
+        "rounds": 24,
+        "contaminated": 1,
+        "repeats": 3,
+        "compile_ms": 1.0,
+        "lit": math.nan,
+        "processes": 1,
+    }
     return known | more
 
 

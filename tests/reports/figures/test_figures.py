@@ -31,6 +31,10 @@ def study(run: Any) -> Study:
     return Study(run)
 
 
+#: what several figures are made with, and figures of pictures that a run may have
+SHARED = ("lobe", "pictures", "scene_images")
+
+
 @pytest.fixture(scope="module")
 def plates(study: Study) -> dict[str, Plate]:
     with ink():
@@ -39,7 +43,7 @@ def plates(study: Study) -> dict[str, Plate]:
 
 
 def test_the_list_and_the_folder_hold_the_same_figures() -> None:
-    files = {path.stem for path in Path(figures.__file__).parent.glob("*.py")} - {"__init__"}
+    files = {path.stem for path in Path(figures.__file__).parent.glob("*.py")} - {"__init__", *SHARED}
     assert files == {figure.name for figure in FIGURES}
     assert all(figure.draw.__module__ == f"phongbench_reports.figures.{figure.name}" for figure in FIGURES)
 
@@ -86,7 +90,9 @@ def test_a_users_matplotlibrc_does_not_show(study: Study, plates: dict[str, Plat
 def test_error_against_gamma_lies_on_the_law(plates: dict[str, Plate]) -> None:
     data = plates["error_gamma"].data
     for row in data[data["gamma"] >= 4].itertuples():
-        assert row.law == pytest.approx(abs(float(error_laws.lyon_taylor(row.lambda_form, row.alpha, float(row.gamma)))))
+        assert row.law == pytest.approx(
+            abs(float(error_laws.lyon_taylor(row.lambda_form, row.alpha, float(row.gamma))))
+        )
         assert row.max_abs == pytest.approx(row.law, rel=0.03, abs=2e-4)
     told = plates["error_gamma"].takeaway.replace("\u00a0", " ")
     assert "α = 10: none" in told
@@ -217,9 +223,7 @@ def _pixels(figure: Figure) -> Any:
 def test_a_front_is_made_once_and_is_that_of_the_rows(study: Study) -> None:
     found = study.front(study.alpha, study.precision)
     rows = study.at(study.unit, space="reflect", precision=study.precision)
-    wanted = front(
-        rows, study.timing, alpha=study.alpha, precision=study.precision, working_set=study.working_set
-    )  # fmt: skip
+    wanted = front(rows, study.timing, alpha=study.alpha, precision=study.precision, working_set=study.working_set)
     pd.testing.assert_frame_equal(found, wanted)
     assert study.front(study.alpha, study.precision) is found
 

@@ -22,36 +22,78 @@ def frame(name: str, rows: list[dict[str, Any]]) -> pd.DataFrame:
 
 def picture(scene: str, gamma: int, error: float, law: float, **more: Any) -> dict[str, Any]:
     return {
-        "scene": scene, "width": 64, "height": 36, "depth": 3, "approximation": "lyon", "lambda_form": "dot",
-        "beta_policy": "taylor", "gamma": gamma, "max_abs": error, "max_codes": np.round(255 * error), "visible": 0.25,
-        "psnr": 50.0, "energy": 1.0, "highlight_area": 1.0, "lobe_max": law, **more,
-    }  # fmt: skip
+        "scene": scene,
+        "width": 64,
+        "height": 36,
+        "depth": 3,
+        "approximation": "lyon",
+        "lambda_form": "dot",
+        "beta_policy": "taylor",
+        "gamma": gamma,
+        "max_abs": error,
+        "max_codes": np.round(255 * error),
+        "visible": 0.25,
+        "psnr": 50.0,
+        "energy": 1.0,
+        "highlight_area": 1.0,
+        "lobe_max": law,
+        **more,
+    }
 
 
 def skip(name: str, kind: str, skipped: int, change: float) -> dict[str, Any]:
     return {
-        "scene": "card", "width": 64, "height": 36, "depth": 3, "name": name, "setting": np.nan, "kind": kind,
-        "unit": "rays", "of": 100, "skipped": skipped, "bound": 2 * change, "same_bits": change == 0,
+        "scene": "card",
+        "width": 64,
+        "height": 36,
+        "depth": 3,
+        "name": name,
+        "setting": np.nan,
+        "kind": kind,
+        "unit": "rays",
+        "of": 100,
+        "skipped": skipped,
+        "bound": 2 * change,
+        "same_bits": change == 0,
         "largest_change": change,
-    }  # fmt: skip
+    }
 
 
 def time(kind: str, name: str, ratio: float) -> dict[str, Any]:
     return {
-        "scene": "card", "kind": kind, "name": name, "formula": name, "setting": np.nan, "against": "phong", "depth": 3,
-        "elements": 2304, "rounds": 8, "seconds": 1.0, "ratio": ratio, "ratio_low": 0.9 * ratio,
+        "scene": "card",
+        "kind": kind,
+        "name": name,
+        "formula": name,
+        "setting": np.nan,
+        "against": "phong",
+        "depth": 3,
+        "elements": 2304,
+        "rounds": 8,
+        "seconds": 1.0,
+        "ratio": ratio,
+        "ratio_low": 0.9 * ratio,
         "ratio_high": 1.25 * ratio,
-    }  # fmt: skip
+    }
 
 
 @pytest.fixture
 def study(made_up: Callable[..., Any], tmp_path: Path) -> Study:
     bare = made_up(tmp_path, alphas=(50.0,), gammas=(8,), precisions=("float32",))
-    rows = [picture("card", 8, 0.02, 0.02), picture("card", 16, 0.001, 0.01), picture("card", 4, np.nan, np.nan,
-            left_out="materials.steel: alpha does not fit")]  # fmt: skip
+    rows = [
+        picture("card", 8, 0.02, 0.02),
+        picture("card", 16, 0.001, 0.01),
+        picture("card", 4, np.nan, np.nan, left_out="materials.steel: alpha does not fit"),
+    ]
     found = frame("scenes", rows).astype({"gamma": "Int64"})
-    skips = frame("skips", [skip("background", "exact", 40, 0.0), skip("dark_tail", "bounded", 10, 1e-3),
-                            skip("objects", "exact", 0, 0.0)])  # fmt: skip
+    skips = frame(
+        "skips",
+        [
+            skip("background", "exact", 40, 0.0),
+            skip("dark_tail", "bounded", 10, 1e-3),
+            skip("objects", "exact", 0, 0.0),
+        ],
+    )
     times = frame("scene_times", [time("formula", "lyon:dot:8", 0.5), time("skip", "background", 2.0)])
     return Study(replace(bare, scenes=found, skips=skips, scene_times=times))
 

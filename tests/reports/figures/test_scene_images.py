@@ -20,7 +20,9 @@ def test_every_figure_is_a_picture(draw: object) -> None:
 
 
 def test_the_same_pictures_give_the_same_bytes() -> None:
-    assert scene_images.png(scene_images.interpolation((44.0,))) == scene_images.png(scene_images.interpolation((44.0,)))
+    assert scene_images.png(scene_images.interpolation((44.0,))) == scene_images.png(
+        scene_images.interpolation((44.0,))
+    )
 
 
 def test_figures_are_written_where_asked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -22,37 +22,63 @@ RATES = {"evaluations_per_second": 5.1e8, "numpy_evaluations_per_second": 1.05e7
 
 
 def timed(by: str, work: str, ratio: float, verdict: str) -> dict[str, Any]:
-    return {"by": by, "version": "1.2", "work": work, "working_set": "l2", "ns": 0.35, "ratio": ratio,
-            "ratio_low": ratio - 0.1, "ratio_high": ratio + 0.1, "verdict": verdict, "rounds": 24}  # fmt: skip
+    return {
+        "by": by,
+        "version": "1.2",
+        "work": work,
+        "working_set": "l2",
+        "ns": 0.35,
+        "ratio": ratio,
+        "ratio_low": ratio - 0.1,
+        "ratio_high": ratio + 0.1,
+        "verdict": verdict,
+        "rounds": 24,
+    }
 
 
 def drawn(tracer: str, seconds: float, **what: Any) -> dict[str, Any]:
-    return {"tracer": tracer, "version": "1.2", "draws": "depth 3, shadows", "size": "64x36", "seconds": seconds,
-            "mpixels_per_second": 0.002304 / seconds, "mrays_per_second": None, "pixels_off": 0.0,
-            "surfaces_agree": None, "note": f"what {tracer} does", **what}  # fmt: skip
+    return {
+        "tracer": tracer,
+        "version": "1.2",
+        "draws": "depth 3, shadows",
+        "size": "64x36",
+        "seconds": seconds,
+        "mpixels_per_second": 0.002304 / seconds,
+        "mrays_per_second": None,
+        "pixels_off": 0.0,
+        "surfaces_agree": None,
+        "note": f"what {tracer} does",
+        **what,
+    }
 
 
 COMPARED = {
-    "alpha": 50.0, "gamma": 8, "absent": {"jax": "not installed"}, "sweep": RATES, "rows": [
-        timed("phongbench", "exact Phong", 1.0, "baseline"), timed("numpy", "exact Phong", 4.8, "slower"),
-    ],
-}  # fmt: skip
+    "alpha": 50.0,
+    "gamma": 8,
+    "absent": {"jax": "not installed"},
+    "sweep": RATES,
+    "rows": [timed("phongbench", "exact Phong", 1.0, "baseline"), timed("numpy", "exact Phong", 4.8, "slower")],
+}
 ALARMS = [Alarms("l1", 200, 24, 1, 3, 0.0138, 12.0)]
 PICTURES = {
-    "skips": {"many-lights": [
-        {"variant": v, "seconds": 0.1, "ratio": r, "same_bits": v != "all", "largest_change": c}
-        for v, r, c in (("all", 1.0, 0.02), ("exact", 2.0, 0.0), ("none", 5.0, 0.0))
-    ]},
+    "skips": {
+        "many-lights": [
+            {"variant": v, "seconds": 0.1, "ratio": r, "same_bits": v != "all", "largest_change": c}
+            for v, r, c in (("all", 1.0, 0.02), ("exact", 2.0, 0.0), ("none", 5.0, 0.0))
+        ]
+    },
     "tracers": [
         drawn("phongbench", 0.01, mrays_per_second=20.0, ratio=1.0),
         drawn("plain NumPy", 0.25, mrays_per_second=0.8, ratio=25.0, pixels_off=0.001),
         drawn("mitsuba", 0.02, ratio=2.0, pixels_off=0.002, surfaces_agree=0.99999),
     ],
     "absent": [{"tracer": "pyvista", "why": "not installed; pip install pyvista brings it"}],
-}  # fmt: skip
+}
 BESIDE = {"scenes": "of scenes", "service": "of the service"}
 DOCUMENT = {"cells": 5000, "evaluations": 23_456_000_000, "seconds": {"accuracy": 30.04, "timing": 8, "report": 2.5}}
-EMPTY = "before\n" + "\n".join(f"<!-- generated: {n} -->\n<!-- /generated: {n} -->\nbetween" for n in __main__.NAMES) + "\n"
+EMPTY = (
+    "before\n" + "\n".join(f"<!-- generated: {n} -->\n<!-- /generated: {n} -->\nbetween" for n in __main__.NAMES) + "\n"
+)
 
 
 @pytest.fixture(scope="module")
@@ -182,9 +208,16 @@ def test_a_stored_run_fills_the_readme(
     checkout: Path, tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     plan = replace(
-        preset("quick"), alphas=(10.0,), gammas=(8,), approximations=("lyon",), precisions=("float32",),
-        strata=("highlight",), samples=2000, timing_budget=2.0, probes=(),
-    ).validated()  # fmt: skip
+        preset("quick"),
+        alphas=(10.0,),
+        gammas=(8,),
+        approximations=("lyon",),
+        precisions=("float32",),
+        strata=("highlight",),
+        samples=2000,
+        timing_budget=2.0,
+        probes=(),
+    ).validated()
     folder = tmp_path_factory.mktemp("stored") / "run"
     run_study(plan, folder)
     monkeypatch.setattr("phongbench.benchmarks.kernel_bench.bench", lambda **_: COMPARED)

@@ -15,12 +15,27 @@ from phongbench_reports.tables.skipped import skipped
 
 def kernel(name: str, lit: float, ratio: float) -> dict[str, Any]:
     return {
-        "approximation": name, "lambda_form": "none", "space": "reflect", "beta_policy": "none", "gamma": pd.NA,
-        "precision": "float32", "working_set": "l2", "elements": 1000, "threads": 1, "ns_min": ratio,
+        "approximation": name,
+        "lambda_form": "none",
+        "space": "reflect",
+        "beta_policy": "none",
+        "gamma": pd.NA,
+        "precision": "float32",
+        "working_set": "l2",
+        "elements": 1000,
+        "threads": 1,
+        "ns_min": ratio,
         "ns_median": ratio,
-        "ratio": ratio, "ratio_low": ratio - 0.05, "ratio_high": ratio + 0.05, "verdict": "faster", "dot_ratio": 1.0,
-        "bandwidth_fraction": 0.1, "rounds": 24, "contaminated": 0, "lit": lit,
-    }  # fmt: skip
+        "ratio": ratio,
+        "ratio_low": ratio - 0.05,
+        "ratio_high": ratio + 0.05,
+        "verdict": "faster",
+        "dot_ratio": 1.0,
+        "bandwidth_fraction": 0.1,
+        "rounds": 24,
+        "contaminated": 0,
+        "lit": lit,
+    }
 
 
 @pytest.fixture

@@ -16,9 +16,15 @@ from phongbench_reports.tables.sureness import sureness
 
 SENTENCE = "lyon, dot: sampled <max_abs> 0.9 is above exhaustive 0.03"
 FACTS = {
-    "digits": 50, "arithmetic": "mpmath", "random_values": 10_000, "random_disagreement": 1e-15, "random_share": 0.1,
-    "worst_values": 345, "worst_disagreement": 2e-15, "worst_share": 0.25,
-}  # fmt: skip
+    "digits": 50,
+    "arithmetic": "mpmath",
+    "random_values": 10_000,
+    "random_disagreement": 1e-15,
+    "random_share": 0.1,
+    "worst_values": 345,
+    "worst_disagreement": 2e-15,
+    "worst_share": 0.25,
+}
 
 
 @pytest.fixture

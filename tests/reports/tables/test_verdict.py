@@ -17,13 +17,21 @@ from phongbench_reports.reproduce import reproduce
 from phongbench_reports.table import Table
 from phongbench_reports.tables.verdict import census, verdict, worst
 
-CELL = {
-    "space": "reflect", "beta_policy": "none", "lambda_form": "none", "gamma": None, "precision": "float32",
-}  # fmt: skip
+CELL = {"space": "reflect", "beta_policy": "none", "lambda_form": "none", "gamma": None, "precision": "float32"}
 ROW = {
-    **CELL, "alpha": 50.0, "gated": True, "stratum": "highlight", "perturbation": "none", "length_error": 0.0,
-    "truth": "angle", "samples": 1000, "coverage": "sampled", "nonfinite": 0, "above_one": 0, "negative": 0,
-}  # fmt: skip
+    **CELL,
+    "alpha": 50.0,
+    "gated": True,
+    "stratum": "highlight",
+    "perturbation": "none",
+    "length_error": 0.0,
+    "truth": "angle",
+    "samples": 1000,
+    "coverage": "sampled",
+    "nonfinite": 0,
+    "above_one": 0,
+    "negative": 0,
+}
 
 
 def tiny(path: Path, made_up: Callable[..., Any]) -> Any:
@@ -32,11 +40,15 @@ def tiny(path: Path, made_up: Callable[..., Any]) -> Any:
         [
             {**ROW, "approximation": name, "alpha": alpha, "max_abs": error, "codes_8bit": 255 * error}
             for name, alpha, error in [
-                ("phong", 10.0, 1e-7), ("phong", 50.0, 1e-7), ("coarse", 10.0, 0.003), ("coarse", 50.0, 0.02),
-                ("fine", 10.0, 0.0005), ("fine", 50.0, 0.001),
+                ("phong", 10.0, 1e-7),
+                ("phong", 50.0, 1e-7),
+                ("coarse", 10.0, 0.003),
+                ("coarse", 50.0, 0.02),
+                ("fine", 10.0, 0.0005),
+                ("fine", 50.0, 0.001),
             ]
         ]
-    ).astype({"gamma": "Int64"})  # fmt: skip
+    ).astype({"gamma": "Int64"})
     times = {
         "phong": (1.0, 1.0, 1.0),
         "coarse": (0.2, 0.19, 0.21),
@@ -46,14 +58,23 @@ def tiny(path: Path, made_up: Callable[..., Any]) -> Any:
     timing = pd.DataFrame(
         [
             {
-                **CELL, "approximation": name, "working_set": "l1", "threads": 1, "ns_min": 2 * ratio,
+                **CELL,
+                "approximation": name,
+                "working_set": "l1",
+                "threads": 1,
+                "ns_min": 2 * ratio,
                 "ns_median": 2 * ratio,
-                "ratio": ratio, "ratio_low": low, "ratio_high": high, "verdict": "unresolved", "rounds": 24,
-                "dot_ratio": 3.0, "bandwidth_fraction": 0.1,
+                "ratio": ratio,
+                "ratio_low": low,
+                "ratio_high": high,
+                "verdict": "unresolved",
+                "rounds": 24,
+                "dot_ratio": 3.0,
+                "bandwidth_fraction": 0.1,
             }
             for name, (ratio, low, high) in times.items()
         ]
-    ).astype({"gamma": "Int64"})  # fmt: skip
+    ).astype({"gamma": "Int64"})
     made = made_up(path, alphas=(50.0,), gammas=(8,), precisions=("float32",))
     return type(made)(path, made.manifest, accuracy, timing, made.worst.iloc[:0])
 
@@ -159,12 +180,20 @@ def test_what_was_not_measured_is_computed_from_the_rows(run: Any) -> None:
 @pytest.mark.parametrize(
     ("value", "written"),
     [
-        (0.02986, "0.0299"), (0, "0"), (131072, "131\u202f072"), (1.7e-5, "1.70×10⁻⁵"), (3.0, "3"), (None, "–"),
+        (0.02986, "0.0299"),
+        (0, "0"),
+        (131072, "131\u202f072"),
+        (1.7e-5, "1.70×10⁻⁵"),
+        (3.0, "3"),
+        (None, "–"),
         (12.34, "12.3"),
-        (float("nan"), "–"), (float("inf"), "not finite"), (-0.5, "-0.500"), (2.5e7 + 0.5, "2.50×10⁷"),
+        (float("nan"), "–"),
+        (float("inf"), "not finite"),
+        (-0.5, "-0.500"),
+        (2.5e7 + 0.5, "2.50×10⁷"),
         (29009.4, "29\u202f009"),
     ],
-)  # fmt: skip
+)
 def test_numbers_are_written_one_way(value: Any, written: str) -> None:
     assert text.number(value) == written
 

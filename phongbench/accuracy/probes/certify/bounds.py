@@ -184,11 +184,22 @@ def _bound_by_series(error: Callable[[Any], Any], low: float, high: float) -> fl
 
 def _row(spec: Approximation, form: str, setting: Setting, largest_error: float) -> dict[str, Any]:
     cell = {
-        "approximation": spec.name, "lambda_form": form, "space": setting.space, "beta_policy": setting.slope,
-        "alpha": setting.alpha, "gamma": setting.gamma, "beta": spec.coefficients(setting).get("beta", np.nan),
-        "precision": EXACT, "gated": True, "stratum": COSINES.name, "perturbation": COSINES.perturbation,
-        "length_error": 0.0, "truth": "angle", "samples": 0, "coverage": "certified",
-    }  # fmt: skip
+        "approximation": spec.name,
+        "lambda_form": form,
+        "space": setting.space,
+        "beta_policy": setting.slope,
+        "alpha": setting.alpha,
+        "gamma": setting.gamma,
+        "beta": spec.coefficients(setting).get("beta", np.nan),
+        "precision": EXACT,
+        "gated": True,
+        "stratum": COSINES.name,
+        "perturbation": COSINES.perturbation,
+        "length_error": 0.0,
+        "truth": "angle",
+        "samples": 0,
+        "coverage": "certified",
+    }
     counts = dict.fromkeys(("nonfinite", "above_one", "negative", "excluded"), 0)
     metrics = {"max_abs": largest_error, "model_max": largest_error, "codes_8bit": 255 * largest_error}
     return dict.fromkeys(ACCURACY_COLUMNS, np.nan) | cell | counts | metrics

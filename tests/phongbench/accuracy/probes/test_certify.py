@@ -32,7 +32,9 @@ def dense(spec, form, setting):
     coordinate = cosine if form == "none" else deficit_of_angle(form, cosine)
     reflected = 2 * cosine**2 - 1 if setting.space == "half" else cosine
     gate = np.where(DEFICITS < 1, 1.0, 0.0)
-    return np.abs(coordinate_kernels.evaluate(spec, setting, coordinate, gate) - np.maximum(reflected, 0) ** setting.alpha)
+    return np.abs(
+        coordinate_kernels.evaluate(spec, setting, coordinate, gate) - np.maximum(reflected, 0) ** setting.alpha
+    )
 
 
 SOME = [

@@ -15,9 +15,15 @@ from phongbench.inputs.plan import preset
 from phongbench.results.schema import BEHAVIOUR_COLUMNS
 
 VECTORS = (
-    "a is zero", "both are zero", "both are subnormal", "both are huge", "a is huge", "a holds NaN", "a is infinite",
+    "a is zero",
+    "both are zero",
+    "both are subnormal",
+    "both are huge",
+    "a is huge",
+    "a holds NaN",
+    "a is infinite",
     "a = -b",
-)  # fmt: skip
+)
 WORDS = {"v": "value", "s": "saturates", "n": "nan", "i": "infinite", "a": "above-one", "-": "negative", "r": "refused"}
 #: (formula, form, gated) -> the outcome of VECTORS in float32, in order, and why
 PINNED = {
@@ -47,15 +53,20 @@ PINNED = {
     # a table's end is its end: bright for an infinite cosine, but u of a lambda of -inf bends back up to inf: dark
     ("table-x", "none", True): "sssvvssv",
     ("table-u", "dot", True): "sssssssv",
-}  # fmt: skip
+}
 
 
 @pytest.fixture(scope="module")
 def probing():
     plan = replace(
-        preset("quick"), alphas=(50.0,), gammas=(8,), slopes=("taylor",), timing=False,
-        lambda_forms=tuple(lambda_forms.LAMBDA_FORMS), precisions=("float32", "float16", "q1.15", "bfloat16", "float64"),
-    ).validated()  # fmt: skip
+        preset("quick"),
+        alphas=(50.0,),
+        gammas=(8,),
+        slopes=("taylor",),
+        timing=False,
+        lambda_forms=tuple(lambda_forms.LAMBDA_FORMS),
+        precisions=("float32", "float16", "q1.15", "bfloat16", "float64"),
+    ).validated()
     sweep = engine.prepare(plan)
     engine.compile_kernels(sweep)
     return Probing(sweep, None, None)

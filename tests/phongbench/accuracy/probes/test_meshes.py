@@ -10,15 +10,7 @@ import pytest
 
 from phongbench.accuracy import sweep
 from phongbench.accuracy.probes import meshes
-from phongbench.accuracy.probes.interpolated_normals import (
-    NORMALS,
-    classic,
-    dots,
-    lengthwise,
-    lit,
-    points,
-    unit,
-)
+from phongbench.accuracy.probes.interpolated_normals import NORMALS, classic, dots, lengthwise, lit, points, unit
 from phongbench.accuracy.probes.probe import Probing
 from phongbench.analysis.summary import summarise
 from phongbench.errors import InputError
@@ -37,9 +29,14 @@ KEY = ["mesh", "edge_degrees", "approximation", "lambda_form", "space", "alpha",
 @pytest.fixture(scope="module")
 def plan():
     return replace(
-        preset("quick"), alphas=(5.0, 32.0, 128.0), gammas=(4, 64), slopes=("taylor",), precisions=("float32",),
-        lambda_forms=("dot", "difference", "cross", "tan2"), samples=2048,
-    ).validated()  # fmt: skip
+        preset("quick"),
+        alphas=(5.0, 32.0, 128.0),
+        gammas=(4, 64),
+        slopes=("taylor",),
+        precisions=("float32",),
+        lambda_forms=("dot", "difference", "cross", "tan2"),
+        samples=2048,
+    ).validated()
 
 
 def probed(plan, jobs=2):
@@ -140,10 +137,14 @@ def test_all_samples_agree_with_arrays(plan, rows):
     for pair in ("classic", "lengthwise"):
         errors = np.maximum(dots(*seen.pair("raw", pair)), 0) ** 128 - exact
         row = rows[
-            rows["mesh"].eq("icosphere") & rows["edge_degrees"].between(8, 12) & rows["approximation"].eq("phong")
-            & rows["alpha"].eq(128) & rows["pair"].eq(pair) & rows["normals"].eq("raw")
+            rows["mesh"].eq("icosphere")
+            & rows["edge_degrees"].between(8, 12)
+            & rows["approximation"].eq("phong")
+            & rows["alpha"].eq(128)
+            & rows["pair"].eq(pair)
+            & rows["normals"].eq("raw")
             & rows["truth"].eq("interpolated")
-        ].squeeze()  # fmt: skip
+        ].squeeze()
         assert row["max_abs"] == pytest.approx(np.abs(errors).max(), abs=2e-5)
         assert row["mean_abs"] == pytest.approx(np.abs(errors).mean(), abs=2e-5)
         assert row["rms"] == pytest.approx(np.sqrt((errors**2).mean()), abs=2e-5)

@@ -40,9 +40,15 @@ def one_scene(monkeypatch):
 @pytest.fixture(scope="module")
 def tiny(small_plan):
     return replace(
-        small_plan, approximations=("phong", "lyon", "gaussian", "blinn"), alphas=(10.0, 50.0), gammas=(4, 8),
-        lambda_forms=("dot", "cross"), precisions=("float32",), samples=500, probes=("scenes",),
-    ).validated()  # fmt: skip
+        small_plan,
+        approximations=("phong", "lyon", "gaussian", "blinn"),
+        alphas=(10.0, 50.0),
+        gammas=(4, 8),
+        lambda_forms=("dot", "cross"),
+        precisions=("float32",),
+        samples=500,
+        probes=("scenes",),
+    ).validated()
 
 
 def tables(plan, registry=REGISTRY, note=lambda text: None):
@@ -77,7 +83,7 @@ def test_a_picture_errs_by_no_more_than_its_lobe_promises(found):
 def test_on_the_test_card_the_law_is_met_and_not_only_kept(two_scenes, tiny):
     """Where a sphere shows every angle of the lobe the bound is the error: a reader may trust the scalar table."""
     card = scene_files.read_scene("test-card")
-    rows = pd.DataFrame(pictures.formulas.compare(card, pictures.drawn(tiny), rounds=0, size=(320, 180)))
+    rows = pd.DataFrame(pictures.picture_errors.compare(card, pictures.drawn(tiny), rounds=0, size=(320, 180)))
     lyon = rows[rows["approximation"] == "lyon"]
     np.testing.assert_allclose(lyon["max_abs"], lyon["lobe_error"], rtol=0.05)
     assert rows["seconds"].isna().all()
@@ -170,7 +176,9 @@ def test_far_away_the_error_falls_as_the_distance_grows(alpha):
     steepest = math.sqrt(alpha) * (1 - 1 / alpha) ** ((alpha - 1) / 2)
     for held, turns in {"light": 1, "viewer": 1, "both": 2}.items():
         for distance in (1e3, 1e4):
-            worst = max(far_lights.error(place, held, "specular", alpha, distance) for place in far_lights.placements(alpha))
+            worst = max(
+                far_lights.error(place, held, "specular", alpha, distance) for place in far_lights.placements(alpha)
+            )
             law = turns * steepest * math.sqrt(0.5) / distance
             assert 0.9 * law < worst < 1.005 * law
 

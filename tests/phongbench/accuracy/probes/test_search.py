@@ -103,8 +103,8 @@ def test_in_a_tiny_format_it_comes_near_the_worst_of_all_pairs(form):
     """Nearly unit vectors of eighths: all pairs of them can be gone through."""
     precision = precision_named("q1.3")
     probing = probing_of(
-        alphas=(10.0,), precisions=(precision.name,), lambda_forms=(form,), approximations=("lyon",), samples=16,
-    )  # fmt: skip
+        alphas=(10.0,), precisions=(precision.name,), lambda_forms=(form,), approximations=("lyon",), samples=16
+    )
     axis = precision.representables(-2.0, 2.0)
     grid = np.stack(np.meshgrid(axis, axis, axis), axis=-1).reshape(-1, 3)
     unit = grid[np.abs(np.linalg.norm(grid, axis=1) - 1) <= precision.eps]

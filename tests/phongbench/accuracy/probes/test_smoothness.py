@@ -19,10 +19,14 @@ from phongbench.results.schema import SMOOTHNESS_COLUMNS
 @pytest.fixture(scope="module")
 def rows():
     plan = replace(
-        preset("quick"), alphas=(10.0, 50.0, 200.0), gammas=(1, 2, 4, 8, 16), slopes=("taylor", "minimax"),
-        timing=False, approximations=("phong", "lyon", "gaussian", "integer-power", "table-u"),
+        preset("quick"),
+        alphas=(10.0, 50.0, 200.0),
+        gammas=(1, 2, 4, 8, 16),
+        slopes=("taylor", "minimax"),
+        timing=False,
+        approximations=("phong", "lyon", "gaussian", "integer-power", "table-u"),
         precisions=("float16", "float32", "float64", "q1.15"),
-    ).validated()  # fmt: skip
+    ).validated()
     sweep = engine.prepare(plan)
     engine.compile_kernels(sweep)
     return smoothness.measure(Probing(sweep, None, None))["smoothness"]
