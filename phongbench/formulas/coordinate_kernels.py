@@ -11,11 +11,10 @@ from typing import Any
 import numpy as np
 
 from phongbench.compiler import intrinsics, jit
-from phongbench.compiler.lowering import FLOAT64, Body, Precision, lower
+from phongbench.compiler.lowering import Body, Precision, lower
 from phongbench.compiler.precisions import Array
 from phongbench.formulas import lambda_forms
-from phongbench.formulas.kernel import coefficient_row, known_values, table_row
-from phongbench.formulas.spec import Approximation, Setting
+from phongbench.formulas.spec import Approximation
 
 #: rows of a coordinate block: the lambda forms, the cosine, and a row of ones that serves as the gate of ungated cells
 FORM_ROW = {form: row for row, form in enumerate(lambda_forms.LAMBDA_FORMS)}
@@ -48,30 +47,6 @@ def values_kernel(spec: Approximation, precision: Precision, known: tuple[tuple[
     known      pairs (name, value) of the kernel's arguments that are known when compiling, e.g. (("n", 3),)
     """
     return _values_kernel(spec.kernel, _wiring(spec), precision, known)
-
-
-def evaluate(spec: Approximation, setting: Setting, coordinate: Array, cosine: Array | None = None) -> Array:
-    """Values of the approximation in float64 over an array of its coordinate.
-
-    coordinate  (n,)         what the kernel takes: cosines, or lambdas
-    cosine      (n,) | None  of the angle; where it is given and not positive, the value is 0
-    returns     (n,) float64
-    Raises InputError for a setting that the approximation does not take.
-    """
-    spec.check(setting)
-    coordinate = np.ascontiguousarray(coordinate, dtype=np.float64)
-    gate = np.ones_like(coordinate) if cosine is None else np.ascontiguousarray(cosine, dtype=np.float64)
-    out = np.empty_like(coordinate)
-    kernel = values_kernel(spec, FLOAT64, known_values(spec, setting))
-    fill_values(
-        jit.address(kernel),
-        coordinate,
-        gate,
-        coefficient_row(spec, setting, FLOAT64),
-        table_row(spec, setting, FLOAT64),
-        out,
-    )
-    return out
 
 
 def coordinates(precision: Precision, a: Array, b: Array) -> Array:

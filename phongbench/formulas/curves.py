@@ -7,8 +7,7 @@ import numpy as np
 from phongbench.compiler import jit
 from phongbench.compiler.precisions import FLOAT64, Array, Precision
 from phongbench.formulas import coordinate_kernels
-from phongbench.formulas.coordinate_kernels import evaluate
-from phongbench.formulas.kernel import coefficient_row, known_values, table_row
+from phongbench.formulas.kernel import coefficient_row, evaluate, known_values, table_row
 from phongbench.formulas.lambda_forms import cutoff_deficit, deficit_of_angle, lengths_of
 from phongbench.formulas.registry import REGISTRY
 from phongbench.formulas.spec import Approximation, Setting

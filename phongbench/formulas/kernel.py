@@ -1,21 +1,118 @@
-"""What a compiled formula needs at one setting: known arguments, coefficients, table, and where it is dark."""
+"""A formula compiled at one setting, with all that its loop takes: address, coefficients, table."""
 
 import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 
-from phongbench.compiler import intrinsics
-from phongbench.compiler.lowering import FLOAT64, Precision
+from phongbench.compiler import intrinsics, jit
+from phongbench.compiler.lowering import FLOAT32, FLOAT64, Precision
 from phongbench.compiler.precisions import Array
 from phongbench.errors import InputError
+from phongbench.formulas import coordinate_kernels, pair_kernels
+from phongbench.formulas.pair_kernels import AXIS
 from phongbench.formulas.spec import MAX_COEFFICIENTS, Approximation, Setting
 
 #: a support that ends here ends before 90 degrees, with room for rounding
 _SURE = 0.99
-
-
 #: room for the rounding of a coordinate; a pair this close to the cutoff is not skipped
 _ROOM = 1e-5
+
+
+@dataclass(frozen=True, eq=False)
+class Kernel:
+    """A compiled loop and its arguments at one setting; `of` and `of_pairs` make it.
+
+    loop          compiled: (coordinate, gate, coefficients, table, out), or (a, b, coefficients, table, out)
+    coefficients  (MAX_COEFFICIENTS,)   in the precision's carrier
+    table         (entries,)            in the precision's carrier; a single 0 where the formula has none
+    """
+
+    loop: Any
+    coefficients: Array
+    table: Array
+
+    @classmethod
+    def of(cls, spec: Approximation, setting: Setting, precision: Precision) -> "Kernel":
+        """The loop from coordinates to values, see `coordinate_kernels.values_kernel`.
+
+        The setting is not checked: probes ask what a formula does outside its range.
+        """
+        loop = coordinate_kernels.values_kernel(spec, precision, known_values(spec, setting))
+        return cls(loop, coefficient_row(spec, setting, precision), table_row(spec, setting, precision))
+
+    @classmethod
+    def of_pairs(
+        cls, spec: Approximation, form: str, setting: Setting, precision: Precision, layout: str = "soa"
+    ) -> "Kernel":
+        """The loop from pairs of vectors to values, see `pair_kernels.pairs_kernel`; gated where that is needed."""
+        known, gated = known_values(spec, setting), needs_gate(spec, form, setting)
+        loop = pair_kernels.pairs_kernel(spec, form, precision, known, layout=layout, gated=gated)
+        return cls(loop, coefficient_row(spec, setting, precision), table_row(spec, setting, precision))
+
+    @cached_property
+    def address(self) -> int:
+        """The loop's address, for drivers."""
+        return jit.address(self.loop)
+
+    def values(self, coordinate: Array, gate: Array) -> Array:
+        """Values of the loop over coordinates, 0 where the gate is not positive.
+
+        coordinate, gate  (n,) in the precision's carrier, C-contiguous
+        """
+        out = np.empty_like(coordinate)
+        coordinate_kernels.fill_values(self.address, coordinate, gate, self.coefficients, self.table, out)
+        return out
+
+    def fill_pairs(self, a: Array, b: Array, out: Array) -> None:
+        """Values of the loop over pairs. Nothing is checked: a wrong shape reads what it must not.
+
+        a, b  of the layout's shape, C-contiguous, in the precision's carrier; may be read-only
+        out   (n,) of the same type
+        """
+        pair_kernels.fill_pairs(self.address, read_only(a), read_only(b), self.coefficients, self.table, out)
+
+
+def evaluate(spec: Approximation, setting: Setting, coordinate: Array, cosine: Array | None = None) -> Array:
+    """Values of the approximation in float64 over an array of its coordinate.
+
+    coordinate  (n,)         what the kernel takes: cosines, or lambdas
+    cosine      (n,) | None  of the angle; where it is given and not positive, the value is 0
+    returns     (n,) float64
+    Raises InputError for a setting that the approximation does not take.
+    """
+    spec.check(setting)
+    coordinate = np.ascontiguousarray(coordinate, dtype=np.float64)
+    gate = np.ones_like(coordinate) if cosine is None else np.ascontiguousarray(cosine, dtype=np.float64)
+    return Kernel.of(spec, setting, FLOAT64).values(coordinate, gate)
+
+
+def highlights(
+    spec: Approximation,
+    form: str,
+    setting: Setting,
+    a: Array,
+    b: Array,
+    *,
+    precision: Precision = FLOAT32,
+    layout: str = "soa",
+) -> Array:
+    """Highlights of pairs, computed by the timed kernel itself.
+
+    a, b     (3, n) or, for layout "aos", (n, 3)  directions; read-only arrays are welcome, other dtypes are converted
+    returns  (n,)                                 in the precision's carrier
+    Raises InputError for shapes that are not these, and for a setting that the approximation does not take.
+    """
+    spec.check(setting)
+    a, b = (np.ascontiguousarray(v, dtype=precision.carrier) for v in (a, b))
+    if a.shape != b.shape or a.ndim != 2 or a.shape[AXIS[layout]] != 3:
+        wanted = {"soa": "(3, n)", "aos": "(n, 3)"}[layout]
+        raise InputError(f"pairs of shape {a.shape} and {b.shape}", None, f"both must be {wanted}")
+    out = np.empty(a.shape[1 - AXIS[layout]], precision.carrier)
+    Kernel.of_pairs(spec, form, setting, precision, layout).fill_pairs(a, b, out)
+    return out
 
 
 def limit(spec: Approximation, setting: Setting, precision: Precision) -> float:

@@ -3,20 +3,15 @@
 One pass: the lambda form of each pair, the kernel, the gate. Every loop is compiled once, as in kernels.py.
 """
 
-from collections.abc import Callable
 from functools import cache
 from typing import Any
 
-import numpy as np
-
 from phongbench.compiler import intrinsics, jit
-from phongbench.compiler.lowering import FLOAT32, Precision, lower
+from phongbench.compiler.lowering import Precision, lower
 from phongbench.compiler.precisions import Array
-from phongbench.errors import InputError
 from phongbench.formulas import lambda_forms
 from phongbench.formulas.coordinate_kernels import bound_parts
-from phongbench.formulas.kernel import coefficient_row, known_values, needs_gate, read_only, table_row
-from phongbench.formulas.spec import Approximation, Setting
+from phongbench.formulas.spec import Approximation
 
 
 def pairs_signature(dtype: Any) -> Any:
@@ -48,47 +43,6 @@ def pairs_kernel(
     return _pairs_kernel(spec, form, precision, known, layout, gated)
 
 
-def highlights(
-    spec: Approximation,
-    form: str,
-    setting: Setting,
-    a: Array,
-    b: Array,
-    *,
-    precision: Precision = FLOAT32,
-    layout: str = "soa",
-) -> Array:
-    """Highlights of pairs, computed by the timed kernel itself.
-
-    a, b     (3, n) or, for layout "aos", (n, 3)  directions; read-only arrays are welcome, other dtypes are converted
-    returns  (n,)                                 in the precision's carrier
-    Raises InputError for shapes that are not these, and for a setting that the approximation does not take.
-    """
-    spec.check(setting)
-    a, b = (np.ascontiguousarray(v, dtype=precision.carrier) for v in (a, b))
-    if a.shape != b.shape or a.ndim != 2 or a.shape[_AXIS[layout]] != 3:
-        wanted = {"soa": "(3, n)", "aos": "(n, 3)"}[layout]
-        raise InputError(f"pairs of shape {a.shape} and {b.shape}", None, f"both must be {wanted}")
-    out = np.empty(a.shape[1 - _AXIS[layout]], precision.carrier)
-    prepared(spec, form, setting, precision=precision, layout=layout)(a, b, out)
-    return out
-
-
-def prepared(
-    spec: Approximation, form: str, setting: Setting, *, precision: Precision = FLOAT32, layout: str = "soa"
-) -> Callable[[Array, Array, Array], None]:
-    """What `highlights` calls, for those who call it again and again: kernel, coefficients and table are made once.
-
-    returns  (a, b, out) -> None; a and b as for `highlights`, C-contiguous and in the precision's carrier, out (n,)
-             of the same type. Nothing is checked: a wrong shape reads what it must not.
-    """
-    gated = needs_gate(spec, form, setting)
-    kernel = pairs_kernel(spec, form, precision, known_values(spec, setting), layout=layout, gated=gated)
-    address = jit.address(kernel)
-    row, table = coefficient_row(spec, setting, precision), table_row(spec, setting, precision)
-    return lambda a, b, out: _call_pairs(address, read_only(a), read_only(b), row, table, out)
-
-
 @jit.inline
 def _of_rows(v: Any, component: int, i: int) -> Any:
     return v[component, i]
@@ -100,8 +54,7 @@ def _of_vectors(v: Any, component: int, i: int) -> Any:
 
 
 #: layout -> the axis of components, and how one is read
-_AXIS, _PART = {"soa": 0, "aos": 1}, {"soa": _of_rows, "aos": _of_vectors}
-LAYOUTS = tuple(_AXIS)
+AXIS, _PART = {"soa": 0, "aos": 1}, {"soa": _of_rows, "aos": _of_vectors}
 
 
 @cache
@@ -124,5 +77,6 @@ def _pairs_kernel(
 
 
 @jit.driver
-def _call_pairs(address: int, a: Array, b: Array, coefficients: Array, table: Array, out: Array) -> None:
+def fill_pairs(address: int, a: Array, b: Array, coefficients: Array, table: Array, out: Array) -> None:
+    """Call the loop of `pairs_kernel` at this address, on arrays as in `pairs_signature`."""
     pairs_at(address, out)(a, b, coefficients, table, out)

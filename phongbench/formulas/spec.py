@@ -172,17 +172,11 @@ class Approximation:
 
     def check(self, setting: Setting) -> None:
         """Raise InputError, naming the value and its range, unless the setting is one this approximation can take."""
-        values: dict[str, Any] = {"alpha": setting.alpha, "gamma": setting.gamma}
         for p in self.parameters:
-            value = values.get(p.name)
-            if value is None:
-                raise InputError(f"{self.name} needs a {p.name}", self.name, f"{p.name} is {p.meaning}")
-            if not math.isfinite(value) or not p.low <= value <= p.high:
-                raise InputError(
-                    f"{p.name} = {value} is outside {p.low:g} .. {p.high:g}", self.name, f"{p.name} is {p.meaning}"
-                )
-        if self.uses_gamma and setting.gamma is not None and (setting.gamma & (setting.gamma - 1) or setting.gamma < 1):
-            raise InputError(f"gamma = {setting.gamma} is not a power of two", self.name, "use 1, 2, 4, 8, 16, ...")
+            if p.name == "gamma":
+                self.check_gamma(setting.gamma, self.name)
+            else:
+                self._check_range(p, getattr(setting, p.name, None), self.name)
         if setting.slope not in self.slopes:
             raise UnknownNameError("beta policy", setting.slope, self.slopes, self.name)
         if setting.space not in self.spaces:
@@ -190,6 +184,21 @@ class Approximation:
         if not self.accepts(setting):
             gamma = "" if setting.gamma is None else f", gamma = {setting.gamma}"
             raise InputError(f"{self.name} does not take alpha = {setting.alpha:g}{gamma}", None, self.domain)
+
+    def check_gamma(self, gamma: int | None, where: str) -> None:
+        """Raise InputError at this place unless gamma is a power of two in this approximation's range."""
+        p = next(p for p in self.parameters if p.name == "gamma")
+        self._check_range(p, gamma, where)
+        if gamma is not None and gamma & (gamma - 1):
+            raise InputError(f"gamma = {gamma} is not a power of two", where, "use 1, 2, 4, 8, 16, ...")
+
+    def _check_range(self, p: Parameter, value: float | None, where: str) -> None:
+        if value is None:
+            raise InputError(f"{self.name} needs a {p.name}", where, f"{p.name} is {p.meaning}")
+        if not math.isfinite(value) or not p.low <= value <= p.high:
+            raise InputError(
+                f"{p.name} = {value} is outside {p.low:g} .. {p.high:g}", where, f"{p.name} is {p.meaning}"
+            )
 
     def bound(self, setting: Setting) -> Callable[[Any], Any]:
         """The plain scalar body with this setting's coefficients.

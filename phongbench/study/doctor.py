@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from phongbench.compiler import jit
-from phongbench.formulas import coordinate_kernels
+from phongbench.formulas.kernel import evaluate
 from phongbench.formulas.registry import REGISTRY
 from phongbench.formulas.spec import Setting
 from phongbench.results.machine import machine
@@ -52,7 +52,7 @@ def _present(package: str) -> str:
 def _compiles() -> str:
     if jit.DISABLED:
         raise RuntimeError("NUMBA_DISABLE_JIT is set: everything would run as plain Python; unset it")
-    value = coordinate_kernels.evaluate(REGISTRY["lyon"], Setting(64, 64, "taylor"), np.array([0.01]))[0]
+    value = evaluate(REGISTRY["lyon"], Setting(64, 64, "taylor"), np.array([0.01]))[0]
     if abs(value - 0.99**64) > 1e-14:
         raise RuntimeError(f"Lyon's formula gave {value} instead of {0.99**64}: reinstall numba")
     return "compiles, and a highlight comes out right"

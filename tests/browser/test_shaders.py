@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from phongbench.formulas import pair_kernels
+from phongbench.formulas.kernel import highlights
 from phongbench.formulas.registry import REGISTRY
 from phongbench.formulas.shader_code.export import shader
 from phongbench.formulas.spec import Approximation, Setting
@@ -117,7 +117,7 @@ def check(page: Any, spec: Approximation, form: str, space: str, language: str, 
     padded = np.concatenate([np.pad(v, ((0, 0), (0, 1))) for v in (a, b)])
     text = shader(spec, form, setting, language).text
     values = page.evaluate(program, [text, [float(x) for x in padded.ravel()], COUNT])
-    expected = pair_kernels.highlights(spec, form, setting, a, b, layout="aos")
+    expected = highlights(spec, form, setting, a, b, layout="aos")
     # a GPU's power may be off by some 16 roundings of its logarithm; where the bits of floats are read there are steps
     np.testing.assert_allclose(values, expected, rtol=5e-4, atol=16 * setting.exponent * 2.0**-24)
 

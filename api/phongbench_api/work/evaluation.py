@@ -10,8 +10,9 @@ import numpy as np
 from phongbench.compiler.lowering import FLOAT64, Precision, precision_named
 from phongbench.compiler.precisions import Array
 from phongbench.errors import InputError, UnknownNameError
-from phongbench.formulas import coordinate_kernels, curves, pair_kernels
+from phongbench.formulas import curves
 from phongbench.formulas.formula import cell_name
+from phongbench.formulas.kernel import Kernel, evaluate
 from phongbench.formulas.registry import REGISTRY
 from phongbench.formulas.spec import Approximation, Setting
 from phongbench_api.http import media
@@ -139,7 +140,7 @@ def prepared(formula: Formula, precision: str) -> Callable[[Array, Array, Array]
 
 @lru_cache(maxsize=1024)
 def _prepared(name: str, form: str, setting: Setting, precision: str) -> Callable[[Array, Array, Array], None]:
-    return pair_kernels.prepared(REGISTRY[name], form, setting, precision=precision_named(precision), layout="aos")
+    return Kernel.of_pairs(REGISTRY[name], form, setting, precision_named(precision), "aos").fill_pairs
 
 
 def _check(given: Array, field: str, start: int) -> None:
@@ -156,4 +157,4 @@ def _exact(setting: Setting, a: Array, b: Array, cancelled: Callable[[], bool]) 
     if setting.space == "reflect":
         return values(Formula(phong, phong.lambda_forms[0], Setting(setting.alpha)), a, b, FLOAT64, cancelled)
     cosine = np.einsum("ij,ij->i", a, b, dtype=np.float64)
-    return coordinate_kernels.evaluate(phong, Setting(setting.alpha), 2 * cosine * cosine - 1, cosine)
+    return evaluate(phong, Setting(setting.alpha), 2 * cosine * cosine - 1, cosine)

@@ -8,7 +8,7 @@ import pytest
 from starlette.testclient import TestClient
 
 from phongbench.compiler.lowering import PRECISIONS
-from phongbench.formulas import pair_kernels
+from phongbench.formulas.kernel import highlights
 from phongbench.formulas.registry import REGISTRY, example
 from phongbench.formulas.spec import Setting
 from phongbench_api.http import media
@@ -35,7 +35,7 @@ def test_every_formula_answers_what_the_library_computes(client: TestClient, spe
     answer = client.post("/v1/specular", json=body_of(spec, pairs, compare=True))
     assert answer.status_code == 200, answer.text
     form, setting = spec.lambda_forms[0], example(spec)
-    expected = pair_kernels.highlights(spec, form, setting, *pairs, layout="aos")
+    expected = highlights(spec, form, setting, *pairs, layout="aos")
     told = answer.json()
     assert np.array_equal(np.float32(told["values"]), expected)
     exact = np.maximum(0, np.einsum("ij,ij->i", *pairs)) ** setting.alpha
@@ -72,7 +72,7 @@ def test_octets_npy_and_json_agree_bit_for_bit(client: TestClient, dtype: str, n
     setting = Setting(50.0, 8, "taylor")
     precision = PRECISIONS[query["precision"]]
     assert np.array_equal(
-        values, pair_kernels.highlights(REGISTRY["lyon"], "cross", setting, *pairs, precision=precision, layout="aos")
+        values, highlights(REGISTRY["lyon"], "cross", setting, *pairs, precision=precision, layout="aos")
     )
     file = io.BytesIO()
     np.save(file, pairs)

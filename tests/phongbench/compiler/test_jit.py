@@ -102,10 +102,10 @@ def test_compiled_kernels_are_found_again_by_the_next_process(tmp_path):
 def test_with_the_compiler_off_loops_are_found_by_address():
     code = (
         "import numpy as np\n"
-        "from phongbench.formulas import coordinate_kernels as kernels\n"
+        "from phongbench.formulas import kernel\n"
         "from phongbench.formulas.registry import REGISTRY\n"
         "from phongbench.formulas.spec import Setting\n"
-        "print(kernels.evaluate(REGISTRY['lyon'], Setting(64.0, 64, 'taylor'), np.array([0.25]))[0] == 0.75**64)\n"
+        "print(kernel.evaluate(REGISTRY['lyon'], Setting(64.0, 64, 'taylor'), np.array([0.25]))[0] == 0.75**64)\n"
     )
     environment = os.environ | {"NUMBA_DISABLE_JIT": "1"}
     assert (

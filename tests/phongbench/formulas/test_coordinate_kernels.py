@@ -8,7 +8,7 @@ from phongbench.compiler.lowering import FLOAT32, FLOAT64
 from phongbench.errors import InputError
 from phongbench.formulas import coordinate_kernels, lambda_forms
 from phongbench.formulas.curves import curve
-from phongbench.formulas.kernel import known_values, table_row
+from phongbench.formulas.kernel import evaluate, known_values, table_row
 from phongbench.formulas.lambda_forms import deficit_of_angle
 from phongbench.formulas.registry import REGISTRY
 from phongbench.formulas.spec import Approximation, Cost, Setting
@@ -36,19 +36,17 @@ def test_a_coordinate_block_holds_every_form_the_cosine_and_the_open_gate():
 def test_evaluate_equals_the_scalar_body():
     deficit = np.linspace(0, 0.5, 101)
     body = LYON.bound(SETTING)
-    assert np.allclose(
-        coordinate_kernels.evaluate(LYON, SETTING, deficit), [body(float(d)) for d in deficit], rtol=1e-13
-    )
+    assert np.allclose(evaluate(LYON, SETTING, deficit), [body(float(d)) for d in deficit], rtol=1e-13)
 
 
 def test_the_gate_closes_where_the_cosine_is_not_positive():
-    values = coordinate_kernels.evaluate(LYON, SETTING, np.zeros(4), np.array([1.0, 0.0, -1.0, np.nan]))
+    values = evaluate(LYON, SETTING, np.zeros(4), np.array([1.0, 0.0, -1.0, np.nan]))
     assert values.tolist() == [1.0, 0.0, 0.0, 0.0]
 
 
 def test_evaluate_refuses_what_the_formula_does_not_take():
     with pytest.raises(InputError, match="not a power of two"):
-        coordinate_kernels.evaluate(LYON, Setting(50.0, 6, "taylor"), np.zeros(1))
+        evaluate(LYON, Setting(50.0, 6, "taylor"), np.zeros(1))
 
 
 @pytest.mark.parametrize("form", lambda_forms.LAMBDA_FORMS)

@@ -11,7 +11,7 @@ from phongbench.compiler import jit
 from phongbench.compiler.lowering import FLOAT32, FLOAT64, Precision
 from phongbench.errors import InputError
 from phongbench.formulas import pair_kernels
-from phongbench.formulas.kernel import coefficient_row, known_values, needs_gate, read_only, table_row
+from phongbench.formulas.kernel import coefficient_row, highlights, known_values, needs_gate, read_only, table_row
 from phongbench.formulas.registry import REGISTRY, example
 from phongbench.formulas.spec import Setting
 from phongbench.results.schema import LIBM
@@ -44,8 +44,8 @@ def test_vectors_in_rows_and_components_in_rows_give_the_same_bits(name: str, pr
     a, b = vectors(20 if jit.DISABLED else 333)
     with np.errstate(all="ignore"):
         for form in spec.lambda_forms[:2]:
-            soa = pair_kernels.highlights(spec, form, setting, a, b, precision=precision)
-            aos = pair_kernels.highlights(spec, form, setting, a.T, b.T, precision=precision, layout="aos")
+            soa = highlights(spec, form, setting, a, b, precision=precision)
+            aos = highlights(spec, form, setting, a.T, b.T, precision=precision, layout="aos")
             assert soa.dtype == precision.carrier
             assert soa.tobytes() == aos.tobytes()
 
@@ -57,7 +57,7 @@ def test_a_kernel_without_its_gate_gives_the_same_bits_on_anything(name: str) ->
     assert not needs_gate(spec, "dot", setting)
     a, b = vectors(20 if jit.DISABLED else 3000)
     with np.errstate(all="ignore"):
-        found = pair_kernels.highlights(spec, "dot", setting, a, b)
+        found = highlights(spec, "dot", setting, a, b)
         cosine = (a.astype("f4") * b.astype("f4")).sum(axis=0)
     assert not found[~(cosine > -1e-6)].any()
     a32, b32 = (np.ascontiguousarray(v, np.float32) for v in (a, b))
@@ -65,7 +65,7 @@ def test_a_kernel_without_its_gate_gives_the_same_bits_on_anything(name: str) ->
     gated = pair_kernels.pairs_kernel(spec, "dot", FLOAT32, known_values(spec, setting))
     row, table = coefficient_row(spec, setting, FLOAT32), table_row(spec, setting, FLOAT32)
     with np.errstate(all="ignore"):
-        pair_kernels._call_pairs(jit.address(gated), read_only(a32), read_only(b32), row, table, out)
+        pair_kernels.fill_pairs(jit.address(gated), read_only(a32), read_only(b32), row, table, out)
     assert out.tobytes() == found.tobytes()
 
 
@@ -86,12 +86,12 @@ def test_a_kernel_that_lights_nan_keeps_its_gate() -> None:
 @pytest.mark.skipif(jit.DISABLED, reason="nothing is compiled")
 def test_read_only_and_writable_inputs_run_the_same_compiled_code() -> None:
     a, b = (np.ascontiguousarray(v, np.float32) for v in vectors(64))
-    pair_kernels.highlights(LYON, "dot", EIGHT, a, b)
+    highlights(LYON, "dot", EIGHT, a, b)
     frozen = a.copy()
     frozen.flags.writeable = False
     with jit.compilations() as compiled:
-        pair_kernels.highlights(LYON, "dot", EIGHT, frozen, b)
-        pair_kernels.highlights(LYON, "dot", EIGHT, a, b)
+        highlights(LYON, "dot", EIGHT, frozen, b)
+        highlights(LYON, "dot", EIGHT, a, b)
     assert compiled == []
     assert a.flags.writeable
 
@@ -99,7 +99,7 @@ def test_read_only_and_writable_inputs_run_the_same_compiled_code() -> None:
 @pytest.mark.parametrize(("layout", "shape"), [("soa", (4, 3)), ("aos", (3, 4)), ("soa", (3,))])
 def test_pairs_of_another_shape_are_refused(layout: str, shape: tuple[int, ...]) -> None:
     with pytest.raises(InputError, match="pairs of shape"):
-        pair_kernels.highlights(LYON, "dot", EIGHT, np.zeros(shape), np.zeros(shape), layout=layout)
+        highlights(LYON, "dot", EIGHT, np.zeros(shape), np.zeros(shape), layout=layout)
 
 
 def assembly(name: str, form: str, layout: str, setting: Setting) -> tuple[str, str]:
@@ -110,7 +110,7 @@ def assembly(name: str, form: str, layout: str, setting: Setting) -> tuple[str, 
 
 
 @x86_only
-@pytest.mark.parametrize("layout", pair_kernels.LAYOUTS)
+@pytest.mark.parametrize("layout", ["soa", "aos"])
 @pytest.mark.parametrize(("name", "form"), [("phong", "none"), *(("lyon", f) for f in ("dot", "difference", "cross"))])
 def test_from_vectors_to_highlight_everything_is_packed_float32(name: str, form: str, layout: str) -> None:
     llvm, asm = assembly(name, form, layout, EIGHT if name == "lyon" else Setting(50.0))

@@ -19,8 +19,9 @@ from click.testing import CliRunner
 from phongbench.cli.main import main
 from phongbench.compiler import elementary
 from phongbench.errors import InputError, KernelError, UnknownNameError
-from phongbench.formulas import curves, pair_kernels
+from phongbench.formulas import curves
 from phongbench.formulas.citations import PHONGBENCH
+from phongbench.formulas.kernel import highlights
 from phongbench.formulas.registry import REGISTRY, example
 from phongbench.formulas.shader_code.export import LANGUAGES, shader
 from phongbench.formulas.shader_code.printer import PRIMITIVES
@@ -121,7 +122,7 @@ def test_compiled_it_gives_what_the_kernel_gives(
     setting = setting_of(spec, space)
     a, b = pairs(setting.alpha)
     values = built(language, shader(spec, form, setting, language).text, tmp_path)(a, b)
-    expected = pair_kernels.highlights(spec, form, setting, a, b, layout="aos")
+    expected = highlights(spec, form, setting, a, b, layout="aos")
     # fused multiply-adds and the library's power differ in the last bits, which a slope of alpha enlarges
     np.testing.assert_allclose(values, expected, rtol=1e-4, atol=4 * setting.exponent * 2.0**-24)
 
@@ -185,7 +186,7 @@ def test_awkward_names_and_brackets_survive(language: str, tmp_path: Path) -> No
     spec, setting = made(awkward, out=0.75, half=0.5), Setting(10.0)
     a, b = pairs(10.0)
     values = built(language, shader(spec, "none", setting, language).text, tmp_path)(a[:2000], b[:2000])
-    expected = pair_kernels.highlights(spec, "none", setting, a[:2000], b[:2000], layout="aos")
+    expected = highlights(spec, "none", setting, a[:2000], b[:2000], layout="aos")
     np.testing.assert_allclose(values, expected, atol=1e-5)
 
 
@@ -199,9 +200,7 @@ def test_a_kernel_may_have_any_name(language: str, tmp_path: Path) -> None:
     spec, setting = made(highlight, pow=0.5), Setting(10.0)
     a, b = pairs(10.0)
     values = built(language, shader(spec, "none", setting, language).text, tmp_path)(a, b)
-    np.testing.assert_allclose(
-        values, pair_kernels.highlights(spec, "none", setting, a, b, layout="aos"), rtol=1e-5, atol=1e-6
-    )
+    np.testing.assert_allclose(values, highlights(spec, "none", setting, a, b, layout="aos"), rtol=1e-5, atol=1e-6)
 
 
 def endless(cosine: float, top: float) -> float:

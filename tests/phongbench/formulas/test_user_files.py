@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from phongbench.errors import InputError, KernelError
-from phongbench.formulas.coordinate_kernels import evaluate
+from phongbench.formulas.kernel import evaluate
 from phongbench.formulas.registry import REGISTRY
 from phongbench.formulas.spec import Setting
 from phongbench.formulas.user_files import load_file, registry_with
@@ -138,7 +138,7 @@ def test_a_kernel_that_cannot_be_compiled_is_refused_with_its_line(tmp_path: Pat
 def test_an_edited_file_is_compiled_anew_in_the_next_process(tmp_path: Path) -> None:
     """Compiled kernels are kept between processes; one of an older version of the file must not be found."""
     program = (
-        "import sys, numpy as np; from phongbench.formulas.coordinate_kernels import evaluate\n"
+        "import sys, numpy as np; from phongbench.formulas.kernel import evaluate\n"
         "from phongbench.formulas.user_files import load_file; from phongbench.formulas.spec import Setting\n"
         "print(evaluate(load_file(sys.argv[1])[0], Setting(4.0), np.array([0.25]))[0])\n"
     )

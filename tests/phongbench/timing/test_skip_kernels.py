@@ -8,7 +8,7 @@ import pytest
 from phongbench.compiler import jit
 from phongbench.compiler.lowering import FLOAT32, FLOAT64, Precision
 from phongbench.formulas import pair_kernels
-from phongbench.formulas.kernel import coefficient_row, limit, read_only, table_row
+from phongbench.formulas.kernel import coefficient_row, highlights, limit, read_only, table_row
 from phongbench.formulas.registry import REGISTRY
 from phongbench.formulas.spec import Setting
 from phongbench.timing import skip_kernels
@@ -21,12 +21,12 @@ def both(
 ) -> tuple[np.ndarray, np.ndarray]:
     spec = REGISTRY[name]
     a, b = (np.ascontiguousarray(v, precision.carrier) for v in (a, b))
-    plain = pair_kernels.highlights(spec, form, setting, a, b, precision=precision)
+    plain = highlights(spec, form, setting, a, b, precision=precision)
     row = np.append(coefficient_row(spec, setting, precision), precision.constant(limit(spec, setting, precision)))
     out = np.full_like(plain, np.nan)
     loop = skip_kernels.skip_kernel(spec, form, setting, precision)
     table = table_row(spec, setting, precision)
-    pair_kernels._call_pairs(jit.address(loop), read_only(a), read_only(b), row, table, out)
+    pair_kernels.fill_pairs(jit.address(loop), read_only(a), read_only(b), row, table, out)
     return plain, out
 
 
@@ -65,7 +65,7 @@ def test_skipping_changes_no_bit_on_hostile_vectors_and_odd_counts(name: str, fo
 def test_the_share_of_lit_pairs_is_what_it_says_and_they_lie_together(lit: float) -> None:
     a, b = skip_kernels.inputs(lit)(FLOAT32, 1, 4096)
     for name, form, setting in skip_kernels.PAIRED:
-        shining = pair_kernels.highlights(REGISTRY[name], form, setting, a, b) > 0
+        shining = highlights(REGISTRY[name], form, setting, a, b) > 0
         assert shining.mean() == pytest.approx(lit, abs=1 / 4096)
         assert np.count_nonzero(np.diff(shining.astype(int))) <= 2
 

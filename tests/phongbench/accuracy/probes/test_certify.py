@@ -11,7 +11,7 @@ from phongbench.accuracy import sweep
 from phongbench.accuracy.probes import consistency
 from phongbench.accuracy.probes.certify import bounds, sets
 from phongbench.accuracy.probes.probe import Probing
-from phongbench.formulas import coordinate_kernels
+from phongbench.formulas.kernel import evaluate
 from phongbench.formulas.lambda_forms import deficit_of_angle
 from phongbench.formulas.registry import REGISTRY
 from phongbench.formulas.spec import Setting
@@ -32,9 +32,7 @@ def dense(spec, form, setting):
     coordinate = cosine if form == "none" else deficit_of_angle(form, cosine)
     reflected = 2 * cosine**2 - 1 if setting.space == "half" else cosine
     gate = np.where(DEFICITS < 1, 1.0, 0.0)
-    return np.abs(
-        coordinate_kernels.evaluate(spec, setting, coordinate, gate) - np.maximum(reflected, 0) ** setting.alpha
-    )
+    return np.abs(evaluate(spec, setting, coordinate, gate) - np.maximum(reflected, 0) ** setting.alpha)
 
 
 SOME = [
