@@ -11,7 +11,7 @@ import click
 from phongbench.errors import PhongbenchError
 from phongbench.results import runs
 from phongbench_reports.readme.fill import fill
-from phongbench_reports.readme.measurements import Wall, measure, study_as_command
+from phongbench_reports.readme.measurements import Wall, load_programs, measure, study_as_command
 from phongbench_reports.readme.parts import NAMES, README, problems
 
 CHECKOUT = Path(__file__).resolve().parents[3]
@@ -23,6 +23,7 @@ def _say(text: str) -> None:
 
 def _fill(root: Path, run_name: str | None) -> None:
     walls: list[Wall] = []
+    programs = load_programs(root)
     with tempfile.TemporaryDirectory(prefix="phongbench-docs-") as name:
         folder = Path(name)
         if run_name is None:
@@ -30,7 +31,7 @@ def _fill(root: Path, run_name: str | None) -> None:
                 _say(f"the quick study, {state}")
                 walls.append(study_as_command(state, folder / state, folder / "cache"))
         run = runs.find(run_name or str(folder / "warm"), runs.DEFAULT_ROOT)
-        measured = measure(_say, walls)
+        measured = measure(programs, _say, walls)
         _say("drawing")
         fill(root, run, measured)
     _say(f"{README}: {', '.join(NAMES)}")

@@ -13,7 +13,8 @@ from pathlib import Path
 from typing import Any
 
 from phongbench.benchmarks import false_alarms, kernel_bench, scene_bench, skip_gains
-from phongbench.errors import MeasurementError
+from phongbench.errors import InputError, MeasurementError
+from phongbench.results import runs
 from phongbench.scenes.scene_files import read_scene
 from phongbench.support.progress import Progress
 
@@ -56,8 +57,12 @@ class Measurements:
     walls: Sequence[Wall] = ()
 
 
-def measure(say: Callable[[str], None], walls: Sequence[Wall] = ()) -> Measurements:
-    """Measure all of it, one after the other; `say` is told what comes next."""
+def measure(programs: Path, say: Callable[[str], None], walls: Sequence[Wall] = ()) -> Measurements:
+    """Measure everything, one after the other.
+
+    programs  the folder of the load program
+    say       is told what comes next
+    """
     say("peers, and the sweep against plain NumPy")
     compared = kernel_bench.bench(budget_seconds=PEER_SECONDS)
     say("false alarms of the timing")
@@ -65,7 +70,7 @@ def measure(say: Callable[[str], None], walls: Sequence[Wall] = ()) -> Measureme
     say("scenes")
     scenes = measured_scenes(Progress())
     say("the service under load")
-    return Measurements(compared, alarms, scenes, service(), walls)
+    return Measurements(compared, alarms, scenes, service(programs), walls)
 
 
 def study_as_command(name: str, folder: Path, cache: Path, extra: Sequence[str] = ()) -> Wall:
@@ -82,11 +87,20 @@ def study_as_command(name: str, folder: Path, cache: Path, extra: Sequence[str] 
     return Wall(name, json.loads(done.stdout), seconds)
 
 
-def service() -> str:
-    """The tables of `python -m phongbench_api.load`, a program above this package: so it is called as one."""
-    done = subprocess.run([sys.executable, "-m", "phongbench_api.load"], check=False, stdout=subprocess.PIPE, text=True)
+def load_programs(root: Path) -> Path:
+    """The folder that holds the load program, which only a checkout has; InputError elsewhere."""
+    programs = root / "tests" / "api"
+    if not (programs / "load" / "__main__.py").is_file():
+        raise InputError("the load program is not there", str(programs / "load"), "run it in a checkout")
+    return programs
+
+
+def service(programs: Path) -> str:
+    """The tables of the load program in this folder, as `make bench-api` prints them."""
+    command = [sys.executable, "-m", "load", "--runs", str(runs.DEFAULT_ROOT.resolve())]
+    done = subprocess.run(command, cwd=programs, check=False, stdout=subprocess.PIPE, text=True)
     if done.returncode:
-        raise MeasurementError(f"it ended with exit code {done.returncode}", "phongbench_api.load", "see above")
+        raise MeasurementError(f"it ended with exit code {done.returncode}", str(programs / "load"), "see above")
     return done.stdout
 
 

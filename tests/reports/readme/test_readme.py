@@ -221,7 +221,10 @@ def test_a_stored_run_fills_the_readme(
     monkeypatch.setattr("phongbench.benchmarks.kernel_bench.bench", lambda **_: COMPARED)
     monkeypatch.setattr("phongbench.benchmarks.false_alarms.count", lambda *_, **__: ALARMS)
     monkeypatch.setattr(measurements, "measured_scenes", lambda *_: PICTURES)
-    monkeypatch.setattr(measurements, "service", lambda: "of the service")
+    monkeypatch.setattr(measurements, "service", lambda _: "of the service")
+    load = checkout / "tests" / "api" / "load"
+    load.mkdir(parents=True)
+    (load / "__main__.py").touch()
     found = CliRunner().invoke(main, ["--run", str(folder), "--root", str(checkout)])
     assert found.exit_code == 0, found.output
     assert "lyon" in parts.parts_of((checkout / "README.md").read_text())["verdict"]
@@ -230,6 +233,12 @@ def test_a_stored_run_fills_the_readme(
 def test_a_study_that_fails_is_told_with_its_exit_code(tmp_path: Path) -> None:
     with pytest.raises(MeasurementError, match="exit code 2"):
         measurements.study_as_command("cold", tmp_path / "cold", tmp_path / "cache", ["--alpha", "-1"])
+
+
+def test_the_load_program_is_looked_for_before_anything_is_measured(checkout: Path) -> None:
+    found = CliRunner().invoke(main, ["--run", "latest", "--root", str(checkout)])
+    assert found.exit_code == 1
+    assert "the load program is not there" in found.stderr
 
 
 def test_peers_are_told_as_ratios_and_the_absent_by_name() -> None:
