@@ -189,8 +189,8 @@ def _resumable(path: Path) -> Iterator[None]:
     try:
         yield
     except KeyboardInterrupt as stop:
-        mend = f"the same command with --out {path} --resume goes on"
-        raise InterruptedStudyError("interrupted; what is done is kept", None, mend) from stop
+        fix = f"the same command with --out {path} --resume goes on"
+        raise InterruptedStudyError("interrupted; what is done is kept", None, fix) from stop
 
 
 def _begin(path: Path, plan: Plan, *, fresh: bool, resume: bool) -> list[pd.DataFrame]:

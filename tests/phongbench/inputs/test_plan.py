@@ -1,4 +1,4 @@
-"""Plans: presets, TOML, validation that says what, where and how to mend it."""
+"""Plans: presets, TOML, validation that says what, where and how to fix it."""
 
 import math
 from dataclasses import replace
