@@ -50,13 +50,10 @@ def tile(request: RenderRequest) -> int:
 
 def kinds(request: RenderRequest) -> set[object]:
     """What decides which loops are compiled: of each material its formula, and the kinds of lights and objects."""
-    lights = frozenset(
-        (light.position is None, tuple(light.attenuation)[1:] == (0, 0)) for light in request.scene.lights
-    )
-    picture = request.scene.picture
-    patches = picture.constant_patches > 0 and request.thrift.shading.constant_patches is None
-    shared = (request.model, picture.shadows, lights, bool(request.scene.of(Mesh)), request.compare, patches)
-    return {("picture", _formula(request, material), *shared) for material in request.scene.materials}
+    scene, picture = request.scene, request.scene.picture
+    lights = frozenset((light.position is None, tuple(light.attenuation)[1:] == (0, 0)) for light in scene.lights)
+    shared = (request.model, picture.shadows, lights, bool(scene.of(Mesh)), request.compare)
+    return {("picture", _formula(request, material), *shared) for material in scene.materials}
 
 
 def _formula(request: RenderRequest, material: Material) -> object:
