@@ -39,6 +39,7 @@ def _request_body() -> dict[str, Any]:
     schema = SpecularParameters.model_json_schema(by_alias=True)
     schema["properties"] = schema["properties"] | {"a": vectors, "b": vectors}
     schema["required"] = [*schema["required"], "a", "b"]
+    schema["anyOf"] = [{"required": ["approximation"]}, {"required": ["formula"]}]
     binary = {"schema": {"type": "string", "format": "binary"}}
     content = {media.JSON: {"schema": schema, "example": EXAMPLE}, media.OCTETS: binary, media.NPY: binary}
     return {"required": True, "content": content}

@@ -80,7 +80,8 @@ def test_names_and_bounds_come_from_the_registry(client: TestClient) -> None:
     assert parameter(found, "gamma")["enum"] == [1 << n for n in range(9)]
     body = operations(client)[("/v1/specular", "post")]["requestBody"]["content"]["application/json"]["schema"]
     assert body["properties"]["approximation"]["anyOf"][0]["enum"] == list(REGISTRY)
-    assert {"a", "b", "approximation", "alpha"} <= set(body["required"])
+    assert {"a", "b", "alpha"} <= set(body["required"])
+    assert body["anyOf"] == [{"required": ["approximation"]}, {"required": ["formula"]}]
 
 
 def test_every_example_of_a_body_is_answered(client: TestClient) -> None:

@@ -96,7 +96,7 @@ def test_all_that_is_left_out_is_the_formulas_own_default(client: TestClient) ->
     [
         ("lyon:cross:8", {"approximation": "lyon", "lambda": "cross", "gamma": 8}),
         ("lyon:dot:16:minimax", {"approximation": "lyon", "lambda": "dot", "gamma": 16, "beta": "minimax"}),
-        ("gaussian:dot@half", {"approximation": "gaussian", "lambda": "dot", "space": "half"}),
+        ("lyon:cross:8@half", {"approximation": "lyon", "lambda": "cross", "gamma": 8, "space": "half"}),
     ],
 )
 def test_a_spelling_is_its_parts(client: TestClient, spelling: str, parts: dict[str, Any]) -> None:
@@ -129,7 +129,7 @@ def test_a_slope_may_be_a_number_and_needs_no_loop_of_its_own(client: TestClient
         ({"formula": "nobodys:8"}, "formula"),
         ({"formula": "lyon:8"}, "formula"),
         ({"formula": "lyon:cross:7"}, "formula"),
-        ({"formula": "lyon:cross:8:taylor:more"}, "formula"),
+        ({"formula": "lyon:cross:8:taylor:surplus"}, "formula"),
         ({"formula": "lyon:cross:8:nan"}, "formula"),
         ({"formula": "lyon:cross:8", "gamma": 8}, "formula"),
         ({"formula": "lyon:" * 20}, "formula"),
@@ -145,7 +145,7 @@ def test_what_is_wrong_with_a_spelling_is_named_and_not_repeated(
     assert answer.status_code == 422, answer.text
     assert [error["field"] for error in answer.json()["errors"]] == [field]
     assert "nobodys" not in answer.text
-    assert "more" not in answer.text
+    assert "surplus" not in answer.text
 
 
 def test_values_that_are_not_finite_travel_as_words(client: TestClient) -> None:
