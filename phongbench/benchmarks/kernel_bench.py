@@ -155,9 +155,9 @@ def bench(
         rounds = min(MOST_ROUNDS, math.floor(share) - 1)
         if rounds < MIN_ROUNDS:
             need = math.ceil((MIN_ROUNDS + 1) * budget_seconds / share)
-            mend = "give that much, or name fewer --peers"
+            fix = "give that much, or name fewer --peers"
             raise InputError(
-                f"{budget_seconds:g} s are too short for this comparison: it takes {need} s", "budget", mend
+                f"{budget_seconds:g} s are too short for this comparison: it takes {need} s", "budget", fix
             )
         progress.stage("timing", rounds * len(fields))
         for place in fields:

@@ -61,7 +61,7 @@ def measure(
             try:
                 told, frame = _in_a_process(task)
             except BudgetError as short:
-                raise BudgetError(short.what, short.needed * processes, short.where, short.mend) from short
+                raise BudgetError(short.what, short.needed * processes, short.where, short.fix) from short
             frames.append(frame)
             if problems is not None:
                 known = [_parts(p) for p in problems]
@@ -74,7 +74,7 @@ def measure(
 
 
 def _parts(problem: PhongbenchError) -> list[str | None]:
-    return [problem.what, problem.where, problem.mend]
+    return [problem.what, problem.where, problem.fix]
 
 
 def _described(subject: Subject) -> dict[str, Any]:
@@ -104,8 +104,8 @@ def _in_a_process(task: dict[str, Any]) -> tuple[dict[str, Any], pd.DataFrame]:
     head, _, table = done.stdout.partition(b"\n")
     told = json.loads(head)
     if "needed" in told:
-        what, where, mend = told["refused"]
-        raise BudgetError(what, told["needed"], where, mend)
+        what, where, fix = told["refused"]
+        raise BudgetError(what, told["needed"], where, fix)
     if "refused" in told:
         raise InputError(*told["refused"])
     return told, pd.read_parquet(io.BytesIO(table)).astype(TIMING.types)

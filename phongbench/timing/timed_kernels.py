@@ -124,7 +124,7 @@ def compiled(subject: Subject) -> Contender:
         row, table = coefficient_row(spec, setting, precision), table_row(spec, setting, precision)
     except (KernelError, jit.CompileError, ArithmeticError, LookupError, ValueError) as problem:
         raise MeasurementError(
-            f"cannot be compiled: {problem}".splitlines()[0], subject.name, "mend its kernel"
+            f"cannot be compiled: {problem}".splitlines()[0], subject.name, "fix its kernel"
         ) from problem
     return Contender(
         subject.key, kernel, row, table, _plain(subject), _tolerance(setting.exponent, precision), compile_ms=took
