@@ -16,13 +16,13 @@ class Source:
     name    str    the file as the user named it; "" for a document that came as data
     text    str    its TOML text; "" where lines mean nothing
     prefix  Steps  where the document stands in a larger one
-    afar    bool   whether a stranger sent it: then errors repeat nothing of it, and count what its author named
+    untrusted  bool  whether anyone may have sent it: errors repeat nothing of it, and count what its author named
     """
 
     name: str = ""
     text: str = ""
     prefix: Steps = ()
-    afar: bool = False
+    untrusted: bool = False
 
     def where(self, steps: Steps) -> str:
         """File, line and key of a value; only the key for data."""
