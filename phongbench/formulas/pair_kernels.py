@@ -7,10 +7,10 @@ from functools import cache
 from typing import Any
 
 from phongbench.compiler import intrinsics, jit
-from phongbench.compiler.lowering import Precision, lower
+from phongbench.compiler.lowering import Body, Precision, lower
 from phongbench.compiler.precisions import Array
 from phongbench.formulas import lambda_forms
-from phongbench.formulas.coordinate_kernels import bound_parts
+from phongbench.formulas.coordinate_kernels import parts_of, wiring
 from phongbench.formulas.spec import Approximation
 
 
@@ -40,7 +40,7 @@ def pairs_kernel(
     layout  "soa": a and b of shape (3, n), a row per component; "aos": of shape (n, 3), a row per vector
     gated   False where `needs_gate` says that the test of a.b changes nothing
     """
-    return _pairs_kernel(spec, form, precision, known, layout, gated)
+    return _pairs_kernel(spec.kernel, wiring(spec), form, precision, known, layout, gated)
 
 
 @jit.inline
@@ -59,9 +59,15 @@ AXIS, _PART = {"soa": 0, "aos": 1}, {"soa": _of_rows, "aos": _of_vectors}
 
 @cache
 def _pairs_kernel(
-    spec: Approximation, form: str, precision: Precision, known: tuple[tuple[str, int], ...], layout: str, gated: bool
+    kernel: Body,
+    wired: tuple[str, ...],
+    form: str,
+    precision: Precision,
+    known: tuple[tuple[str, int], ...],
+    layout: str,
+    gated: bool,
 ) -> Any:
-    bound, coordinate = bound_parts(spec, form, precision, known)
+    bound, coordinate = parts_of(kernel, wired, form, precision, known)
     cosine, part, zero = lower(lambda_forms.dot, precision), _PART[layout], precision.constant(0.0)
 
     def pairs(a: Array, b: Array, coefficients: Array, table: Array, out: Array) -> None:
