@@ -44,9 +44,9 @@ def load(path: Path, kind: str, fix: str | None = None) -> "Table":
         what = f"cannot read the {kind}: {problem.strerror}"
         raise InputError(what, str(path), "give the path of a TOML file") from problem
     except UnicodeDecodeError as problem:
-        line = problem.object.count(b"\n", 0, problem.start) + 1
+        at = problem.object.count(b"\n", 0, problem.start) + 1
         raise InputError(
-            f"cannot read the {kind}: not UTF-8", f"{path}:{line}", "save it as text in UTF-8"
+            f"cannot read the {kind}: not UTF-8", f"{path}:{at}", "save it as text in UTF-8"
         ) from problem
     form, parse = ("JSON", json.loads) if path.suffix.lower() == ".json" else ("TOML", tomllib.loads)
     try:
@@ -60,7 +60,7 @@ def load(path: Path, kind: str, fix: str | None = None) -> "Table":
 def _malformed(problem: Exception, text: str) -> tuple[str, int | None]:
     """What is wrong with a text that cannot be parsed, and its line if anything says it."""
     what, named = str(problem), re.search(r"line (\d+)", str(problem))
-    line = int(named[1]) if named else None
+    line: int | None = int(named[1]) if named else None
     if isinstance(problem, RecursionError):
         what = "lists or tables within one another, too deep to read"
     elif line is None and (endless := re.search(rf"\d{{{_MOST_DIGITS}}}", text)):
@@ -94,7 +94,7 @@ class Table:
 
     def error(self, what: str, key: str | None = None, fix: str | None = None) -> InputError:
         """The error to raise about a value of this table, or about all of it."""
-        return InputError(what, self.where(key) if key in self.data else self.where(), fix)
+        return InputError(what, self.where(*([key] if key and key in self.data else [])), fix)
 
     @contextmanager
     def located(self, key: str | None = None) -> Iterator[None]:
@@ -105,7 +105,7 @@ class Table:
             steps = (problem.where or "").split(".")
             if steps[0] not in self.known:
                 problem.what = f"{problem.where}: {problem.what}" if problem.where else problem.what
-                steps = [key] if key else []
+                steps = [] if key is None else [key]
             problem.where = self.where(*steps)
             raise
 

@@ -2,7 +2,7 @@
 
 import { address, get } from './api.js';
 import { $, make, tell } from './dom.js';
-import { cellName, codes, degrees, number, plain } from './format.js';
+import { codes, degrees, number, plain } from './format.js';
 
 /** Is it visible at 8 bits, and by how much? @param {any} curve */
 export function verdict(curve) {
@@ -44,7 +44,7 @@ export async function recommend(state, choose, signal) {
 }
 
 const offered = (choice, choose, lead) => make('div', { class: 'offer' },
-  make('p', {}, lead, make('b', {}, cellName(choice)), ' ', make('button', { type: 'button', 'aria-label': `Show ${cellName(choice)}`, onclick: () => choose(choice) }, 'Show it')),
+  make('p', {}, lead, make('b', {}, choice.name), ' ', make('button', { type: 'button', 'aria-label': `Show ${choice.name}`, onclick: () => choose(choice) }, 'Show it')),
   make('p', { class: 'muted' }, choice.why ?? ''));
 
 /**

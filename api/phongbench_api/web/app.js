@@ -5,7 +5,7 @@ import { recommend, reproduce, verdict } from './answers.js';
 import { show as showControls, wire } from './controls.js';
 import { Curves, reachOf } from './curves.js';
 import { $, tell } from './dom.js';
-import { cellName } from './format.js';
+import { spelling } from './format.js';
 import { Front } from './front.js';
 import { Spheres } from './spheres.js';
 import { DEFAULTS, formula, fromHash, query, toHash } from './state.js';
@@ -67,7 +67,6 @@ function question() {
 }
 
 const askCurve = newest(async (signal) => {
-  const name = cellName(asked());
   try {
     const answer = await get('/v1/curve', { ...question(), points: POINTS, spacing: 'square' }, signal);
     const curve = {
@@ -80,7 +79,7 @@ const askCurve = newest(async (signal) => {
     $('curves').classList.remove('stale');
     $('verdict').replaceChildren(...verdict(curve));
     spheres.show(curve);
-    curves.show(curve, name);
+    curves.show(curve, answer.name);
   } catch (problem) {
     if (problem.name === 'AbortError') throw problem;
     tell($('problem'), problem, () => { past = {}; show(); });
@@ -103,7 +102,7 @@ function onChange(what, value, act) {
 /** Shows the state: what is known at once, what must be asked when the answer is there. */
 function show() {
   const now = asked();
-  const name = cellName(now);
+  const name = spelling(now, specOf(state.approximation));
   showControls(state, specOf(state.approximation), offered, set);
   $('sphere-name').textContent = name;
   spheres.material = offered.materials.find((m) => m.name === state.material) ?? null;

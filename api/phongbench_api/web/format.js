@@ -44,15 +44,14 @@ export function decade(value) {
 /** A number as the service reads it: shortest form, no thousands, no rounding beyond six digits. @param {number} value */
 export const plain = (value) => String(Number(value.toPrecision(6)));
 
-/** A cell's short name: "lyon · cross · γ8 · minimax". @param {Record<string, any>} cell */
-export function cellName(cell) {
-  const form = cell.lambda ?? cell.lambda_form;
-  const policy = cell.beta_policy ?? cell.beta;
-  return [
-    cell.approximation,
-    form && form !== 'none' ? form : null,
-    cell.gamma ? `γ${cell.gamma}` : null,
-    policy && policy !== 'none' && policy !== 'taylor' ? policy : null,
-    cell.space === 'half' ? 'half space' : null,
-  ].filter(Boolean).join(' · ');
+/**
+ * A formula as commands and addresses spell it: lyon:cross:8:minimax. What is the approximation's only or first is left out.
+ * @param {Record<string, any>} formula @param {any} spec its entry in the registry
+ */
+export function spelling(formula, spec) {
+  const parts = [formula.approximation];
+  if (spec.lambda_forms.length > 1) parts.push(formula.lambda);
+  if (formula.gamma !== null) parts.push(formula.gamma);
+  if (formula.beta !== spec.beta_policies[0]) parts.push(formula.beta);
+  return parts.join(':') + (formula.space === spec.spaces[0] ? '' : formula.space === 'half' ? '@half' : '@pair');
 }

@@ -2,7 +2,7 @@
 
 import { Problem, get } from './api.js';
 import { $, lazily, make, table, tell } from './dom.js';
-import { cellName, codes, decade, number } from './format.js';
+import { codes, decade, number } from './format.js';
 import { axis, level, onlyDecades, palette, plot, walkable, write } from './plot.js';
 
 const { uPlot } = globalThis;
@@ -207,19 +207,19 @@ export class Front {
       const [x, y] = this.#at(u, point);
       const at = Math.max(y + 12 * ratio, lowest + 15 * ratio);
       if (at > u.bbox.top + u.bbox.height - 8 * ratio) continue;
-      const from = x - (7 + LETTER * cellName(point).length) * ratio;
+      const from = x - (7 + LETTER * point.name.length) * ratio;
       if (taken && Math.abs(at - taken.y) < 15 * ratio && from < taken.to && x > taken.from) continue;
-      write(u, cellName(point), x - 7 * ratio, at, { colour: this.p.front, plate: this.p.card, align: 'right' });
+      write(u, point.name, x - 7 * ratio, at, { colour: this.p.front, plate: this.p.card, align: 'right' });
       lowest = at;
     }
-    if (taken) write(u, cellName(chosen), taken.x, taken.y, { colour: this.p.value, plate: this.p.card, align: taken.align, bold: true });
+    if (taken) write(u, chosen.name, taken.x, taken.y, { colour: this.p.value, plate: this.p.card, align: taken.align, bold: true });
   }
 
   /** Where the chosen point's name goes: to the right of it, or where there is no room to the left. */
   #nameOf(u, chosen) {
     const ratio = uPlot.pxRatio;
     const [x, y] = this.#at(u, chosen);
-    const width = LETTER * cellName(chosen).length * ratio;
+    const width = LETTER * chosen.name.length * ratio;
     const right = x + 14 * ratio + width < u.bbox.left + u.bbox.width;
     const at = x + (right ? 14 : -14) * ratio;
     return { x: at, y: y - 2 * ratio, from: right ? at : at - width, to: right ? at + width : at, align: right ? 'left' : 'right' };
@@ -238,14 +238,14 @@ export class Front {
     if (this.near === point) return;
     this.near = point;
     $('front-plot').classList.toggle('pointing', Boolean(point));
-    $('front-readout').value = point ? `${cellName(point)}: error ${number(point.error)}, time ${number(point.ratio)} (${number(point.ratio_low)} to ${number(point.ratio_high)}) of exact Phong, ${point.state}` : '';
+    $('front-readout').value = point ? `${point.name}: error ${number(point.error)}, time ${number(point.ratio)} (${number(point.ratio_low)} to ${number(point.ratio_high)}) of exact Phong, ${point.state}` : '';
     this.u?.redraw(false);
   }
 
   #rows() {
     this.fill(() => table(['formula', 'error', '8-bit codes', 'time / exact Phong', 'interval', 'front', ''], [...this.points].sort((a, b) => a.ratio - b.ratio).map((q) => [
-      cellName(q), number(q.error), codes(q.error).split(' ')[0], number(q.ratio), `${number(q.ratio_low)} to ${number(q.ratio_high)}`, q.state,
-      this.asked && same(q, this.asked) ? make('b', {}, 'chosen') : make('button', { type: 'button', 'aria-label': `Choose ${cellName(q)}`, onclick: () => this.choose(q) }, 'choose'),
+      q.name, number(q.error), codes(q.error).split(' ')[0], number(q.ratio), `${number(q.ratio_low)} to ${number(q.ratio_high)}`, q.state,
+      this.asked && same(q, this.asked) ? make('b', {}, 'chosen') : make('button', { type: 'button', 'aria-label': `Choose ${q.name}`, onclick: () => this.choose(q) }, 'choose'),
     ]), 'Measured formulas, fastest first'));
   }
 }

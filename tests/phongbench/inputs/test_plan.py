@@ -7,7 +7,7 @@ import pytest
 
 from phongbench.errors import InputError, UnknownNameError
 from phongbench.inputs.plan import PRESETS, Plan, preset
-from phongbench.inputs.plan_files import compose, read_toml
+from phongbench.inputs.plan_files import compose, read_plan
 
 QUICK = preset("quick")
 
@@ -96,7 +96,7 @@ def test_a_toml_plan_changes_its_preset(tmp_path):
     path = write(
         tmp_path, 'preset = "standard"\nalphas = [10, 50.5]\ngammas = [8]\nsamples = 1000\ntiming_budget = 3\n'
     )
-    assert read_toml(path) == replace(
+    assert read_plan(path) == replace(
         preset("standard"), alphas=(10, 50.5), gammas=(8,), samples=1000, timing_budget=3.0
     )
 
@@ -115,15 +115,15 @@ def test_a_toml_plan_changes_its_preset(tmp_path):
 def test_a_bad_toml_key_is_named_with_its_line(tmp_path, text, line, said):
     path = write(tmp_path, text)
     with pytest.raises(InputError, match=said) as caught:
-        read_toml(path)
-    assert caught.value.where == f"{path}:{line}"
+        read_plan(path)
+    assert str(caught.value.where).startswith(f"{path}:{line}: ")
 
 
 def test_malformed_and_missing_files_are_refused(tmp_path):
     with pytest.raises(InputError, match="not valid TOML"):
-        read_toml(write(tmp_path, "alphas = [10\n"))
+        read_plan(write(tmp_path, "alphas = [10\n"))
     with pytest.raises(InputError, match="cannot read"):
-        read_toml(tmp_path / "nothing.toml")
+        read_plan(tmp_path / "nothing.toml")
 
 
 def test_compose_prefers_wishes_and_refuses_contradictions(tmp_path):
