@@ -1,4 +1,4 @@
-"""One server: routes, guard, problem documents, and kernels that are warm before it says it is ready."""
+"""One server: routes, guard, problem documents, and kernels that are warm before it is ready."""
 
 import asyncio
 import signal

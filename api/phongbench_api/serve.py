@@ -83,7 +83,7 @@ def _config(app: Any, settings: Settings, *, factory: bool = False) -> uvicorn.C
 def _listen(settings: Settings) -> socket.socket:
     """A listening socket, whose connections inherit that small answers are not held back.
 
-    asyncio turns Nagle's algorithm off only on sockets made with a protocol number; with it, every answer on a kept
+    asyncio turns Nagle's algorithm off only on sockets made with a protocol number; with it, every answer on a reused
     connection waits 40 ms for the client's delayed acknowledgement.
     """
     family = socket.AF_INET6 if ":" in settings.host else socket.AF_INET
@@ -114,7 +114,7 @@ class TimedProtocol(H11Protocol):
     def data_received(self, data: bytes) -> None:
         """Bytes came: of a head, which stays due, or of a request under way."""
         super().data_received(data)
-        cycle: Any = self.cycle  # None before the first request, whatever uvicorn's annotation says
+        cycle: Any = self.cycle  # None before the first request, against uvicorn's annotation
         if cycle is None or cycle.response_complete:
             self._start_deadline()
         elif self._head is not None:
@@ -122,7 +122,7 @@ class TimedProtocol(H11Protocol):
             self._head = None
 
     def connection_lost(self, exc: Exception | None) -> None:
-        """The client is gone."""
+        """The client disconnected."""
         if self._head is not None:
             self._head.cancel()
         super().connection_lost(exc)

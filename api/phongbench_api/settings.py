@@ -1,4 +1,4 @@
-"""What a server is told when it starts. Every limit stands here, and `/v1/meta` tells them all."""
+"""The options of a server. Every limit stands here, and `/v1/meta` lists them all."""
 
 import ipaddress
 import os
@@ -18,7 +18,7 @@ def _cores() -> int:
 
 @dataclass(frozen=True, slots=True)
 class Settings:
-    """Where the runs are, who may ask, and how much at once.
+    """Where the runs are, which hosts are answered for, and how much a request may take.
 
     runs             folder of the runs; read only
     host, port       where to listen

@@ -45,7 +45,7 @@ class Guard:
         self.app, self.settings = app, settings
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """ASGI's entry. A client that is gone, or does not take its answer, ends it quietly."""
+        """ASGI's entry. A client that left, or does not take its answer, ends it without an error."""
         if scope["type"] != "http":
             await self.app(scope, receive, send)
             return
@@ -88,14 +88,14 @@ class _StalledError(Exception):
 class _Body:
     """Receives a body with one deadline for all of it, so that a byte a second does not hold a connection.
 
-    done  nothing more will come: what is received next says when the client leaves, and may take as long as it likes
+    done  the body is complete: the next message tells that the client left, and has no deadline
     """
 
     def __init__(self, receive: Receive, settings: Settings, headers: Headers) -> None:
         self._receive, self._settings = receive, settings
         self._until: float | None = None
         self.done = headers.get("content-length", "0") == "0" and "transfer-encoding" not in headers
-        #: a client that waits for leave to send has sent nothing, and one that means to send too much is not heard out
+        #: a client that waits for "100 Continue" has sent nothing, and what is far too large is not read to its end
         declared = headers.get("content-length", "0")
         modest = len(declared) < 16 and declared.isdigit() and int(declared) <= 2 * settings.max_body
         self._worth_reading = modest and "expect" not in headers
@@ -159,6 +159,6 @@ class _Answer:
             raise _StalledError from None
 
 
-def _missing(given: Any) -> list[tuple[bytes, bytes]]:
-    there = {name.lower() for name, _ in given}
+def _missing(headers: Any) -> list[tuple[bytes, bytes]]:
+    there = {name.lower() for name, _ in headers}
     return [(name.encode(), value.encode()) for name, value in HEADERS.items() if name.encode() not in there]

@@ -9,7 +9,7 @@ _MOST_PARTS = 8
 
 
 class _Cutter:
-    """Where the parts of one body begin and end; python-multipart tells it, in places of the buffer it was given."""
+    """Where the parts of one body begin and end; python-multipart reports offsets into the buffer."""
 
     def __init__(self) -> None:
         self.places: dict[bytes, tuple[int, int]] = {}

@@ -1,4 +1,4 @@
-"""The OpenAPI document: what FastAPI cannot know by itself, said by the routes in the same words as the models."""
+"""The OpenAPI document: what FastAPI cannot derive, added by the routes from the models."""
 
 from collections.abc import Mapping
 from typing import Any

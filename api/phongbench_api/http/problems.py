@@ -72,7 +72,7 @@ class MisdirectedError(RequestError):
 
 
 class BusyError(RequestError):
-    """The server has enough to do; the answer says when to come back."""
+    """The server has no capacity left; the answer says when to come back."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -194,5 +194,5 @@ def install(app: FastAPI) -> None:
     app.add_exception_handler(Exception, unforeseen)
 
 
-class Cancelled(Exception):  # noqa: N818  not an error: the client is gone
-    """The client is gone; nobody wants the result."""
+class Cancelled(Exception):  # noqa: N818  not an error
+    """The client disconnected: the result is not needed."""

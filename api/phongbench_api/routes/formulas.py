@@ -1,4 +1,4 @@
-"""The catalogue: what can be asked for."""
+"""The catalogue of formulas."""
 
 from fastapi import APIRouter
 from starlette.responses import Response

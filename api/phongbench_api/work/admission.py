@@ -1,5 +1,5 @@
 """Who may use a core, and when: work is admitted by its predicted cost, done at once or in a thread, and dropped when
-its client is gone.
+its client leaves.
 
 A running thread cannot be killed, so what would take too long is refused before it starts. Health never passes here.
 """
@@ -78,7 +78,7 @@ class Admission:
         """What `encode` makes of the work's result, by one core that is predicted to take `cost` seconds.
 
         TooLargeError where that is more than one request may take, BusyError where the wait would be too long;
-        Cancelled once the client is gone.
+        Cancelled once the client has left.
         """
         if cost <= self.settings.inline_cost:
             return _encoded(work, encode, spans, lambda: False)

@@ -43,7 +43,7 @@ def _ray(request: RenderRequest) -> float:
 
 
 def tile(request: RenderRequest) -> int:
-    """The side of tiles that take no longer than a client that is gone may hold a core."""
+    """The side of tiles so small that a core is free soon after its client left."""
     samples = request.pixels * request.scene.picture.supersampling**2
     return max(_SMALLEST_TILE, min(TILE, int(math.sqrt(_TILE_SECONDS * samples / request.rays / _ray(request)))))
 

@@ -1,4 +1,4 @@
-"""Kernels compiled before the server says it is ready, and what work is predicted to cost."""
+"""Kernels compiled before the server is ready, and the predicted cost of requests."""
 
 import subprocess
 import sys
@@ -122,7 +122,7 @@ class Kernels:
         pictures.
 
         Exact Phong in float64 is what others are compared with. On a cold cache a second process compiles the shading
-        meanwhile. False if it was told to stop.
+        meanwhile. False if it was stopped.
         """
         helper = _helper()
         work: list[Callable[[], object]] = [partial(self.compile_curve, lobe) for lobe in curves()]
@@ -169,12 +169,12 @@ class Kernels:
 
 def shading_key(request: ShadingRequest) -> object:
     """What decides which loops a shading request takes: formula, model, type, and kinds of lights and viewer."""
-    told = request.arguments
-    kinds = frozenset(light.direction is None for light in told["lights"])
-    specular, viewer = told["specular"], told["viewer"].direction is None
+    arguments = request.arguments
+    kinds = frozenset(light.direction is None for light in arguments["lights"])
+    specular, viewer = arguments["specular"], arguments["viewer"].direction is None
     name = (specular.approximation, specular.lambda_form, specular.gamma, type(specular.beta) is float)
-    exponent = told["material"].highlight_exponent if specular.approximation in _COMPILED_EXPONENTS else None
-    return (name, exponent, told.get("model", "phong"), request.points.dtype.str, kinds, viewer)
+    exponent = arguments["material"].highlight_exponent if specular.approximation in _COMPILED_EXPONENTS else None
+    return (name, exponent, arguments["model"], request.points.dtype.str, kinds, viewer)
 
 
 def shadings() -> Iterator[ShadingRequest]:
@@ -191,8 +191,8 @@ def _shading(spec: Approximation, viewer: str, points: int, **more: Any) -> Shad
     lights = [{"direction": [0, 0, 1]}, {"position": [1, 2, 3]}]
     material = {"ambient": white, "diffuse": white, "specular": white, "shininess": setting.alpha}
     bulk = {"points": [[0, 0, 0]] * points, "normals": [[0, 0, 1]] * points}
-    told = {"specular": formula, "lights": lights, "material": material, "viewer": {viewer: [0, 0, 1]}}
-    return shading_request(told | bulk | more)
+    document = {"specular": formula, "lights": lights, "material": material, "viewer": {viewer: [0, 0, 1]}}
+    return shading_request(document | bulk | more)
 
 
 def curves() -> Iterator[Lobe]:
