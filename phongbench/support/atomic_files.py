@@ -28,7 +28,7 @@ def write_whole(path: Path, write: Callable[[Path], None]) -> None:
     with storage(path):
         try:
             write(temporary)
-            with temporary.open("rb") as file:
+            with temporary.open("rb+") as file:  # Windows syncs only what can be written to
                 os.fsync(file.fileno())
             temporary.replace(path)
         finally:
