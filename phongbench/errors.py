@@ -1,4 +1,4 @@
-"""Every error phongbench raises on purpose, each carrying what happened, where, and how to mend it.
+"""Every error phongbench raises on purpose, each carrying what happened, where, and how to fix it.
 
 The command line and the service turn these into an exit code or a problem document, each in exactly one table.
 """
@@ -12,18 +12,18 @@ class PhongbenchError(Exception):
 
     what   str         what went wrong, one sentence without a full stop
     where  str | None  the file, key, option or index it was found at
-    mend   str | None  what the user can do about it
+    fix   str | None  what the user can do about it
     """
 
-    def __init__(self, what: str, where: str | None = None, mend: str | None = None) -> None:
+    def __init__(self, what: str, where: str | None = None, fix: str | None = None) -> None:
         super().__init__(what)
         self.what = what
         self.where = where
-        self.mend = mend
+        self.fix = fix
 
     def __str__(self) -> str:
         head = f"{self.where}: {self.what}" if self.where else self.what
-        return f"{head}\n{self.mend}" if self.mend else head
+        return f"{head}\n{self.fix}" if self.fix else head
 
 
 class InputError(PhongbenchError):
@@ -51,9 +51,9 @@ class BudgetError(InputError):
     needed  float  seconds that would do
     """
 
-    def __init__(self, what: str, needed: float, where: str | None = None, mend: str | None = None) -> None:
+    def __init__(self, what: str, needed: float, where: str | None = None, fix: str | None = None) -> None:
         self.needed = needed
-        super().__init__(what, where, mend)
+        super().__init__(what, where, fix)
 
 
 class KernelError(InputError):
@@ -73,7 +73,7 @@ class CorruptRunError(PhongbenchError):
 
 
 class InterruptedStudyError(PhongbenchError):
-    """The user stopped a study; what is done is kept, and `mend` names the folder to go on with."""
+    """The user stopped a study; what is done is kept, and `fix` names the folder to go on with."""
 
 
 class MeasurementError(PhongbenchError):

@@ -70,8 +70,8 @@ async def read(request: Request, service: Service) -> Pairs:
     """The request; RequestError of some kind for what is wrong with it."""
     kind = wire.media_type(request.headers.get("content-type"))
     if kind not in FAMILY:
-        mend = f"send {_POST}"
-        raise UnsupportedMediaError("no such body is read here", "Content-Type", mend, headers={"accept-post": _POST})
+        fix = f"send {_POST}"
+        raise UnsupportedMediaError("no such body is read here", "Content-Type", fix, headers={"accept-post": _POST})
     media = wire.negotiate(request.headers.get("accept"), (kind, *(m for m in FAMILY if m != kind)))
     service.office.check()
     ask, a, b = await (_of_json if kind == wire.JSON else _of_binary)(request, service, kind)

@@ -106,7 +106,7 @@ def _fields() -> Iterator[None]:
         known = f"known: {', '.join(problem.known)}"
         raise RequestError(f"unknown {problem.kind}", problem.where, known, index=_index(problem)) from None
     except InputError as problem:
-        raise RequestError(problem.what, problem.where, problem.mend, index=_index(problem)) from None
+        raise RequestError(problem.what, problem.where, problem.fix, index=_index(problem)) from None
 
 
 def _index(problem: InputError) -> int | None:

@@ -111,4 +111,4 @@ def _fields() -> Iterator[None]:
     except InputError as problem:
         place = re.fullmatch(r"(points|normals)\[(\d+)\]", problem.where or "")
         index = int(place[2]) if place else None
-        raise RequestError(problem.what, problem.where, problem.mend, index=index) from None
+        raise RequestError(problem.what, problem.where, problem.fix, index=index) from None

@@ -49,14 +49,14 @@ def report_file(service: Service, name: str, path: str) -> tuple[bytes, str]:
     """A file of a run's report and its media type; NotFoundError says how a report is made."""
     found = listed(service.store.find(name)).get(path)
     if found is None:
-        raise NotFoundError("the report of this run has no such file", mend="phongbench report RUN draws it")
+        raise NotFoundError("the report of this run has no such file", fix="phongbench report RUN draws it")
     return found.read_bytes(), MEDIA[found.suffix]
 
 
 def figure(service: Service, name: str, stem: str, kind: str) -> tuple[bytes, str]:
     """A figure of a run's report as SVG, or drawn from its rows as PNG."""
     if f"figures/{stem}.svg" not in listed(service.store.find(name)):
-        raise NotFoundError("the report of this run has no such figure", mend="phongbench report RUN draws it")
+        raise NotFoundError("the report of this run has no such figure", fix="phongbench report RUN draws it")
     if kind == "svg":
         return report_file(service, name, f"figures/{stem}.svg")
     return _PAINTER.png(service, name, stem), wire.PNG

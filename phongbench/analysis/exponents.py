@@ -90,5 +90,5 @@ def _only(found: float | None, value: float, known: Iterable[float]) -> float:
 
 def _unmeasured(asked: str, known: Iterable[float]) -> InputError:
     listed, wanted = ", ".join(f"{k:g}" for k in known), asked.replace(" .. ", ",")
-    mend = f"known: {listed}; measure it: phongbench run --alpha {wanted}"
-    return InputError(f"alpha {asked} was not measured", None, mend)
+    fix = f"known: {listed}; measure it: phongbench run --alpha {wanted}"
+    return InputError(f"alpha {asked} was not measured", None, fix)

@@ -22,8 +22,8 @@ WHOLE_POWER, WHOLE_EXPONENT = "integer-power", 50
 def timed(run: Run) -> pd.DataFrame:
     """The run's timing rows; InputError says which command makes them where there are none."""
     if run.timing.empty:
-        mend = "time it: phongbench run without --no-timing, or with a larger --timing-budget SECONDS"
-        raise InputError("the run has no timing rows", run.id, mend)
+        fix = "time it: phongbench run without --no-timing, or with a larger --timing-budget SECONDS"
+        raise InputError("the run has no timing rows", run.id, fix)
     return run.timing
 
 

@@ -148,8 +148,8 @@ def _by_run(run: Run, wish: Wish, notes: list[str]) -> pd.DataFrame:
     times = kernel_times.times_of(timing, working_set=wish.working_set, precision=wish.precision)
     cells = front.joined(worst, kernel_times.times_at(times, wish.alpha.values))
     if cells.empty:
-        mend = f"time it: phongbench run --precision {wish.precision}"
-        raise InputError(f"no formula in {wish.precision} was timed in {wish.working_set}", run.id, mend)
+        fix = f"time it: phongbench run --precision {wish.precision}"
+        raise InputError(f"no formula in {wish.precision} was timed in {wish.working_set}", run.id, fix)
     _warn(run, timing, wish, notes)
     return cells if front.of_this_machine(run) else cells.assign(ns=np.nan)
 
@@ -171,9 +171,9 @@ def _alphas(run: Run, accuracy: pd.DataFrame, wish: Wish, notes: list[str]) -> t
     found = wish.alpha.around(known)
     if found is None:
         listed = ",".join(f"{value:g}" for value in wish.alpha.values)
-        mend = f"measure it: phongbench run --alpha {listed}, or name another run with --run"
+        fix = f"measure it: phongbench run --alpha {listed}, or name another run with --run"
         raise InputError(
-            f"alpha {wish.alpha} lies outside what the run measured, {known[0]:g} .. {known[-1]:g}", run.id, mend
+            f"alpha {wish.alpha} lies outside what the run measured, {known[0]:g} .. {known[-1]:g}", run.id, fix
         )
     missing = [value for value in wish.alpha.values if not any(math.isclose(value, one) for one in found)]
     if missing:
@@ -187,16 +187,16 @@ def _alphas(run: Run, accuracy: pd.DataFrame, wish: Wish, notes: list[str]) -> t
 
 def _refuse(run: Run, wish: Wish, accuracy: pd.DataFrame) -> None:
     held = ", ".join(sorted(f"{p} {s}" for p, s in set(zip(accuracy["precision"], accuracy["space"], strict=True))))
-    mend = f"measure it: phongbench run --precision {wish.precision}"
-    raise InputError(f"no cells in {wish.precision}, {wish.space} space; the run holds {held}", run.id, mend)
+    fix = f"measure it: phongbench run --precision {wish.precision}"
+    raise InputError(f"no cells in {wish.precision}, {wish.space} space; the run holds {held}", run.id, fix)
 
 
 def _inputs(run: Run, rows: pd.DataFrame, wish: Wish, notes: list[str]) -> pd.DataFrame:
     """The rows of unit vectors, and those of wrong lengths up to the smallest measured one that covers the wish."""
     unit = rows["stratum"].isin(STRATA)
     if not unit.any():
-        mend = 'measure them: phongbench run with a plan whose strata include "highlight"'
-        raise InputError(f"the run holds none of the strata {', '.join(STRATA)}", run.id, mend)
+        fix = 'measure them: phongbench run with a plan whose strata include "highlight"'
+        raise InputError(f"the run holds none of the strata {', '.join(STRATA)}", run.id, fix)
     if not wish.length_error:
         return rows[unit]
     # a cause's error is of one kind only; that a length may be wrong by so much says nothing on which way
@@ -204,11 +204,11 @@ def _inputs(run: Run, rows: pd.DataFrame, wish: Wish, notes: list[str]) -> pd.Da
     sizes = np.sort(rows.loc[wrong, "length_error"].abs().unique())
     reached = sizes[sizes >= wish.length_error * (1 - 1e-9)]
     if not len(sizes):
-        mend = f'measure them: a plan with strata = ["highlight", "lengths"] and length_spaces = ["{wish.space}"]'
-        raise InputError(f"the run holds no vectors of wrong length in {wish.space} space", run.id, mend)
+        fix = f'measure them: a plan with strata = ["highlight", "lengths"] and length_spaces = ["{wish.space}"]'
+        raise InputError(f"the run holds no vectors of wrong length in {wish.space} space", run.id, fix)
     if not len(reached):
-        mend = "ask for less, or normalise the vectors first"
-        raise InputError(f"the wrongest lengths measured are {sizes[-1]:g}, not {wish.length_error:g}", run.id, mend)
+        fix = "ask for less, or normalise the vectors first"
+        raise InputError(f"the wrongest lengths measured are {sizes[-1]:g}, not {wish.length_error:g}", run.id, fix)
     if not math.isclose(reached[0], wish.length_error):
         notes.append(f"lengths are judged at {reached[0]:g} wrong, the nearest that was measured and not less")
     kept: pd.DataFrame = rows[unit | (wrong & (rows["length_error"].abs() <= reached[0]))]

@@ -206,7 +206,7 @@ def prepared(name: str, a: Array, b: Array, out: Array) -> Peer | str:
 
 
 def why_absent(name: str, problem: Exception) -> str:
-    """What to tell of a package that could not be used, and how to mend it where that is known."""
+    """What to tell of a package that could not be used, and how to fix it where that is known."""
     if not isinstance(problem, ModuleNotFoundError):
         return f"cannot be used here: {(str(problem).splitlines() or [type(problem).__name__])[0]}"
     if problem.name != name:

@@ -45,7 +45,7 @@ class Commands(click.Group):
     """Turns deliberate errors into two lines on stderr and an exit code."""
 
     def invoke(self, ctx: click.Context) -> Any:
-        """Run a command; never a traceback for what the user can mend."""
+        """Run a command; never a traceback for what the user can fix."""
         try:
             return super().invoke(ctx)
         except PhongbenchError as problem:

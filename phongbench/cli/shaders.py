@@ -72,8 +72,8 @@ def _recommended(alpha: float, max_error: str, space: str | None) -> tuple[Any, 
 
     found = recommend(run_for(None, ROOT), alpha=f"{alpha:g}", max_error=max_error, space=space or "reflect")
     if not found["choices"]:
-        mend = f"allow more; phongbench recommend --alpha {alpha:g} --max-error {max_error} tells the nearest miss"
-        raise InputError("no formula is within this error", "--max-error", mend)
+        fix = f"allow more; phongbench recommend --alpha {alpha:g} --max-error {max_error} tells the nearest miss"
+        raise InputError("no formula is within this error", "--max-error", fix)
     best = found["choices"][0]
     form = None if best["lambda"] == "none" else best["lambda"]
     return Specular(best["approximation"], form, best["gamma"]), best["beta_policy"]

@@ -153,8 +153,8 @@ def claims_table(found: Mapping[str, Any]) -> None:
     drawn.add_column("claim, and what was found")
     for claim in found["claims"]:
         lacking = claim["lacking"] or ""
-        mend = f"\n{lacking[:1].upper()}{lacking[1:]}" if lacking else ""
-        text = Text.assemble((claim["claim"], "bold"), f"\n{claim['because']}{mend}\n")
+        fix = f"\n{lacking[:1].upper()}{lacking[1:]}" if lacking else ""
+        text = Text.assemble((claim["claim"], "bold"), f"\n{claim['because']}{fix}\n")
         drawn.add_row(claim["key"], f"{SIGNS[claim['verdict']]} {claim['verdict']}", text)
     console.print(drawn)
     counted = Counter(claim["verdict"] for claim in found["claims"])

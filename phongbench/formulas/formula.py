@@ -227,8 +227,8 @@ class Specular:
             raise UnknownNameError("model", model, MODELS, "model")
         spec = _within("specular.approximation", lambda: get(self.approximation, registry))
         if model == "blinn-phong" and "reflect" not in spec.spaces:
-            mend = f'take model "phong" for {spec.name}, or "phong" for N.H to the shininess itself'
-            raise InputError(f"{spec.name} is a formula of N.H already", "specular.approximation", mend)
+            fix = f'take model "phong" for {spec.name}, or "phong" for N.H to the shininess itself'
+            raise InputError(f"{spec.name} is a formula of N.H already", "specular.approximation", fix)
         form = self.lambda_form or spec.lambda_forms[0]
         if form not in spec.lambda_forms:
             raise UnknownNameError(f"lambda form of {spec.name}", form, spec.lambda_forms, "specular.lambda")

@@ -82,8 +82,8 @@ def blame(problem: Exception, path: Path, name: str | None = None) -> NoReturn:
         raise InputError(problem.msg, f"{called}:{problem.lineno}", "the file must be valid Python") from problem
     lines = [frame.lineno for frame in traceback.extract_tb(problem.__traceback__) if Path(frame.filename) == path]
     what = problem.what if isinstance(problem, PhongbenchError) else f"{type(problem).__name__}: {problem}"
-    mend = (isinstance(problem, PhongbenchError) and problem.mend) or "this line of the file raised it"
-    raise InputError(what, f"{called}:{lines[-1]}" if lines else called, mend) from problem
+    fix = (isinstance(problem, PhongbenchError) and problem.fix) or "this line of the file raised it"
+    raise InputError(what, f"{called}:{lines[-1]}" if lines else called, fix) from problem
 
 
 def describe(spec: Approximation) -> dict[str, Any]:

@@ -23,8 +23,8 @@ def load_file(path: str | Path) -> tuple[Approximation, ...]:
     module = _run(path)
     found = getattr(module, "SPECS", None) or (getattr(module, "SPEC", None),)
     if not isinstance(found, tuple | list) or not all(isinstance(s, Approximation) for s in found):
-        mend = "define SPEC = Approximation(...), or SPECS, a tuple of them"
-        raise InputError("no approximation in this file", str(path), mend)
+        fix = "define SPEC = Approximation(...), or SPECS, a tuple of them"
+        raise InputError("no approximation in this file", str(path), fix)
     for spec in found:
         _examine(spec, path)
     return tuple(found)

@@ -135,11 +135,11 @@ def _with(material: Material, key: str, values: list[str], where: str) -> Materi
 def _number(text: str, key: str, largest: float, where: str) -> float:
     # float() also takes nan, infinity and 1_0, none of which belongs here
     value = float(text) if re.fullmatch(r"[-+.\deE]+", text) and _parses(text) else math.nan
-    mend = f"{key} is a number from 0 to {largest:g}"
+    fix = f"{key} is a number from 0 to {largest:g}"
     if math.isnan(value):
-        raise InputError(f"{key} is {text!r}, not a number", where, mend)
+        raise InputError(f"{key} is {text!r}, not a number", where, fix)
     if not 0 <= value <= largest:
-        raise InputError(f"{key} = {text} is outside 0 .. {largest:g}", where, mend)
+        raise InputError(f"{key} = {text} is outside 0 .. {largest:g}", where, fix)
     return value
 
 

@@ -1,4 +1,4 @@
-"""Triangle meshes from Wavefront OBJ files: what is odd in them is refused or mended, and counted."""
+"""Triangle meshes from Wavefront OBJ files: what is odd in them is refused or repaired, and counted."""
 
 import io
 import math
@@ -25,7 +25,7 @@ def load(path: str | Path) -> Surface:
     none, or a zero one, the area-weighted mean of the triangles at that place is taken. All of this is counted, and
     told in `notes`. Materials and textures are not looked at.
 
-    Raises InputError, naming the file and how to mend it: absent or unreadable, no faces, faces that name vertices that
+    Raises InputError, naming the file and how to fix it: absent or unreadable, no faces, faces that name vertices that
     are not there, coordinates that are not finite, only degenerate triangles; or trimesh (extra `scene`) is missing.
     """
     path = Path(path)
@@ -121,8 +121,8 @@ def _parsed(path: Path, lines: list[str]) -> tuple[Array, NDArray[np.int64], Arr
     try:
         from trimesh.exchange.obj import load_obj
     except ImportError as problem:
-        mend = "install it: pip install 'phongbench[scene]'"
-        raise InputError("meshes are read by trimesh, which is not installed", str(path), mend) from problem
+        fix = "install it: pip install 'phongbench[scene]'"
+        raise InputError("meshes are read by trimesh, which is not installed", str(path), fix) from problem
     vertices, faces, normals, shift = [], [], [], 0
     try:
         with warnings.catch_warnings():

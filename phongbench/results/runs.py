@@ -228,8 +228,8 @@ def _rows_in(path: Path) -> int:
 def intact(run: Run) -> Run:
     """The run, for building on it: InputError if it is partial, CorruptRunError if a byte has changed."""
     if not run.complete:
-        mend = "finish it: phongbench run --resume --out with its folder"
-        raise InputError("the run is partial: it was interrupted", str(run.path), mend)
+        fix = "finish it: phongbench run --resume --out with its folder"
+        raise InputError("the run is partial: it was interrupted", str(run.path), fix)
     problems = verify(run)
     if problems:
         raise CorruptRunError("; ".join(problems), str(run.path), _REMEDY)
@@ -246,8 +246,8 @@ def locked(path: Path) -> Iterator[None]:
         try:
             lock.acquire()
         except filelock.Timeout as problem:  # an OSError itself, so it is told apart here
-            mend = "wait for it, or give another --out"
-            raise LockedError("another phongbench run is writing here", str(path), mend) from problem
+            fix = "wait for it, or give another --out"
+            raise LockedError("another phongbench run is writing here", str(path), fix) from problem
     try:
         yield
     finally:

@@ -50,8 +50,8 @@ class Geometry:
             from embreex.mesh_construction import TriangleMesh
             from embreex.rtcore_scene import EmbreeScene
         except ImportError as problem:
-            mend = "install it: pip install 'phongbench[scene]'"
-            raise InputError("meshes need Embree, and embreex is not installed", None, mend) from problem
+            fix = "install it: pip install 'phongbench[scene]'"
+            raise InputError("meshes need Embree, and embreex is not installed", None, fix) from problem
         scene = EmbreeScene()
         corners = np.ascontiguousarray(self.corners.T).reshape(-1, 3)
         TriangleMesh(scene, corners, np.arange(len(corners), dtype=np.int32).reshape(-1, 3))

@@ -143,11 +143,11 @@ def check_writable(path: Path) -> None:
     """
     suffix = path.suffix.lower()
     if suffix not in SUFFIXES:
-        mend = f"use one of {', '.join(SUFFIXES)}"
-        raise InputError(f"a picture is not written as {suffix or 'a file without suffix'}", str(path), mend)
+        fix = f"use one of {', '.join(SUFFIXES)}"
+        raise InputError(f"a picture is not written as {suffix or 'a file without suffix'}", str(path), fix)
     if suffix == ".exr" and find_spec("OpenEXR") is None:
-        mend = "install it: pip install 'phongbench[scene]', or write .npy"
-        raise InputError(".exr is written by OpenEXR, which is not installed", str(path), mend)
+        fix = "install it: pip install 'phongbench[scene]', or write .npy"
+        raise InputError(".exr is written by OpenEXR, which is not installed", str(path), fix)
     with storage(path):
         if path.is_dir():
             raise StorageError("cannot write: it is a folder", str(path), "name a file in it")

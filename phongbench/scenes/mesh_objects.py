@@ -127,8 +127,8 @@ def _with_materials(path: Path, materials: list[Material]) -> tuple[Array, Array
     for part in found.geometry.values():
         name = _name(getattr(getattr(part.visual, "material", None), "name", None) or "")
         if name not in library:
-            mend = "write usemtl before the first face, or give the object a material"
-            raise InputError("some faces have no material", str(path), mend)
+            fix = "write usemtl before the first face, or give the object a material"
+            raise InputError("some faces have no material", str(path), fix)
         vertices.append(np.asarray(part.vertices, float))
         faces.append(np.asarray(part.faces, np.int64) + shift)
         normals.append(np.asarray(part.vertex_normals, float))
@@ -147,13 +147,13 @@ def _library(path: Path, lines: list[str]) -> dict[str, Named]:
     """The materials of the MTL files that an OBJ names; InputError for a line that uses another."""
     names = [line.split(maxsplit=1)[1].strip() for line in lines if line.startswith("mtllib ")]
     if not names:
-        mend = "add a line like: mtllib scene.mtl, or give the object a material"
-        raise InputError("the OBJ file names no MTL file", str(path), mend)
+        fix = "add a line like: mtllib scene.mtl, or give the object a material"
+        raise InputError("the OBJ file names no MTL file", str(path), fix)
     found = {m.name: m for name in names for m in read_mtl(path.parent / name)}
     for number, line in enumerate(lines, 1):
         if line.startswith("usemtl ") and _name(line[7:]) not in found:
-            mend = f"define it there, or give the object a material; known: {', '.join(found)}"
-            raise InputError(f"the material {line[7:].strip()!r} is not in the MTL file", f"{path}:{number}", mend)
+            fix = f"define it there, or give the object a material; known: {', '.join(found)}"
+            raise InputError(f"the material {line[7:].strip()!r} is not in the MTL file", f"{path}:{number}", fix)
     return found
 
 
@@ -169,6 +169,6 @@ def _index(named: Named, materials: list[Material]) -> int:
         try:
             Specular().resolved("phong", new.reflection.highlight_exponent)
         except InputError as problem:  # a shininess near 0
-            raise InputError(f"material {named.name!r}: {problem.what}", None, problem.mend) from problem
+            raise InputError(f"material {named.name!r}: {problem.what}", None, problem.fix) from problem
         materials.append(new)
     return materials.index(new)

@@ -154,7 +154,7 @@ def _job(
             )
         except InputError as problem:
             about = f"{problem.where}: {problem.what}" if problem.where else problem.what
-            raise InputError(about, f"materials.{material.name}", problem.mend) from problem
+            raise InputError(about, f"materials.{material.name}", problem.fix) from problem
     arrays = geometry(scene)
     dark = np.zeros((9, len(arrays.modes)), np.float32)
     return Job(scene, arrays, shaders, dark, camera.frame(scene.camera, *size), size, depth, samples, shadows, thrift)

@@ -200,4 +200,4 @@ def _at(field: str, place: str) -> Iterator[None]:
     except UnknownNameError as problem:
         raise UnknownNameError(problem.kind, problem.name, problem.known, field) from problem
     except InputError as problem:
-        raise InputError(f"does not fit {place}: {problem.what}", field, problem.mend) from problem
+        raise InputError(f"does not fit {place}: {problem.what}", field, problem.fix) from problem

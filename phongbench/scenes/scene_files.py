@@ -62,7 +62,7 @@ def read_scene(name: str | Path, registry: Mapping[str, Approximation] = REGISTR
         return scene_of(data, path.stem, source, path.parent, registry=registry)
     if str(name) not in examples():
         problem = UnknownNameError("scene", name, examples())
-        problem.mend = f"{problem.mend}; or give a file whose name ends in .toml or .json"
+        problem.fix = f"{problem.fix}; or give a file whose name ends in .toml or .json"
         raise problem
     with resources.as_file(resources.files(__package__) / "examples" / f"{name}.toml") as shipped:
         data, source = load(shipped)
@@ -116,8 +116,8 @@ def scene_of(
 def check_size(width: int, height: int) -> tuple[int, int]:
     """The size, if a picture may have it; InputError otherwise."""
     if width < 1 or height < 1 or width * height > MOST_PIXELS:
-        mend = f"both at least 1, {MOST_PIXELS:,} pixels at most"
-        raise InputError(f"a picture of {width}x{height} pixels", "size", mend)
+        fix = f"both at least 1, {MOST_PIXELS:,} pixels at most"
+        raise InputError(f"a picture of {width}x{height} pixels", "size", fix)
     return width, height
 
 

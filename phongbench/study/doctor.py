@@ -1,4 +1,4 @@
-"""Is this installation fit for a study? Each check says what it found and how to mend it."""
+"""Is this installation fit for a study? Each check says what it found and how to fix it."""
 
 import importlib
 import shutil

@@ -15,8 +15,8 @@ def storage(path: Path) -> Iterator[None]:
     try:
         yield
     except OSError as problem:
-        mend = "free some space" if problem.errno == errno.ENOSPC else "give a folder that can be written with --out"
-        raise StorageError(f"cannot write: {problem.strerror or problem}", str(path), mend) from problem
+        fix = "free some space" if problem.errno == errno.ENOSPC else "give a folder that can be written with --out"
+        raise StorageError(f"cannot write: {problem.strerror or problem}", str(path), fix) from problem
 
 
 def write_whole(path: Path, write: Callable[[Path], None]) -> None:

@@ -76,9 +76,9 @@ class Table:
         """Where the table stands, or one of its values."""
         return self.source.where(self.steps if key is None else (*self.steps, key))
 
-    def fault(self, what: str, key: str | None = None, mend: str | None = None) -> InputError:
+    def fault(self, what: str, key: str | None = None, fix: str | None = None) -> InputError:
         """The error to raise about a value of this table, or about all of it."""
-        return InputError(what, self.where(key if key in self.data else None), mend)
+        return InputError(what, self.where(key if key in self.data else None), fix)
 
     @contextmanager
     def blamed(self, key: str | None = None) -> Iterator[None]:
@@ -89,7 +89,7 @@ class Table:
             raise UnknownNameError(problem.kind, problem.name, problem.known, self.where(key)) from problem
         except InputError as problem:
             about = f"{problem.where}: {problem.what}" if problem.where else problem.what
-            raise InputError(about, self.where(key), problem.mend) from problem
+            raise InputError(about, self.where(key), problem.fix) from problem
 
     def has(self, key: str) -> bool:
         """Whether the key is there; asking makes it known."""

@@ -53,7 +53,7 @@ def measure_in_processes(
             try:
                 one = _in_a_process(_task(timed, budget_seconds / processes, number, options))
             except BudgetError as short:
-                raise BudgetError(short.what, short.needed * processes, short.where, short.mend) from short
+                raise BudgetError(short.what, short.needed * processes, short.where, short.fix) from short
             frames.append(one.rows)
             problems |= {str(problem): problem for problem in one.problems if str(problem) not in problems}
             notes |= dict.fromkeys(one.notes)
@@ -116,7 +116,7 @@ def _formula(described: dict[str, Any], registry: Registry) -> TimedFormula:
 
 
 def _parts(problem: PhongbenchError) -> list[str | None]:
-    return [problem.what, problem.where, problem.mend]
+    return [problem.what, problem.where, problem.fix]
 
 
 if __name__ == "__main__":

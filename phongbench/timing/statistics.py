@@ -34,12 +34,11 @@ class Interval:
 
 def sign_test_rank(count: int, level: float = LEVEL) -> int:
     """The largest k whose k-th smallest and k-th largest of `count` values enclose the median so surely; 0 if none."""
-    outside, k, total = 0, 0, 2**count
-    while k < count:
-        outside += math.comb(count, k)
-        if 2 * outside > (1 - level) * total:
-            break
-        k += 1
+    allowed, parts = (1 - level).as_integer_ratio()
+    k, below, binomial = 0, 1, 1  # of 2^count outcomes, those with at most k values on one side, and with exactly k
+    while k < count and 2 * below * parts <= allowed << count:
+        binomial = binomial * (count - k) // (k + 1)
+        k, below = k + 1, below + binomial
     return k
 
 

@@ -86,9 +86,8 @@ def timed_formulas(cells: Iterable[Cell], registry: Registry = REGISTRY) -> tupl
     for cell in cells:
         spec, precision = registry[cell.approximation], precision_named(cell.precision)
         if not precision.rounds:
-            setting = cell.setting
-            formula = Formula(spec.name, cell.lambda_form, setting.gamma, spec.slopes[0], setting.space)
-            alpha = ALPHA if spec.accepts(formula.setting(ALPHA)) else setting.alpha
+            formula = replace(cell.formula, slope=spec.slopes[0])
+            alpha = ALPHA if spec.accepts(formula.setting(ALPHA)) else cell.alpha
             timed = TimedFormula(formula, spec, precision, alpha)
             chosen.setdefault(timed.key, timed)
     return tuple(chosen.values())

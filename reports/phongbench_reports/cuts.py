@@ -159,4 +159,4 @@ class Absent:
     """Why a section has nothing to show, and how to get it; both plain text, one sentence each."""
 
     reason: str
-    mend: str
+    fix: str

@@ -173,8 +173,8 @@ def raw_pairs(body: bytes | memoryview, dtype: str) -> tuple[Array, Array]:
     """All of a, then all of b, little-endian: two read-only views of shape (n, 3), nothing copied."""
     kind = DTYPES[dtype]
     if len(body) % (6 * kind.itemsize):
-        mend = f"all of a, then all of b, {3 * kind.itemsize} bytes a vector; dtype says f4 or f8"
-        raise MalformedError(f"{len(body)} bytes are no whole number of pairs of {dtype}", "(body)", mend)
+        fix = f"all of a, then all of b, {3 * kind.itemsize} bytes a vector; dtype says f4 or f8"
+        raise MalformedError(f"{len(body)} bytes are no whole number of pairs of {dtype}", "(body)", fix)
     both = np.frombuffer(body, kind).reshape(2, -1, 3)
     return both[0], both[1]
 

@@ -30,12 +30,12 @@ class RequestError(InputError):
         self,
         what: str,
         field: str | None = None,
-        mend: str | None = None,
+        fix: str | None = None,
         *,
         index: int | None = None,
         headers: Mapping[str, str] | None = None,
     ) -> None:
-        super().__init__(what, field, mend)
+        super().__init__(what, field, fix)
         self.field, self.index, self.headers = field, index, dict(headers or {})
 
 
@@ -118,17 +118,17 @@ def answer(kind: Kind, detail: str, headers: Mapping[str, str] | None = None, **
 
 
 def of_error(problem: PhongbenchError) -> Response:
-    """The response to a deliberate error: what, where and how to mend it, and nothing that the client sent."""
-    detail, mend = problem.what, problem.mend
+    """The response to a deliberate error: what, where and how to fix it, and nothing that the client sent."""
+    detail, fix = problem.what, problem.fix
     if isinstance(problem, UnknownNameError):
-        detail, mend = f"unknown {problem.kind}", f"known: {', '.join(problem.known)}"
+        detail, fix = f"unknown {problem.kind}", f"known: {', '.join(problem.known)}"
     if isinstance(problem, CorruptRunError):
-        detail, mend = "the files of this run do not match its manifest", "restore it from a copy; other runs work"
+        detail, fix = "the files of this run do not match its manifest", "restore it from a copy; other runs work"
     where = problem.where if isinstance(problem, RequestError) else None
     headers = problem.headers if isinstance(problem, RequestError) else {}
     index = problem.index if isinstance(problem, RequestError) else None
     named = [{"field": where, "detail": detail} | ({"index": index} if index is not None else {})] if where else None
-    return answer(kind_of(problem), detail, headers, mend=mend, errors=named)
+    return answer(kind_of(problem), detail, headers, mend=fix, errors=named)
 
 
 def of_validation(found: Sequence[Mapping[str, Any]]) -> Response:

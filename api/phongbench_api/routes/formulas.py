@@ -22,5 +22,5 @@ async def approximations() -> Response:
 async def approximation(name: str) -> Response:
     """One entry of the registry."""
     if name not in REGISTRY:
-        raise NotFoundError("no approximation of that name", mend=f"known: {', '.join(REGISTRY)}")
+        raise NotFoundError("no approximation of that name", fix=f"known: {', '.join(REGISTRY)}")
     return media.json(describe(REGISTRY[name]))

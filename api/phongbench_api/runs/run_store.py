@@ -62,7 +62,7 @@ class Store:
         for run in self.runs():
             if isinstance(run, Run) and run.id == name:
                 return run
-        raise NotFoundError("no run is stored here" if name == "latest" else _UNKNOWN, mend="GET /v1/runs lists them")
+        raise NotFoundError("no run is stored here" if name == "latest" else _UNKNOWN, fix="GET /v1/runs lists them")
 
     def intact(self, name: str) -> Run:
         """The run of this id, once its bytes are known to be those that were written."""
@@ -72,7 +72,7 @@ class Store:
             self._checked[run.path] = (stamp, _fault(run))
         fault = self._checked[run.path][1]
         if fault is not None:
-            raise CorruptRunError(fault.what, fault.where, fault.mend)
+            raise CorruptRunError(fault.what, fault.where, fault.fix)
         return run
 
     def newest_timed(self) -> Run | None:
@@ -94,7 +94,7 @@ class Store:
                 self._known[path] = (stamp, _loaded(path))
             found = self._known[path][1]
         if isinstance(found, CorruptRunError):
-            raise CorruptRunError(found.what, found.where, found.mend)
+            raise CorruptRunError(found.what, found.where, found.fix)
         return found
 
     def _stamp(self, path: Path) -> object:

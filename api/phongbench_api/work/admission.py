@@ -57,7 +57,7 @@ class Office:
     def _refuse(self, wait: float) -> None:
         seconds = max(1, math.ceil(wait))
         what = f"every core is taken for about {wait:.1f} s"
-        raise BusyError(what, mend=f"come back in {seconds} s", headers={"retry-after": str(seconds)})
+        raise BusyError(what, fix=f"come back in {seconds} s", headers={"retry-after": str(seconds)})
 
     @asynccontextmanager
     async def room(self, size: int) -> AsyncIterator[None]:
@@ -82,7 +82,7 @@ class Office:
             return _done(work, encode, spans, _never)
         if cost > self.settings.max_cost:
             what = f"this would take about {cost:.1f} s; a request may take {self.settings.max_cost:g} s"
-            raise TooLargeError(what, mend="ask for less")
+            raise TooLargeError(what, fix="ask for less")
         self.check()
         self.pending, self._jobs = self.pending + cost, self._jobs + 1
         try:

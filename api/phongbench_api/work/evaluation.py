@@ -50,7 +50,7 @@ def formula_of(
         raise RequestError(f"{spec.name} has {', '.join(problem.known)}", field) from None
     except InputError as problem:
         raise RequestError(
-            problem.what, "gamma" if problem.what.startswith("gamma") else "alpha", problem.mend
+            problem.what, "gamma" if problem.what.startswith("gamma") else "alpha", problem.fix
         ) from None
     return Formula(spec, form or spec.lambda_forms[0], setting)
 
@@ -148,7 +148,7 @@ def _check(given: Array, field: str, start: int) -> None:
         media.check_finite(given, field)
     except RequestError as problem:
         index = start + (problem.index or 0)
-        raise RequestError(f"vector {index} is not finite", field, problem.mend, index=index) from None
+        raise RequestError(f"vector {index} is not finite", field, problem.fix, index=index) from None
 
 
 def _exact(setting: Setting, a: Array, b: Array, cancelled: Callable[[], bool]) -> Array:

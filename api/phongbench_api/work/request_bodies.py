@@ -33,5 +33,5 @@ def check_count(count: int, field: str, media: str, settings: Settings) -> None:
 
 
 def _too_large(limit: int) -> TooLargeError:
-    mend = "ask in parts, or send binary vectors; GET /v1/meta tells the limits"
-    return TooLargeError(f"the body is larger than {limit} bytes", "(body)", mend, headers={"connection": "close"})
+    fix = "ask in parts, or send binary vectors; GET /v1/meta tells the limits"
+    return TooLargeError(f"the body is larger than {limit} bytes", "(body)", fix, headers={"connection": "close"})

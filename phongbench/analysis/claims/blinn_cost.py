@@ -81,10 +81,10 @@ def _once_given(rows: Rows) -> Finding:
     """What times of kernels say: given (N, H), how long Blinn's power takes over Phong's given (R, V)."""
     times = at(rows.timed, approximation="blinn", space="half") if len(rows.timing) else rows.timing
     wait = "what making R at every point costs, against one H for all, shows in shaded scenes only"
-    mend = "time it: phongbench run --scenes"
+    fix = "time it: phongbench run --scenes"
     if times.empty or rows.alarms:
         quiet(rows)
-        raise LackingRowsError(wait, None, mend)
+        raise LackingRowsError(wait, None, fix)
     here = pd.concat([at(times, working_set=place) for place in PLACES])
     told = tuple(
         {
@@ -100,7 +100,7 @@ def _once_given(rows: Rows) -> Finding:
         for one in told
     ]
     because = sentence(f"once the vectors are given, (N.H)^alpha' takes {listed(ratios)} of Phong's time", wait)
-    return Finding(UNMEASURED, because, told, evidence("timing", "ratio", here), "timed", mend)
+    return Finding(UNMEASURED, because, told, evidence("timing", "ratio", here), "timed", fix)
 
 
 CLAIM = Claim(

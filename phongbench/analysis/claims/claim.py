@@ -26,7 +26,7 @@ Numbers = Mapping[str, Any]
 
 
 class LackingRowsError(InputError):
-    """A run without the rows that a rule reads; `mend` names the preset or the flags that give them."""
+    """A run without the rows that a rule reads; `fix` names the preset or the flags that give them."""
 
 
 @dataclass(frozen=True)
@@ -80,7 +80,7 @@ class Claim:
         try:
             return Judgement(self, self.rule(rows))
         except LackingRowsError as lacking:
-            nothing = Finding(UNMEASURED, sentence(lacking.what), coverage="none", lacking=lacking.mend)
+            nothing = Finding(UNMEASURED, sentence(lacking.what), coverage="none", lacking=lacking.fix)
             return Judgement(self, nothing)
 
 

@@ -110,7 +110,7 @@ def front(study: Study) -> tuple[str, dict[str, bytes]]:
     with ink():
         plate = front_figure.draw(Study(cast(Run, _Cut(run.path, run.manifest, rows, run.timing, run.worst))))
         if isinstance(plate, Absent):
-            raise InputError(plate.reason.rstrip("."), str(run.path), plate.mend.rstrip("."))
+            raise InputError(plate.reason.rstrip("."), str(run.path), plate.fix.rstrip("."))
         light, dark = map(slim, svg_pair(plate.figure, "front"))
     files = {"front.svg": light, "front-dark.svg": dark}
     return picture("front", plate), files

@@ -100,7 +100,7 @@ def claims(study: Study) -> ClaimTable | Absent:
     try:
         found = judge(study.run)
     except InputError as lacking:
-        return Absent(f"{lacking.what}.", lacking.mend or "")
+        return Absent(f"{lacking.what}.", lacking.fix or "")
     counted = Counter(one.verdict for one in found)
     parts = [f"{counted[v]} {_TOLD[v][counted[v] != 1]}" for v in VERDICTS if counted[v]]
     sentence = f"Of {len(found)} textbook claims {listed(parts)}."

@@ -114,8 +114,8 @@ def _accuracy_only(study: Study, precision: str, budget: float, name: str) -> Ta
     headings = ("α", f"fewest squarings within {name}", f"cells within {name}", "errs least", "its error, 8-bit codes")
     data = pd.DataFrame(kept)
     lacking = "This run has no timing" if study.timing.empty else f"Nothing was timed at {precision}"
-    mend = " Run again without --no-timing." if study.timing.empty else ""
-    sentence = f"{lacking}: the table says what is accurate enough, not what is cheapest.{mend}"
+    fix = " Run again without --no-timing." if study.timing.empty else ""
+    sentence = f"{lacking}: the table says what is accurate enough, not what is cheapest.{fix}"
     return Table(headings, tuple(rows), data, sentence, f"{precision}; {basis(unit)}", frozenset({0, 2, 4}))
 
 

@@ -43,7 +43,7 @@ def test_accept_chooses_by_quality_then_by_our_order(accept: str | None, expecte
 def test_what_cannot_be_made_is_refused_with_what_can(accept: str) -> None:
     with pytest.raises(NotAcceptableError, match="Accept") as problem:
         media.negotiate(accept, OFFERED[:1])
-    assert media.JSON in str(problem.value.mend)
+    assert media.JSON in str(problem.value.fix)
 
 
 @given(st.text(max_size=60))

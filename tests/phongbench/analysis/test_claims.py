@@ -655,7 +655,7 @@ def test_a_rule_that_lacks_rows_is_an_input_error_with_a_mend() -> None:
     with pytest.raises(LackingRowsError) as lacking:
         claims.CLAIMS[0].rule(Rows.of(Tables()))
     assert isinstance(lacking.value, InputError)
-    assert "phongbench run" in str(lacking.value.mend)
+    assert "phongbench run" in str(lacking.value.fix)
 
 
 def test_plain_data_has_neither_numpy_nor_what_json_lacks() -> None:

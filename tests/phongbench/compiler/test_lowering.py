@@ -207,7 +207,7 @@ def test_what_is_outside_the_language_is_refused_with_file_and_line(body: Body) 
         lower(body, FLOAT32)
     assert refusal.value.where == f"{__file__}:{marked}"
     assert body.__name__ in refusal.value.what
-    assert refusal.value.mend
+    assert refusal.value.fix
 
 
 def test_a_known_argument_must_be_given() -> None:

@@ -245,7 +245,7 @@ def test_a_width_out_of_range_is_refused_with_the_range(name):
     with pytest.raises(InputError, match="out of range") as refusal:
         precision_named(name)
     assert name in refusal.value.what
-    assert "q1.15" in (refusal.value.mend or "")
+    assert "q1.15" in (refusal.value.fix or "")
 
 
 @pytest.mark.parametrize("name", ["float8", "q1", "q1.15.2", "Q1.15", "q-1.3", ""])

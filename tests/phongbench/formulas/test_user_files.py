@@ -68,7 +68,7 @@ def test_a_file_may_hold_several(tmp_path: Path) -> None:
 def refusal(path: Path) -> tuple[str, str]:
     with pytest.raises(InputError) as caught:
         load_file(path)
-    assert caught.value.mend
+    assert caught.value.fix
     return caught.value.what, str(caught.value.where)
 
 

@@ -90,7 +90,7 @@ def test_a_malformed_line_is_named(tmp_path: Path, text: str, line: int, message
     with pytest.raises(InputError) as refusal:
         read_mtl(path)
     assert (refusal.value.what, refusal.value.where) == (message, f"{path}:{line}")
-    assert refusal.value.mend
+    assert refusal.value.fix
 
 
 @pytest.mark.parametrize("text", ["", "# nothing\n", "newmtl a\nKd 1 1 1\n", "\x89PNG\r\n\x1a\n\x00\x00"])

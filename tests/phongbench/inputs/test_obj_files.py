@@ -1,4 +1,4 @@
-"""OBJ files: what is odd is refused with its line, or mended and counted."""
+"""OBJ files: what is odd is refused with its line, or repaired and counted."""
 
 import sys
 
@@ -106,13 +106,13 @@ def test_several_objects_and_materials_make_one_surface(obj):
         ("v 0 0 0\nv 0 0 0\nv 0 0 0\nf 1 2 3\n", "", "largest coordinate is 0"),
     ],
 )
-def test_what_cannot_be_mended_is_refused_with_its_place(obj, text, where, what):
+def test_what_cannot_be_repaired_is_refused_with_its_place(obj, text, where, what):
     path = obj(text)
     with pytest.raises(InputError) as refused:
         obj_files.load(path)
     assert refused.value.where == f"{path}{where}"
     assert what in refused.value.what
-    assert refused.value.mend
+    assert refused.value.fix
 
 
 def test_files_that_are_none_are_refused(tmp_path, obj):
@@ -127,7 +127,7 @@ def test_without_trimesh_the_refusal_says_how_to_get_it(obj, monkeypatch):
     monkeypatch.setitem(sys.modules, "trimesh.exchange.obj", None)
     with pytest.raises(InputError, match="not installed") as refused:
         obj_files.load(obj(CORNERS + "f 1 2 3\n"))
-    assert "phongbench[scene]" in refused.value.mend
+    assert "phongbench[scene]" in refused.value.fix
 
 
 def test_a_file_is_read_again_only_when_it_changed(obj):

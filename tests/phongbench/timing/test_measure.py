@@ -17,7 +17,6 @@ from phongbench.errors import InputError, LockedError, MeasurementError, Unknown
 from phongbench.formulas.formula import Formula
 from phongbench.formulas.kernel import Kernel
 from phongbench.formulas.registry import REGISTRY
-from phongbench.formulas.spec import Setting
 from phongbench.inputs.plan import Cell
 from phongbench.results.machine import Caches
 from phongbench.support.process import cores
@@ -74,7 +73,7 @@ def cells(
     precisions: tuple[str, ...] = ("float32",),
 ) -> list[Cell]:
     axes = product(forms, alphas, gammas, slopes, spaces, precisions)
-    return [Cell(approximation, form, Setting(a, g, slope, space), p) for form, a, g, slope, space, p in axes]
+    return [Cell(Formula(approximation, form, g, slope, space), a, p) for form, a, g, slope, space, p in axes]
 
 
 def test_cells_that_differ_in_alpha_or_slope_only_are_timed_once() -> None:

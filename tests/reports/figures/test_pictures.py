@@ -103,7 +103,7 @@ def test_without_scenes_every_section_says_how_to_get_them(made_up: Callable[...
     for part in SECTIONS:
         found = part.make(bare)
         assert isinstance(found, Absent)
-        assert "--scenes" in found.mend
+        assert "--scenes" in found.fix
 
 
 def test_the_law_is_drawn_for_every_picture_and_told_in_numbers(study: Study) -> None:

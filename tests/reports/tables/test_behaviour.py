@@ -63,4 +63,4 @@ def test_without_rows_the_probe_is_named(study: Study, draw: Callable[[Study], T
     empty = replace(study.run, **{name: pd.DataFrame(columns=getattr(study.run, name).columns)})
     content = draw(Study(empty))
     assert isinstance(content, Absent)
-    assert "probe" in content.mend
+    assert "probe" in content.fix

@@ -62,7 +62,7 @@ def test_a_run_without_the_rows_says_how_to_get_them(run: Any) -> None:
     rows = run.accuracy[run.accuracy["approximation"] == "schlick"]
     found = claims(Study(replace(run, accuracy=rows, timing=run.timing.head(0), meshes=run.meshes.head(0))))
     assert isinstance(found, Absent)
-    assert "phongbench run" in found.mend
+    assert "phongbench run" in found.fix
 
 
 def test_names_of_files_are_inert_on_the_page(made_up: Callable[..., Any], tmp_path: Path) -> None:

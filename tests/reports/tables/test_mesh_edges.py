@@ -28,4 +28,4 @@ def test_a_run_without_such_rows_says_how_to_get_them(made_up: Callable[..., Any
     run = made_up(tmp_path, alphas=(10.0,), gammas=(8,))
     found = mesh_edges(Study(replace(run, meshes=run.meshes.iloc[:0])))
     assert isinstance(found, Absent)
-    assert "--probe meshes" in found.mend
+    assert "--probe meshes" in found.fix

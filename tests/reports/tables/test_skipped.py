@@ -64,4 +64,4 @@ def test_only_what_is_certain_is_claimed(study: Study) -> None:
 def test_a_run_without_such_rows_says_how_to_get_them(made_up: Callable[..., Any], tmp_path: Path) -> None:
     found = skipped(Study(made_up(tmp_path, alphas=(10.0,), gammas=(8,))))
     assert isinstance(found, Absent)
-    assert "--preset standard" in found.mend
+    assert "--preset standard" in found.fix

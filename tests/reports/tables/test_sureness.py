@@ -68,7 +68,7 @@ def test_every_coverage_has_its_column(proven: Callable[..., Any]) -> None:
 def test_a_run_of_samples_alone_says_how_to_know_more(run: Any) -> None:
     content = sureness(Study(run))
     assert isinstance(content, Absent)
-    assert "--probe cosines,search,certify,recheck" in content.mend
+    assert "--probe cosines,search,certify,recheck" in content.fix
 
 
 def test_contradictions_stand_in_red_at_the_top_and_are_escaped(

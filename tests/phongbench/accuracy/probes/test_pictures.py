@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 
 from phongbench.accuracy.probes import directional_lights, far_lights, pictures, skipped_work
-from phongbench.accuracy.probes.probe import Probing
+from phongbench.accuracy.probes.probe import ProbeContext
 from phongbench.formulas.formula import Specular
 from phongbench.formulas.registry import REGISTRY
 from phongbench.inputs.plan import PRESETS, PROBE_NAMES
@@ -17,7 +17,6 @@ from phongbench.results import runs, schema
 from phongbench.scenes import scene_files
 from phongbench.scenes.render import render
 from phongbench.study import run as study
-from phongbench.timing.interleaved import in_turn, over
 
 PAIR = ("test-card", "chequerboard")
 
@@ -55,9 +54,9 @@ def tables(plan, registry=REGISTRY, note=lambda text: None):
     """What the probe answers; it asks nothing of the sweep but its plan and registry."""
     sweep = type("Sweep", (), {"plan": plan, "registry": registry})()
     shares = []
-    probing = Probing(sweep, pd.DataFrame(), pd.DataFrame(), 2, advance=shares.append, note=note)
-    found = pictures.measure(probing)
-    assert probing.violations == []
+    context = ProbeContext(sweep, pd.DataFrame(), pd.DataFrame(), 2, advance=shares.append, note=note)
+    found = pictures.measure(context)
+    assert context.violations == []
     assert math.isclose(sum(shares), 1.0)
     return found
 
@@ -198,16 +197,6 @@ def test_held_at_its_middle_a_polygon_is_right_there():
 
 
 # times
-
-
-def test_times_are_taken_of_every_call_in_every_round():
-    asked = []
-    seconds = in_turn([lambda n=n: asked.append(n) for n in range(3)], rounds=8)
-    assert seconds.shape == (8, 3)
-    assert all(sorted(asked[first : first + 3]) == [0, 1, 2] for first in range(0, 24, 3))
-    told = over(seconds, 1, 0)
-    assert told["ratio_low"] <= told["ratio"] <= told["ratio_high"]
-    assert told["seconds"] == seconds[:, 1].min()
 
 
 def test_with_timing_every_formula_and_skip_has_a_time(two_scenes, tiny):
