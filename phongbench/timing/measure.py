@@ -22,9 +22,9 @@ import pandas as pd
 from phongbench.compiler import jit
 from phongbench.compiler.lowering import FLOAT32, Precision
 from phongbench.errors import InputError, MeasurementError, UnknownNameError
-from phongbench.results.schema import BASELINE
+from phongbench.results.schema import BASELINE, TIMING
 from phongbench.support.process import cores
-from phongbench.timing import skip_kernels, table, timed_kernels
+from phongbench.timing import skip_kernels, timed_kernels
 from phongbench.timing.blocks import WORKING_SETS, Block
 from phongbench.timing.machine_lock import machine_lock
 from phongbench.timing.session import Progress, Session
@@ -35,7 +35,7 @@ from phongbench.timing.timed_kernels import Key, TimedFormula, TimedKernel
 class Timing:
     """What a measurement gives.
 
-    rows      DataFrame with table.COLUMNS, one row per kernel and working set; void kernels have none
+    rows      the table TIMING, one row per kernel and working set; void kernels have none
     problems  what made a kernel's row void
     notes     what the budget was too small for
     """
@@ -71,7 +71,7 @@ def measure(
     """
     check(budget_seconds, working_sets, threads)
     if not timed:
-        return Timing(table.frame([]))
+        return Timing(TIMING.frame())
     problems: list[MeasurementError] = []
     with nullcontext() if locked else machine_lock():
         groups = list(_compile_all(timed, problems))
@@ -81,7 +81,7 @@ def measure(
             rows = session.run()
         if late and not jit.DISABLED:
             raise MeasurementError("something was compiled while timing", "timing", "run again; if it stays, report it")
-    return Timing(table.frame(rows), problems, session.notes)
+    return Timing(TIMING.frame(rows), problems, session.notes)
 
 
 def check(budget: float, working_sets: Sequence[str], threads: Sequence[int]) -> None:

@@ -20,6 +20,7 @@ from phongbench.errors import BudgetError, InputError, MeasurementError, Phongbe
 from phongbench.formulas.formula import Formula, Registry
 from phongbench.formulas.registry import REGISTRY
 from phongbench.formulas.user_files import registry_with
+from phongbench.results.schema import TIMING
 from phongbench.timing import table
 from phongbench.timing.blocks import WORKING_SETS
 from phongbench.timing.machine_lock import machine_lock
@@ -89,7 +90,7 @@ def _in_a_process(task: dict[str, Any]) -> Timing:
         raise BudgetError(what, answer["needed"], where, fix)
     if "refused" in answer:
         raise InputError(*answer["refused"])
-    rows = pd.read_parquet(io.BytesIO(parquet)).astype(table.TYPES)
+    rows = pd.read_parquet(io.BytesIO(parquet)).astype(TIMING.types)
     return Timing(rows, [MeasurementError(*parts) for parts in answer["problems"]], answer["notes"])
 
 

@@ -19,6 +19,7 @@ from phongbench.formulas.kernel import Kernel
 from phongbench.formulas.registry import REGISTRY
 from phongbench.inputs.plan import Cell
 from phongbench.results.machine import Caches
+from phongbench.results.schema import TIMING
 from phongbench.support.process import cores
 from phongbench.timing import blocks, budget, rounds, session, skip_kernels, table, timed_kernels
 from phongbench.timing.machine_lock import LOCK_NAME, machine_lock
@@ -167,7 +168,7 @@ def test_no_working_set_and_impossible_thread_counts_are_refused() -> None:
 def test_a_study_of_float16_alone_has_an_empty_table() -> None:
     rows = measure([], budget_seconds=1).rows
     assert rows.empty
-    assert list(rows.columns) == table.COLUMNS
+    assert list(rows.columns) == TIMING.names
 
 
 # what a row says, from kernels of known duration
@@ -265,7 +266,7 @@ def test_every_kernel_has_a_row_and_every_column_a_value(real: Any) -> None:
     rows = real[0].rows
     assert real[0].problems == []
     assert {"phong", "aa-twin", "phong-libm", "copy", "triad", "dot", "lyon"} <= set(rows["approximation"])
-    assert not rows.duplicated(table.KEY).any()
+    assert not rows.duplicated(TIMING.key).any()
     assert not rows.drop(columns=["gamma", "lit"]).isna().any().any()
     assert rows.loc[rows["approximation"] == "lyon", "gamma"].tolist() == [8]
     assert (rows["ns_min"] > 0).all()

@@ -10,7 +10,8 @@ from phongbench.compiler.lowering import FLOAT32
 from phongbench.errors import InputError, MeasurementError
 from phongbench.formulas.registry import REGISTRY
 from phongbench.formulas.user_files import load_file
-from phongbench.timing import processes, table
+from phongbench.results.schema import TIMING
+from phongbench.timing import processes
 from phongbench.timing.measure import Timing
 from phongbench.timing.processes import measure_in_processes
 from phongbench.timing.timed_kernels import TimedFormula
@@ -31,7 +32,7 @@ def test_two_processes_are_merged_into_one_table() -> None:
         [LYON], processes=2, budget_seconds=4.0, working_sets=["l1"], seed=1, progress=lambda *now: told.append(now)
     )
     rows = timing.rows
-    assert list(rows.columns) == table.COLUMNS
+    assert list(rows.columns) == TIMING.names
     assert timing.problems == []
     assert set(rows["processes"]) == {2}
     assert "lyon" in set(rows["approximation"])
