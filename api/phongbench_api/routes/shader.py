@@ -7,6 +7,7 @@ from fastapi import APIRouter, Query, Request
 from starlette.responses import Response
 
 from phongbench.compiler.precisions import FLOAT32
+from phongbench.formulas.formula import Formula
 from phongbench.formulas.shader_code import export
 from phongbench_api.http import media as wire
 from phongbench_api.http.openapi import described
@@ -33,7 +34,9 @@ async def shader(request: Request, ask: Annotated[ShaderAsk, Query()]) -> Respon
 
     def work(_gone: object) -> export.Shader:
         here.kernels.compile_curve(formula, FLOAT32)
-        return export.shader(formula.spec, formula.form, formula.setting, ask.language)
+        s = formula.setting
+        named = Formula(formula.spec.name, formula.form, s.gamma, s.slope, s.space)
+        return export.shader(named, s.alpha, ask.language)
 
     cost = SECONDS + here.kernels.curve_cost(formula, export.ANGLES, FLOAT32)
     return await here.office.do(request, cost, work, partial(_answer, media), spans)
