@@ -36,7 +36,7 @@ bench: $(TEST) ## our kernels and sweep against NumPy and every other installed 
 	$(PY) -m phongbench bench
 
 bench-api: $(TEST) ## the service over loopback: against an echo, against /healthz, overloaded
-	$(PY) -m phongbench_api.load
+	PYTHONPATH=tests/api $(PY) -m load
 
 docs: $(TEST) ## fill the generated parts of README.md; the only way a number gets in there
 	$(PY) -m phongbench_reports.readme

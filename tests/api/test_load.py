@@ -17,13 +17,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 from starlette.testclient import TestClient
 
+from load import overload, paired
+from load.__main__ import markdown
+from load.lines import Lines, Seen
+from load.running import PROGRAMS
+from load.server import echoing
 from phongbench.errors import PhongbenchError
 from phongbench_api import serve
 from phongbench_api.app import create_app
-from phongbench_api.load import overload, paired
-from phongbench_api.load.__main__ import markdown
-from phongbench_api.load.lines import Lines, Seen
-from phongbench_api.load.server import echoing
 from phongbench_api.settings import Settings
 
 
@@ -143,8 +144,8 @@ def test_an_answer_that_is_no_success_ends_the_paired_measurement() -> None:
 
 def test_a_short_measurement_has_every_number(runs: Path) -> None:
     wishes = ["--runs", str(runs), "--rounds", "3", "--seconds", "3", "--json"]
-    command = [sys.executable, "-m", "phongbench_api.load", *wishes]
-    found = json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
+    command = [sys.executable, "-m", "load", *wishes]
+    found = json.loads(subprocess.run(command, cwd=PROGRAMS, check=True, capture_output=True, text=True).stdout)
     assert len(found["paired"]) == 3
     assert all(0 < row["ratio_low"] <= row["ratio"] <= row["ratio_high"] for row in found["paired"])
     overloaded = found["overload"]

@@ -143,11 +143,20 @@ def study_as_command(name: str, folder: Path, cache: Path, extra: Sequence[str] 
     return Wall(name, json.loads(done.stdout), seconds)
 
 
-def service() -> str:
-    """The tables of `python -m phongbench_api.load`, a program above this package: so it is called as one."""
-    done = subprocess.run([sys.executable, "-m", "phongbench_api.load"], check=False, stdout=subprocess.PIPE, text=True)
+def load_programs(root: Path) -> Path:
+    """The folder that holds the load program, which only a checkout has; InputError elsewhere."""
+    programs = root / "tests" / "api"
+    if not (programs / "load" / "__main__.py").is_file():
+        raise InputError("the load program is not there", str(programs / "load"), "run it in a checkout")
+    return programs
+
+
+def service(programs: Path) -> str:
+    """The tables of the load program in this folder, as `make bench-api` prints them."""
+    command = [sys.executable, "-m", "load", "--runs", str(runs.DEFAULT_ROOT.resolve())]
+    done = subprocess.run(command, cwd=programs, check=False, stdout=subprocess.PIPE, text=True)
     if done.returncode:
-        raise MeasurementError(f"it ended with exit code {done.returncode}", "phongbench_api.load", "see above")
+        raise MeasurementError(f"it ended with exit code {done.returncode}", str(programs / "load"), "see above")
     return done.stdout
 
 
@@ -156,6 +165,7 @@ def _measured(root: Path, run_name: str | None) -> None:
     from phongbench.benchmarks.kernel_bench import bench
 
     walls: list[Wall] = []
+    programs = load_programs(root)
     with ExitStack() as stack:
         if run_name is None:
             folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="phongbench-docs-")))
@@ -171,7 +181,7 @@ def _measured(root: Path, run_name: str | None) -> None:
         click.echo("scenes", err=True)
         beside = {"scenes": bench_parts.scenes(bench_parts.measured_scenes(Progress()))}
         click.echo("the service under load", err=True)
-        beside["service"] = service()
+        beside["service"] = service(programs)
         click.echo("drawing", err=True)
         fill(root, run, compared, alarms, beside, walls)
     click.echo(f"{README}: {', '.join(NAMES)}", err=True)

@@ -15,13 +15,15 @@ from phongbench.errors import PhongbenchError
 
 #: seconds until the server must be ready: a cold cache of kernels takes some 20
 _READY_WITHIN = 120.0
+#: the folder that `python -m` finds this package from, whatever the path of the process that measures
+PROGRAMS = Path(__file__).resolve().parents[1]
 
 
 @contextmanager
 def server(runs: Path) -> Iterator[int]:
     """The port of a server on 127.0.0.1 that is ready; it ends with the block."""
-    command = [sys.executable, "-m", "phongbench_api.load.server", str(runs)]
-    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as process:
+    command = [sys.executable, "-m", "load.server", str(runs.resolve())]
+    with subprocess.Popen(command, cwd=PROGRAMS, stderr=subprocess.PIPE, text=True) as process:
         try:
             assert process.stderr is not None
             port = _port(process.stderr)
@@ -40,7 +42,7 @@ def _port(talk: IO[str]) -> int:
         found = re.search(r"http://127\.0\.0\.1:(\d+)/", line)
         if found:
             return int(found[1])
-    raise PhongbenchError(f"the server did not start: {''.join(heard)[-2000:]}", "phongbench_api.load.server")
+    raise PhongbenchError(f"the server did not start: {''.join(heard)[-2000:]}", "load.server")
 
 
 def _wait(port: int) -> None:

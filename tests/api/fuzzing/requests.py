@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any
 from urllib.parse import quote
 
-from phongbench_api.fuzzing import hostile
+from fuzzing import hostile
 
 
 @dataclass(frozen=True, slots=True)

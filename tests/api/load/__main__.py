@@ -1,4 +1,4 @@
-"""`make bench-api`, or `python -m phongbench_api.load`: starts a server on loopback, measures it, prints tables."""
+"""`make bench-api`, or `PYTHONPATH=tests/api python -m load`: measures a server on loopback, prints tables."""
 
 import json
 from pathlib import Path
@@ -6,9 +6,9 @@ from typing import Any
 
 import click
 
+from load import overload, paired
+from load.running import server
 from phongbench.results.runs import DEFAULT_ROOT
-from phongbench_api.load import overload, paired
-from phongbench_api.load.running import server
 
 
 @click.command()

@@ -1,10 +1,10 @@
-"""`python -m phongbench_api.load.health PORT SECONDS`: looks at health from a process of its own, prints what came."""
+"""`python -m load.health PORT SECONDS`: looks at health from a process of its own, prints what came."""
 
 import asyncio
 import json
 import sys
 
-from phongbench_api.load.lines import Lines, due, head
+from load.lines import Lines, due, head
 
 #: seconds between two looks
 EVERY = 0.02

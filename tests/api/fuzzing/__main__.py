@@ -1,4 +1,4 @@
-"""`python -m phongbench_api.fuzzing --requests 100000`: sends them, tells what came back, exits 1 on any fault."""
+"""`PYTHONPATH=tests/api python -m fuzzing --requests 100000`: exits 1 on any fault."""
 
 import json
 import sys
@@ -6,8 +6,8 @@ from pathlib import Path
 
 import click
 
+from fuzzing.run import fuzz
 from phongbench.results.runs import DEFAULT_ROOT
-from phongbench_api.fuzzing.run import fuzz
 
 
 @click.command()

@@ -1,4 +1,4 @@
-"""`python -m phongbench_api.load.server`: the service on a free port of loopback, with one route more.
+"""`python -m load.server`: the service on a free port of loopback, with one route more.
 
 `POST /echo?answer=BYTES` reads a body as every route does and answers its first bytes: what moving alone costs. The
 service itself has no such route, and no switch for one.

@@ -15,8 +15,9 @@ from typing import Any
 
 import numpy as np
 
+from load.lines import Lines, Seen, due, head
+from load.running import PROGRAMS
 from phongbench_api.http import media as wire
-from phongbench_api.load.lines import Lines, Seen, due, head
 
 #: points and lights of one request: some milliseconds of a core, half a megabyte of body, so that the cores are what is
 #: short and not the one thread that moves bytes
@@ -87,8 +88,8 @@ async def _closed(lines: Lines, request: bytes, seconds: float) -> float:
 
 async def _open(lines: Lines, request: bytes, rate: float, seconds: float) -> tuple[Seen, Seen]:
     """Requests at this rate, and looks at health meanwhile from a process of its own, which does not wait for them."""
-    command = [sys.executable, "-m", "phongbench_api.load.health", str(lines.port), str(seconds)]
-    looking = await asyncio.create_subprocess_exec(*command, stdout=asyncio.subprocess.PIPE)
+    command = [sys.executable, "-m", "load.health", str(lines.port), str(seconds)]
+    looking = await asyncio.create_subprocess_exec(*command, cwd=PROGRAMS, stdout=asyncio.subprocess.PIPE)
     work = await due(lines, request, 1 / rate, seconds)
     out, _ = await looking.communicate()
     return work, Seen([tuple(answer) for answer in json.loads(out)])

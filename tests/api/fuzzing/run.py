@@ -13,9 +13,9 @@ import click
 import psutil
 from fastapi import FastAPI
 
+from fuzzing import hostile
+from fuzzing.requests import Sent, Source
 from phongbench_api.app import create_app
-from phongbench_api.fuzzing import hostile
-from phongbench_api.fuzzing.requests import Sent, Source
 from phongbench_api.http import media as wire
 from phongbench_api.http import problems
 from phongbench_api.settings import Settings

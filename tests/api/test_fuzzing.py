@@ -15,13 +15,13 @@ from schemathesis.checks import not_a_server_error
 from schemathesis.specs.openapi import checks
 from starlette.testclient import TestClient
 
+from fuzzing import hostile
+from fuzzing.requests import Sent, Source
+from fuzzing.run import ask, faults, fuzz
 from phongbench_api.app import create_app
-from phongbench_api.fuzzing import hostile
-from phongbench_api.fuzzing.requests import Sent, Source
-from phongbench_api.fuzzing.run import ask, faults, fuzz
 from phongbench_api.settings import Settings
 
-#: of the random stream; `python -m phongbench_api.fuzzing --requests 100000` sends more
+#: of the random stream; `PYTHONPATH=tests/api python -m fuzzing --requests 100000` sends more
 REQUESTS = int(os.environ.get("PHONGBENCH_FUZZ", "2000"))
 #: examples for each operation of the document
 EXAMPLES = 12
