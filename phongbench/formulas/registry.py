@@ -30,7 +30,7 @@ FAMILIES = (
 
 def offered(module: object) -> tuple[Approximation, ...]:
     """What a module offers: its SPECS, or its SPEC alone; empty unless all of it are approximations."""
-    specs = getattr(module, "SPECS", None) or (getattr(module, "SPEC", None),)
+    specs: Any = getattr(module, "SPECS", None) or (getattr(module, "SPEC", None),)
     whole = isinstance(specs, tuple | list) and all(isinstance(spec, Approximation) for spec in specs)
     return tuple(specs) if whole else ()
 
