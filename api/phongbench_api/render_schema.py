@@ -115,15 +115,7 @@ _SCENE = _object(
             "maxItems": scene.MOST_OBJECTS,
         },
         "background": _list(3, _number(0, BRIGHTEST)),
-        "picture": _object(
-            {
-                "size": _SIZE,
-                "depth": _DEPTH,
-                "supersampling": _SAMPLES,
-                "shadows": _FLAG,
-                "constant_patches": _number(0, 1),
-            }
-        ),
+        "picture": _object({"size": _SIZE, "depth": _DEPTH, "supersampling": _SAMPLES, "shadows": _FLAG}),
     },
     "camera",
     "materials",
@@ -136,8 +128,6 @@ _REQUEST = _object(
         "depth": _DEPTH,
         "supersampling": _SAMPLES,
         "shadows": _FLAG,
-        "constant_patches": _number(0, 1)
-        | {"description": "what computing a light once for 64 neighbours may change in a colour at most"},
         "specular": {"anyOf": [_FORMULA, _SPECULAR]},
         "model": _named(*MODELS),
         "skip": _named(*THRIFTS) | {"description": "what may be left out; exact: what changes no bit"},

@@ -27,18 +27,18 @@ class Metric:
     name       column
     unit       "1" for highlight factors, "codes" for 8-bit steps, "count"
     lower      True if lower is better
-    of         function of a Tally giving the column
+    of         ErrorAccumulator -> the column, one number a row
     meaning    for people
     """
 
     name: str
     unit: str
-    of: Callable[["Tally"], Array]
+    of: Callable[["ErrorAccumulator"], Array]
     meaning: str
     lower: bool = True
 
 
-class Tally:
+class ErrorAccumulator:
     """Accumulated errors of many rows: mergeable in any grouping, in a fixed order for the same bits.
 
     sums    float64 (rows, 8)       sum, |sum|, squares; largest above and below; largest model, length and rounding
@@ -46,7 +46,7 @@ class Tally:
     counts  int64   (rows, 4)       excluded samples, non-finite values, values above one, negative values
     bins    int64   (rows, BINS)    histogram of |error| over every second chunk of pairs
     worst   float64 (rows, 9)       error, exact, value, a, b of the largest |error|
-    samples int                     pairs seen; an array where tallies of different samples are stacked
+    samples int                     pairs seen; an array where accumulators of different samples are stacked
     """
 
     def __init__(self, rows: int) -> None:
@@ -59,16 +59,16 @@ class Tally:
         self._cumulated: tuple[Array, Array, Array] | None = None
 
     @staticmethod
-    def stacked(tallies: Sequence["Tally"]) -> "Tally":
-        """The rows of several tallies below one another; `samples` is then an array, one number for each row."""
-        whole = Tally(0)
+    def stacked(errors: Sequence["ErrorAccumulator"]) -> "ErrorAccumulator":
+        """The rows of several accumulators below one another; `samples` is then an array, one number for each row."""
+        whole = ErrorAccumulator(0)
         for name in ("sums", "counts", "bins", "worst"):
-            setattr(whole, name, np.concatenate([getattr(t, name) for t in tallies]))
-        whole.samples = np.repeat([t.samples for t in tallies], [len(t.sums) for t in tallies])
+            setattr(whole, name, np.concatenate([getattr(t, name) for t in errors]))
+        whole.samples = np.repeat([t.samples for t in errors], [len(t.sums) for t in errors])
         return whole
 
-    def merge(self, later: "Tally") -> None:
-        """Add a tally of the same rows over the samples that follow."""
+    def merge(self, later: "ErrorAccumulator") -> None:
+        """Add the errors of the same rows over the samples that follow."""
         self.sums[:, :ABOVE] += later.sums[:, :ABOVE]
         np.maximum(self.sums[:, ABOVE:], later.sums[:, ABOVE:], out=self.sums[:, ABOVE:])
         self.counts += later.counts

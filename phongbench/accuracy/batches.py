@@ -1,4 +1,4 @@
-"""Contexts: which cells of a plan see the same pairs, and which strata each cell is measured in."""
+"""Batches: which cells of a plan see the same pairs, and which strata each cell is measured in."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ from phongbench.inputs.strata import STRATA, Stratum
 
 
 @dataclass(frozen=True)
-class Context:
+class Batch:
     """Cells that see the same pairs.
 
     cells  positions in the plan's list of cells
@@ -39,18 +39,18 @@ class Context:
         return self.samples * len(self.cells)
 
 
-def contexts(plan: Plan, cells: Sequence[Cell], registry: Mapping[str, Approximation]) -> list[Context]:
-    """The contexts of a plan's cells, in the order of its precisions and spaces, then by stratum and scale."""
+def batches(plan: Plan, cells: Sequence[Cell], registry: Mapping[str, Approximation]) -> list[Batch]:
+    """The batches of a plan's cells, in the order of its precisions and spaces, then by stratum and scale."""
     groups: dict[tuple[Any, ...], list[int]] = {}
     for position, cell in enumerate(cells):
         for order, stratum in enumerate(STRATA):
             if _sees(plan, cell, stratum):
                 scale = _scale(cell, stratum, registry[cell.approximation])
                 if scale is not None:
-                    key = (plan.precisions.index(cell.precision), plan.spaces.index(cell.setting.space), order, scale)
+                    key = (plan.precisions.index(cell.precision), plan.spaces.index(cell.formula.space), order, scale)
                     groups.setdefault(key, []).append(position)
     return [
-        Context(
+        Batch(
             index=index,
             precision=precision_named(plan.precisions[key[0]]),
             space=plan.spaces[key[1]],
@@ -75,7 +75,7 @@ def _sees(plan: Plan, cell: Cell, stratum: Stratum) -> bool:
     """
     if stratum.name not in plan.strata or not (cell.gated or stratum.reaches_back):
         return False
-    return stratum.name != "lengths" or cell.setting.space in plan.length_spaces
+    return stratum.name != "lengths" or cell.formula.space in plan.length_spaces
 
 
 def _scale(cell: Cell, stratum: Stratum, spec: Approximation) -> float | None:
@@ -86,12 +86,12 @@ def _scale(cell: Cell, stratum: Stratum, spec: Approximation) -> float | None:
     if stratum.scale == "none":
         return 1.0
     if stratum.scale == "alpha":
-        return 1 / cell.setting.alpha
+        return 1 / cell.alpha
     if spec.cutoff is None:
         return None
     deficit = cutoff_deficit(cell.lambda_form, spec.cutoff(cell.setting))
     if deficit is None:
         return None
-    if cell.setting.space == "half":
+    if cell.formula.space == "half":
         deficit = 2 * deficit * (2 - deficit) if deficit < 1 else 2.5
     return deficit if deficit < 2 else None

@@ -28,7 +28,7 @@ class CellArrays:
     def of(
         chosen: Sequence[tuple[Cell, Approximation]], alphas: Sequence[float], precision: Precision, truths: int
     ) -> "CellArrays":
-        """The arrays of these cells; the rows of their tally follow the same order, each cell's truths together.
+        """The arrays of these cells; the rows of their errors follow the same order, each cell's truths together.
 
         alphas     the exponents that the exact values are given for, in that order
         precision  the working precision
@@ -41,7 +41,7 @@ class CellArrays:
             rows[i] = (
                 coordinate_kernels.FORM_ROW.get(cell.lambda_form, coordinate_kernels.COSINE_ROW),
                 coordinate_kernels.COSINE_ROW if cell.gated else coordinate_kernels.OPEN_ROW,
-                alphas.index(cell.setting.alpha),
+                alphas.index(cell.alpha),
                 i * truths,
                 jit.address(coordinate_kernels.values_kernel(spec, precision, known)),
                 jit.address(coordinate_kernels.values_kernel(spec, FLOAT64, known)),

@@ -222,7 +222,7 @@ def measure_cells(
     held, given, unit  (COORDINATE_ROWS, n) coordinates: working precision; float64 of the same vectors; float64 of the
                        directions
     exact              float64 (alphas, 2, n)
-    sums, counts, bins, worst  the Tally's arrays; a cell's truths are consecutive rows
+    sums, counts, bins, worst  the ErrorAccumulator's arrays; a cell's truths are consecutive rows
     truths             1 (angle) or 2 (angle, given)
     """
     n = held.shape[1]

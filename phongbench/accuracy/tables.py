@@ -1,6 +1,6 @@
-"""From tallies to tables.
+"""From accumulated errors to tables.
 
-The numeric part a finished context leaves behind, and the rows of accuracy and worst made of all parts.
+The numeric part a finished batch leaves behind, and the rows of accuracy and worst made of all parts.
 """
 
 from collections.abc import Sequence
@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from phongbench.accuracy.accumulators import EXCLUDED, METRICS, WORST_FIELDS, Tally
+from phongbench.accuracy.accumulators import EXCLUDED, METRICS, WORST_FIELDS, ErrorAccumulator
 from phongbench.accuracy.sweep import Measured, Sweep
 from phongbench.formulas.exact import TRUTHS
 from phongbench.results.schema import ACCURACY_COLUMNS, WORST_COLUMNS
@@ -20,27 +20,27 @@ WORST_KEPT = {"unit": 3, "lengths": 1, "hostile": 1}
 
 
 def part(measured: Sequence[Measured]) -> pd.DataFrame:
-    """The numbers of some contexts: index, cell positions and truths, every metric, and the worst input of each row.
+    """The numbers of some batches: index, cell positions and truths, every metric, and the worst input of each row.
 
-    Many contexts at once, because most are small and each metric is a call.
+    Many batches at once, because most are small and each metric is a call.
     """
-    tally = Tally.stacked([m.tally for m in measured])
+    errors = ErrorAccumulator.stacked([m.errors for m in measured])
     columns: dict[str, NDArray[Any]] = {
-        "context": np.concatenate([np.full(m.rows, m.context.index, np.int32) for m in measured]),
-        "cell": np.concatenate([np.repeat(np.array(m.cells, np.int32), m.context.truths) for m in measured]),
-        "truth": np.concatenate([np.tile(np.arange(m.context.truths, dtype=np.int8), len(m.cells)) for m in measured]),
-        "samples": np.asarray(tally.samples, np.int64),
+        "batch": np.concatenate([np.full(m.rows, m.batch.index, np.int32) for m in measured]),
+        "cell": np.concatenate([np.repeat(np.array(m.cells, np.int32), m.batch.truths) for m in measured]),
+        "truth": np.concatenate([np.tile(np.arange(m.batch.truths, dtype=np.int8), len(m.cells)) for m in measured]),
+        "samples": np.asarray(errors.samples, np.int64),
     }
-    columns |= {name: metric.of(tally) for name, metric in METRICS.items()}
-    columns["excluded"] = tally.counts[:, EXCLUDED]
-    columns |= {f"worst{i}": tally.worst[:, i] for i in range(WORST_FIELDS)}
+    columns |= {name: metric.of(errors) for name, metric in METRICS.items()}
+    columns["excluded"] = errors.counts[:, EXCLUDED]
+    columns |= {f"worst{i}": errors.worst[:, i] for i in range(WORST_FIELDS)}
     return pd.DataFrame(columns)
 
 
 def accuracy(sweep: Sweep, parts: Sequence[pd.DataFrame]) -> pd.DataFrame:
-    """The rows of accuracy.parquet, in the order of the contexts."""
+    """The rows of accuracy.parquet, in the order of the batches."""
     numbers = _ordered(parts)
-    frame = pd.concat([_keys(sweep, numbers), numbers.drop(columns=["context", "cell", "truth"])], axis=1)
+    frame = pd.concat([_keys(sweep, numbers), numbers.drop(columns=["batch", "cell", "truth"])], axis=1)
     frame["coverage"] = "sampled"
     # a float64 cell's rounding needs more than float64 to be seen: not measured, and not pretended to be 0
     frame.loc[frame["precision"] == "float64", "rounding_max"] = np.nan
@@ -53,10 +53,10 @@ def worst(sweep: Sweep, parts: Sequence[pd.DataFrame]) -> pd.DataFrame:
     `rank` counts within a cell and one of these three kinds of input.
     """
     numbers = _ordered(parts)
-    kinds = np.array([c.stratum.name if c.stratum.name in WORST_KEPT else "unit" for c in sweep.contexts], dtype=object)
-    numbers["kind"] = kinds[numbers["context"].to_numpy()]
+    kinds = np.array([c.stratum.name if c.stratum.name in WORST_KEPT else "unit" for c in sweep.batches], dtype=object)
+    numbers["kind"] = kinds[numbers["batch"].to_numpy()]
     numbers = numbers[numbers["worst0"] > 0].sort_values(
-        ["cell", "kind", "worst0", "context", "truth"], ascending=[True, False, False, True, True]
+        ["cell", "kind", "worst0", "batch", "truth"], ascending=[True, False, False, True, True]
     )
     numbers["rank"] = numbers.groupby(["cell", "kind"], sort=False).cumcount() + 1
     numbers = numbers[numbers["rank"] <= numbers["kind"].map(WORST_KEPT)].reset_index(drop=True)
@@ -72,18 +72,18 @@ def worst(sweep: Sweep, parts: Sequence[pd.DataFrame]) -> pd.DataFrame:
 
 def _ordered(parts: Sequence[pd.DataFrame]) -> pd.DataFrame:
     numbers = pd.concat(parts, ignore_index=True)
-    return numbers.sort_values(["context", "cell", "truth"], kind="stable", ignore_index=True)
+    return numbers.sort_values(["batch", "cell", "truth"], kind="stable", ignore_index=True)
 
 
 def _keys(sweep: Sweep, numbers: pd.DataFrame) -> pd.DataFrame:
-    """The key columns of each row, looked up by cell and context."""
-    context = numbers["context"].to_numpy()
+    """The key columns of each row, looked up by cell and batch."""
+    batch = numbers["batch"].to_numpy()
     frame = of_cells(sweep, numbers["cell"].to_numpy())
-    strata = [c.stratum for c in sweep.contexts]
-    contexts: dict[str, Any] = {"stratum": [s.name for s in strata], "perturbation": [s.perturbation for s in strata]}
-    for name, values in contexts.items():
-        frame[name] = _looked_up(values, context)
-    frame["length_error"] = np.array([s.largest_length_error for s in strata])[context]
+    strata = [c.stratum for c in sweep.batches]
+    batches: dict[str, Any] = {"stratum": [s.name for s in strata], "perturbation": [s.perturbation for s in strata]}
+    for name, values in batches.items():
+        frame[name] = _looked_up(values, batch)
+    frame["length_error"] = np.array([s.largest_length_error for s in strata])[batch]
     frame["truth"] = _looked_up(TRUTHS, numbers["truth"].to_numpy())
     return frame
 

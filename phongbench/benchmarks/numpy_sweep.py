@@ -13,8 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from phongbench.accuracy import sweep as engine
-from phongbench.accuracy.batches import Context
+from phongbench.accuracy import sweep
+from phongbench.accuracy.batches import Batch
 from phongbench.compiler.precisions import Array
 from phongbench.formulas.exact import TRUTHS
 from phongbench.formulas.slopes import beta, sharpness
@@ -24,11 +24,11 @@ from phongbench.results.schema import ACCURACY_KEY
 
 
 def _phong(x: Array, deficit: Array, cell: Cell) -> Array:
-    return np.asarray(np.maximum(x, 0) ** x.dtype.type(cell.setting.alpha))
+    return np.asarray(np.maximum(x, 0) ** x.dtype.type(cell.alpha))
 
 
 def _lyon(x: Array, deficit: Array, cell: Cell) -> Array:
-    gamma = cell.setting.gamma or 1
+    gamma = cell.formula.gamma or 1
     slope = x.dtype.type(beta(cell.setting.slope, cell.setting.exponent, gamma))
     return np.asarray(np.maximum(1 - slope * deficit, 0) ** x.dtype.type(gamma))
 
@@ -54,27 +54,22 @@ def plan_of_bench(samples: int = 1 << 17) -> Plan:
     ).validated()
 
 
-def numpy_sweep(sweep: engine.Sweep) -> list[dict[str, Any]]:
+def numpy_sweep(prepared: sweep.Sweep) -> list[dict[str, Any]]:
     """Rows with the keys and metrics of accuracy.parquet (reflect space), by NumPy on whole arrays."""
     rows = []
-    for context in sweep.contexts:
+    for batch in prepared.batches:
         a, b = pairs(
-            context.stratum,
-            context.precision,
-            seed=sweep.plan.seed,
-            start=0,
-            count=context.samples,
-            scale=context.scale,
+            batch.stratum, batch.precision, seed=prepared.plan.seed, start=0, count=batch.samples, scale=batch.scale
         )
         given = a.astype(np.float64), b.astype(np.float64)
         unit = given[0] / np.sqrt((given[0] ** 2).sum(axis=0)), given[1] / np.sqrt((given[1] ** 2).sum(axis=0))
-        for position in context.cells:
-            cell = sweep.cells[position]
+        for position in batch.cells:
+            cell = prepared.cells[position]
             value, in_double, on_unit = (_value(v[0], v[1], cell) for v in ((a, b), given, unit))
-            angle = np.maximum((unit[0] * unit[1]).sum(axis=0), 0) ** cell.setting.alpha
-            length = np.maximum((given[0] * given[1]).sum(axis=0), 0) ** cell.setting.alpha
-            for truth, exact in zip(TRUTHS[: context.truths], (angle, length), strict=False):
-                rows.append(_key(cell, context, truth) | _metrics(value, in_double, on_unit, exact, angle))
+            angle = np.maximum((unit[0] * unit[1]).sum(axis=0), 0) ** cell.alpha
+            length = np.maximum((given[0] * given[1]).sum(axis=0), 0) ** cell.alpha
+            for truth, exact in zip(TRUTHS[: batch.truths], (angle, length), strict=False):
+                rows.append(_key(cell, batch, truth) | _metrics(value, in_double, on_unit, exact, angle))
     return rows
 
 
@@ -114,15 +109,15 @@ def _metrics(value: Array, in_double: Array, on_unit: Array, exact: Array, angle
     }
 
 
-def _key(cell: Cell, context: Context, truth: str) -> dict[str, Any]:
-    s, stratum = cell.setting, context.stratum
+def _key(cell: Cell, batch: Batch, truth: str) -> dict[str, Any]:
+    formula, stratum = cell.formula, batch.stratum
     values = (
-        cell.approximation,
-        cell.lambda_form,
-        s.space,
-        s.slope,
-        s.alpha,
-        s.gamma,
+        formula.approximation,
+        formula.lambda_form,
+        formula.space,
+        formula.slope,
+        cell.alpha,
+        formula.gamma,
         cell.precision,
         cell.gated,
         stratum.name,
@@ -136,13 +131,13 @@ def _key(cell: Cell, context: Context, truth: str) -> dict[str, Any]:
 
 def throughput(samples: int = 1 << 17, repeats: int = 3) -> dict[str, float]:
     """Evaluations per second of the sweep and of plain NumPy over the same cells, one thread each, and their ratio."""
-    sweep = engine.prepare(plan_of_bench(samples))
-    small = engine.prepare(plan_of_bench(1 << 14))
-    engine.compile_kernels(sweep)
-    list(engine.run(small))
-    ours = min(_seconds(lambda: list(engine.run(sweep))) for _ in range(repeats))
+    prepared = sweep.prepare(plan_of_bench(samples))
+    small = sweep.prepare(plan_of_bench(1 << 14))
+    sweep.compile_kernels(prepared)
+    list(sweep.run(small))
+    ours = min(_seconds(lambda: list(sweep.run(prepared))) for _ in range(repeats))
     numpy = min(_seconds(lambda: numpy_sweep(small)) for _ in range(repeats))
-    fast, plain = sweep.evaluations / ours, small.evaluations / numpy
+    fast, plain = prepared.evaluations / ours, small.evaluations / numpy
     return {"evaluations_per_second": fast, "numpy_evaluations_per_second": plain, "ratio": fast / plain}
 
 

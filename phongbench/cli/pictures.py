@@ -49,12 +49,6 @@ _TABLES = ("ledger", "skips", "tracers", "compared", "absent", "formulas", "left
 @click.option("--shadows/--no-shadows", default=None, help="Whether objects throw shadows.  [default: the scene's]")
 @click.option("--skip/--no-skip", default=True, help="Whether to leave out what the picture does not need.")
 @click.option("--exact", is_flag=True, help="Leave out only what changes no bit.")
-@click.option(
-    "--constant-patches",
-    type=click.FloatRange(0, 1),
-    metavar="E",
-    help="Compute a light once for 64 neighbours where that changes a colour by at most E.  [default: the scene's]",
-)
 @click.option("--compare", is_flag=True, help="Write exact Phong, this formula, and their difference side by side.")
 @click.option("--bench", is_flag=True, help="Measure what each skip saves, and other tracers beside ours.")
 @click.option("--formulas", is_flag=True, help="Tell each formula's picture error and time beside exact Phong's.")
@@ -97,9 +91,6 @@ def render(
         raise click.UsageError("name a scene: a TOML file, or one of those that --list shows")
     if (bench or formulas) and (wishes["compare"] or wishes["out"]):
         raise click.UsageError("--bench and --formulas draw no picture: leave --compare and --out away")
-    if wishes["constant_patches"] is not None and (exact or not skip or bench or formulas):
-        other = "--exact" if exact else "--no-skip" if not skip else "--bench" if bench else "--formulas"
-        raise click.UsageError(f"--constant-patches leaves out what {other} decides: give one of the two")
     if formulas and wishes["model"] != "phong":
         raise click.UsageError("--formulas compares with exact Phong: leave --model away")
     wanted = render_to_file.Wish(

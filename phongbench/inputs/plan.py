@@ -6,10 +6,12 @@ import math
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property
+from itertools import product
 from typing import Any
 
 from phongbench.compiler.precisions import in_order, precision_named
 from phongbench.errors import InputError, UnknownNameError
+from phongbench.formulas.formula import Formula
 from phongbench.formulas.lambda_forms import LAMBDA_FORMS
 from phongbench.formulas.registry import REGISTRY
 from phongbench.formulas.spec import ALPHA, GAMMA, SPACES, Approximation, Setting
@@ -41,20 +43,32 @@ STANDARD_ALPHAS = (1.0, 2.0, 4.0, 8.0, 16.0, 27.9, 30.0, 51.2, 76.8, 96.08, 225.
 
 @dataclass(frozen=True, slots=True)
 class Cell:
-    """One formula at one setting in one precision.
+    """One formula at one exponent in one precision.
 
-    approximation  name in the registry
-    lambda_form    dot, difference, cross, tan2, or none for kernels of the cosine
-    setting        alpha, gamma, slope policy and space
-    precision      a name that `precision_named` knows
-    gated          False to measure what the form does where a.b <= 0
+    alpha      exponent of exact Phong
+    precision  a name that `precision_named` knows
+    gated      False to measure what the form does where a.b <= 0
     """
 
-    approximation: str
-    lambda_form: str
-    setting: Setting
+    formula: Formula
+    alpha: float
     precision: str
     gated: bool = True
+
+    @property
+    def approximation(self) -> str:
+        """The formula's name in the registry."""
+        return self.formula.approximation
+
+    @property
+    def lambda_form(self) -> str:
+        """dot, difference, cross, tan2, or none for kernels of the cosine."""
+        return self.formula.lambda_form
+
+    @property
+    def setting(self) -> Setting:
+        """What the formula's coefficients are made for."""
+        return self.formula.setting(self.alpha)
 
 
 @dataclass(frozen=True)
@@ -184,32 +198,23 @@ class Plan:
             raise InputError(f"processes = {self.processes} is not in 1 .. 64", None, "8 give an interval across them")
 
     def cells(self, registry: Mapping[str, Approximation] = REGISTRY) -> Iterator[Cell]:
-        """Every formula at every setting that it takes, in every precision.
+        """Every formula with every exponent that it takes, in every precision; each form gated, then ungated."""
+        for precision, name in product(self.precisions, self.approximations):
+            for formula, alpha in self.formulas(registry[name]):
+                yield Cell(formula, alpha, precision)
+                if formula.lambda_form != "none":
+                    yield Cell(formula, alpha, precision, gated=False)
 
-        Gated cells first, then the ungated forms.
-        """
-        for precision in self.precisions:
-            for name in self.approximations:
-                spec = registry[name]
-                for setting in self.settings(spec):
-                    for form in spec.lambda_forms:
-                        if form == "none" or form in self.lambda_forms:
-                            yield Cell(name, form, setting, precision)
-                            if form != "none":
-                                yield Cell(name, form, setting, precision, gated=False)
-
-    def settings(self, spec: Approximation) -> Iterator[Setting]:
-        """The settings of this plan that an approximation takes."""
-        slopes = tuple(s for s in spec.slopes if s in self.slopes) or spec.slopes[:1]
-        gammas: tuple[int | None, ...] = self.gammas if spec.uses_gamma else (None,)
-        for space in spec.spaces:
-            if space in self.spaces:
-                for alpha in self.alphas:
-                    for gamma in gammas:
-                        for slope in slopes:
-                            setting = Setting(alpha, gamma, slope, space)
-                            if spec.accepts(setting):
-                                yield setting
+    def formulas(self, spec: Approximation) -> Iterator[tuple[Formula, float]]:
+        """The formulas of this plan that an approximation takes, each with every exponent that it takes."""
+        spaces = [s for s in spec.spaces if s in self.spaces]
+        gammas = self.gammas if spec.uses_gamma else (None,)
+        slopes = [s for s in spec.slopes if s in self.slopes] or spec.slopes[:1]
+        forms = [f for f in spec.lambda_forms if f == "none" or f in self.lambda_forms]
+        for space, alpha, gamma, slope in product(spaces, self.alphas, gammas, slopes):
+            if spec.accepts(Setting(alpha, gamma, slope, space)):
+                for form in forms:
+                    yield Formula(spec.name, form, gamma, slope, space), alpha
 
 
 PRESETS: Mapping[str, Plan] = {

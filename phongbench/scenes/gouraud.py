@@ -48,9 +48,9 @@ def _lit(worker: Worker, material: int, corner: int, part: Array) -> Array:
         np.ascontiguousarray(rows[corner : corner + 3, part].T) for rows in (job.geometry.corners, job.geometry.normals)
     )
     lit, counts, shader = np.empty_like(points), np.zeros(tiles.COUNTS, np.int64), job.shaders[material]
-    lost = tally.lost[0, material]
+    lost = tally.lost[0, material : material + 1]
     shader.shade(points, normals, lit, counts, lost, visible=worker.visible(points, normals))
-    tally.lost[:, material] = np.maximum(tally.lost[:, material], lost)  # they may be seen after any reflection
+    tally.lost[:, material] = np.maximum(tally.lost[:, material], lost[0])  # they may be seen after any reflection
     tally.add_pairs(shader.pairs(len(points), counts))
     tally.shading += time.perf_counter() - started
     return lit.T

@@ -23,7 +23,6 @@ from phongbench.scenes.scene_files import check_size
 from phongbench.scenes.skip_bounds import Bounds
 from phongbench.scenes.skips import Skipped, Tally, Thrift
 from phongbench.scenes.wavefront import Job, Worker
-from phongbench.shading import reach_bounds
 from phongbench.shading.lighting import Viewer
 from phongbench.shading.prepared import Shader
 from phongbench.support.progress import Progress
@@ -83,7 +82,7 @@ def render(
     model      "phong" or "blinn-phong"
     thrift     what may be left out
     threads    None takes one for each core; the picture does not depend on it
-    tile       samples along a tile's side; the picture depends on it only where lights are held constant, within bounds
+    tile       samples along a tile's side; the picture does not depend on it
     cancelled  asked for each tile; True ends the work
     registry   the approximations that `specular` and materials may name
     Raises InputError for a size or depth beyond the limits and for a formula that does not fit a material, naming it;
@@ -134,9 +133,6 @@ def _job(
     registry: Mapping[str, Approximation],
 ) -> Job:
     shaders = []
-    skips = thrift.shading
-    if skips.constant_patches is None:
-        skips = replace(skips, constant_patches=scene.picture.constant_patches)
     for material in scene.materials:
         try:
             shaders.append(
@@ -147,7 +143,7 @@ def _job(
                     ambient_light=scene.ambient_light,
                     model=model,
                     specular=material.specular or specular,
-                    skips=skips,
+                    skips=thrift.shading,
                     shadowed=shadows,
                     registry=registry,
                 )
@@ -221,7 +217,6 @@ def _ledger(job: Job, tally: Tally) -> tuple[Skipped, ...]:
     ]
     bounded = {
         "out_of_reach": _beyond_reach(job, bounds, tally) if thrift.shading.reach else 0.0,
-        "constant_patches": tally.loss(reach_bounds.HOLDING, [m.reflectivity for m in job.scene.materials]),
         "dark_tail": bounds.dark_tail(thrift.shading) if thrift.shading.dark_tail else 0.0,
     }
     for name, skipped in pairs.items():
@@ -235,4 +230,4 @@ def _beyond_reach(job: Job, bounds: Bounds, tally: Tally) -> float:
     """What lights out of reach would add: what was found out on the way if it was, else what holds anywhere."""
     if not all(shader.boxes for shader in job.shaders):
         return bounds.beyond_reach
-    return min(bounds.beyond_reach, tally.loss(reach_bounds.REACH, [m.reflectivity for m in job.scene.materials]))
+    return min(bounds.beyond_reach, tally.loss([m.reflectivity for m in job.scene.materials]))

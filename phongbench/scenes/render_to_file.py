@@ -14,7 +14,6 @@ from phongbench.scenes.render import render
 from phongbench.scenes.scene import Scene
 from phongbench.scenes.scene_files import examples, read_scene
 from phongbench.scenes.skips import Thrift
-from phongbench.shading.lighting import Skips
 from phongbench.support.progress import Progress
 
 _SILENT = Progress()
@@ -39,7 +38,6 @@ class Wish:
     shadows: bool | None = None
     skip: bool = True
     exact: bool = False
-    constant_patches: float | None = None
     compare: bool = False
     threads: int | None = None
     registry: Mapping[str, Approximation] = field(default_factory=lambda: REGISTRY)
@@ -53,7 +51,7 @@ class Wish:
         """What may be left out."""
         if not self.skip:
             return Thrift.none()
-        return Thrift.exact() if self.exact else Thrift(shading=Skips(constant_patches=self.constant_patches))
+        return Thrift.exact() if self.exact else Thrift()
 
     def arguments(self) -> dict[str, Any]:
         """Those of `render` that a picture and its measurements share."""

@@ -108,9 +108,8 @@ def render_request(document: Any, most_triangles: int = MOST_TRIANGLES) -> Rende
     """Read a request.
 
     document  what JSON gives: an object with `scene`, the name of a shipped one or the data of a scene file; optional
-              are size, depth, supersampling, shadows and constant_patches (the scene's own), specular
-              (NAME:FORM:GAMMA, or an object of approximation, lambda, gamma, beta), model, skip ("all", "exact" or
-              "none") and compare
+              are size, depth, supersampling and shadows (the scene's own), specular (a spelling such as lyon:dot:8, or
+              an object of approximation, lambda, gamma, beta), model, skip ("all", "exact" or "none") and compare
     Raises InputError or UnknownNameError naming the path of the field, such as scene.objects[2].radius.
     """
     if not isinstance(document, dict):
@@ -147,7 +146,7 @@ def _scene(top: Table, most_triangles: int) -> Scene:
 
 
 def _with_wishes(scene: Scene, top: Table) -> Scene:
-    """The scene with the size, depth, supersampling, shadows and constant patches that are asked for."""
+    """The scene with the size, depth, supersampling and shadows that are asked for."""
     wanted = scene.picture
     return replace(
         scene,
@@ -157,7 +156,6 @@ def _with_wishes(scene: Scene, top: Table) -> Scene:
             depth=top.whole("depth", wanted.depth, 0, MOST_DEPTH),
             supersampling=top.whole("supersampling", wanted.supersampling, 1, MOST_SUPERSAMPLING),
             shadows=top.flag("shadows", wanted.shadows),
-            constant_patches=top.number("constant_patches", wanted.constant_patches, 0.0, 1.0),
         ),
     )
 

@@ -114,15 +114,12 @@ class Picture:
     depth          reflections in a row that are followed: 0 shows direct light only
     supersampling  samples along a pixel's side
     shadows        whether an object keeps a light from another
-    constant_patches  what computing a light once for 64 neighbouring samples may change in a colour at most; 0: it is
-                      computed at each (see phongbench/shading/constant_patches.py)
     """
 
     size: tuple[int, int] = (640, 360)
     depth: int = 3
     supersampling: int = 1
     shadows: bool = False
-    constant_patches: float = 0.0
 
 
 class Kept:

@@ -153,7 +153,6 @@ def _picture(table: Table) -> Picture:
         table.whole("depth", 3, 0, MOST_DEPTH),
         table.whole("supersampling", 1, 1, MOST_SUPERSAMPLING),
         table.flag("shadows", False),
-        table.number("constant_patches", 0.0, 0.0, 1.0),
     )
     table.finish()
     return picture

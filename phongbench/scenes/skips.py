@@ -8,13 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phongbench.errors import InputError
-from phongbench.shading import reach_bounds
 from phongbench.shading.lighting import Skips
 
 #: the weight below which a reflection is not followed: half an 8-bit code of the brightest light
 CUTOFF = 1 / 510
-#: what holding lights constant may change where it is tried: the same
-PATCHES = 1 / 510
 
 
 @dataclass(frozen=True)
@@ -26,7 +23,7 @@ class Thrift:
     surfaces that reflect nothing; `shadow_rays` asking for shadows where a light does not reach or is behind.
     Bounded: `cutoff` reflections whose accumulated weight is below it change a sample by at most cutoff * brightest
     (0: all are followed).
-    shading  the same for light on surfaces; see there. Its `constant_patches` of None takes the scene's own
+    shading  the same for light on surfaces; see there
     """
 
     objects: bool = True
@@ -55,7 +52,7 @@ class Thrift:
 class Tally:
     """What one renderer's thread counts; see the ledger's lines for the meaning.
 
-    lost  float32 (bounces, materials, losses.LOSSES)  the most that shading took from a colour, each time it was asked
+    lost  float32 (bounces, materials)  the most that lights out of reach took from a colour, each time it was asked
     """
 
     rays: int = 0
@@ -70,17 +67,17 @@ class Tally:
     tracing: float = 0.0
     shading: float = 0.0
     pairs: dict[str, int] = field(default_factory=dict)
-    lost: NDArray[np.float32] = field(default_factory=lambda: np.zeros((1, 1, reach_bounds.LOSSES), np.float32))
+    lost: NDArray[np.float32] = field(default_factory=lambda: np.zeros((1, 1), np.float32))
 
     def add_pairs(self, pairs: dict[str, int]) -> None:
         """Add what the shading left out."""
         for name, number in pairs.items():
             self.pairs[name] = self.pairs.get(name, 0) + number
 
-    def loss(self, kind: int, reflectivities: Sequence[float]) -> float:
+    def loss(self, reflectivities: Sequence[float]) -> float:
         """The most that shading took from a picture's sample, which mixes (1 - k) direct + k reflected light."""
         most = 0.0
-        for bounce in self.lost[::-1, :, kind].tolist():
+        for bounce in self.lost[::-1].tolist():
             most = max((1 - k) * mine + k * most for k, mine in zip(reflectivities, bounce, strict=True))
         return most
 
@@ -130,6 +127,4 @@ def variants() -> dict[str, Thrift]:
     for f in fields(Skips):
         if f.type is bool:
             found[f"without {f.name}"] = replace(full, shading=replace(full.shading, **{f.name: False}))
-    # off unless asked for: it pays under many lights only
-    found["with constant_patches"] = replace(full, shading=replace(full.shading, constant_patches=PATCHES))
     return {**found, "exact": Thrift.exact(), "none": Thrift.none()}

@@ -11,7 +11,7 @@ from phongbench.scenes import camera, ray_kernels
 from phongbench.scenes.geometry import Geometry
 from phongbench.scenes.scene import Scene
 from phongbench.scenes.skips import Tally, Thrift
-from phongbench.shading import reach_bounds, tiles
+from phongbench.shading import tiles
 from phongbench.shading.prepared import Shader
 
 #: embreex takes no infinity for "as far as there is"
@@ -55,7 +55,7 @@ class Worker:
     """Draws tiles; its buffers are made once, for the largest tile."""
 
     def __init__(self, job: Job, capacity: int) -> None:
-        lost = np.zeros((job.depth + 1, len(job.shaders), reach_bounds.LOSSES), np.float32)
+        lost = np.zeros((job.depth + 1, len(job.shaders)), np.float32)
         self.job, self.tally = job, Tally(lost=lost)
         self.here, self.next = Wave(capacity), Wave(capacity)
         # of a shadow ray, the weight is how far its light is, and the pixel the point it comes from
@@ -248,7 +248,7 @@ class Worker:
             normals,
             self.colours[part],
             counts,
-            self.tally.lost[bounce, material],
+            self.tally.lost[bounce, material : material + 1],
             towards=self.seen[part] if bounce else None,
             visible=self.visible(points, normals),
         )

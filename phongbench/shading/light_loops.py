@@ -51,8 +51,6 @@ def facing_loop(kind: str, shadowed: bool, precision: Precision) -> Any:
         x, y, z = light[at.WHERE], light[at.WHERE + 1], light[at.WHERE + 2]
         c, l, q, reach = light[at.FADE], light[at.FADE + 1], light[at.FADE + 2], light[at.REACH]  # noqa: E741  its name in texts
         for b in range(flags[at.USED]):
-            if flags[at.FLAGS + b] & at.HOLDS:
-                continue
             found = always
             for j in range(at.BLOCK):
                 i = b * at.BLOCK + j

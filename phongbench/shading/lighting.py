@@ -114,12 +114,8 @@ class Skips:
     its support; `unused_vectors` V, R and H where no specular term asks for them; `constant_directions` the repetition
     of a direction that is the same everywhere.
     Bounded: `reach` a light beyond its own reach (see Light); `dark_tail` exact Phong where it is below `tail`, which
-    changes a colour by at most tail * ks * is * attenuation for each light; `constant_patches` all points of a block
-    but one, for lights whose terms hardly change over it (patches.py); never for a formula whose SPEC does not say that
-    it falls.
-    tail              float | None  None: 4 roundings at 1, about 5e-7 in float32 and 9e-16 in float64
-    constant_patches  float | None  what it may change in a colour at most, all lights together; 0 holds none; None
-                                    holds none either, but lets a scene say otherwise
+    changes a colour by at most tail * ks * is * attenuation for each light.
+    tail  float | None  None: 4 roundings at 1, about 5e-7 in float32 and 9e-16 in float64
     """
 
     lights_behind: bool = True
@@ -130,20 +126,17 @@ class Skips:
     reach: bool = True
     dark_tail: bool = True
     tail: float | None = None
-    constant_patches: float | None = None
 
     def __post_init__(self) -> None:
-        if self.constant_patches is not None:
-            number(self.constant_patches, "constant_patches")
         if self.tail is not None and number(self.tail, "tail") >= 1:
             raise InputError("a tail of 1 or more is no tail", "tail", "give a specular value that counts as dark")
 
     @classmethod
     def none(cls) -> "Skips":
         """Nothing is left out."""
-        return cls(**{f.name: False for f in fields(cls) if f.type is bool}, constant_patches=0.0)
+        return cls(**{f.name: False for f in fields(cls) if f.type is bool})
 
     @classmethod
     def exact(cls) -> "Skips":
         """Only what changes no bit."""
-        return cls(reach=False, dark_tail=False, constant_patches=0.0)
+        return cls(reach=False, dark_tail=False)

@@ -20,7 +20,6 @@ from phongbench.formulas.kernel import limit as limit_
 from phongbench.formulas.registry import guarded
 from phongbench.formulas.spec import Approximation, Setting
 from phongbench.shading import tiles as at
-from phongbench.shading.constant_patches import patch_loop
 from phongbench.shading.light_loops import coordinate_loop, facing_loop
 from phongbench.shading.lighting import CONSTANT, Light, Material, Skips, Viewer
 from phongbench.shading.reach_bounds import reach_loop
@@ -92,7 +91,6 @@ class Job:
     options: NDArray[np.int64]
     left_out: int
     constant: int
-    budget: float
 
 
 def job_of(
@@ -134,17 +132,8 @@ def job_of(
         options[at.LIMITED], options[at.REACH_LOOP] = 1, jit.address(reach_loop(precision))
     options[at.KEEP_BEHIND], options[at.KEEP_UNLIT] = not skips.lights_behind, not skips.beyond_support
     constant = sum(light.position is None for light in lights) + (asks and not view_planes)
-    if skips.constant_patches and formula.spec.falls and kept.any():
-        options[at.PATCHES] = 1
-        options[at.PATCH_LOOP] = jit.address(patch_loop(formula.space, formula.form, precision))
     return Job(
-        formula,
-        table[kept],
-        plan[kept],
-        options,
-        int((~kept).sum()),
-        constant if skips.constant_directions else 0,
-        skips.constant_patches or 0.0,
+        formula, table[kept], plan[kept], options, int((~kept).sum()), constant if skips.constant_directions else 0
     )
 
 

@@ -50,7 +50,7 @@ class Shader:
         self._job = job_of(formula, material, lights, viewer, skips, FLOAT32, shadowed=shadowed)
         self.boxes = bool(self._job.options[at.BOXES])
         self._spread = np.ascontiguousarray(self._job.lights.T).reshape(-1)
-        self._limits, self._formula = at.bounds(FLOAT32, self._job.budget), formula.arguments()
+        self._limits, self._formula = at.bounds(FLOAT32), formula.arguments()
         ambient = colour(ambient_light, "ambient_light")
         self._ambient = np.array([k * i for k, i in zip(material.ambient, ambient, strict=True)], np.float32)
 
@@ -70,7 +70,7 @@ class Shader:
         points, normals  (n, 3) float32, C-contiguous   normals are taken as they are
         out              (n, 3) float32                 colours, not limited to 1
         counts           int64 (tiles.COUNTS,)          what is left out is added
-        lost             float32 (losses.LOSSES,)       raised to the most that a colour lost
+        lost             float32 (1,)                   raised to the most that a colour lost by reach, where `boxes`
         towards          (n, 3) float32                 unit directions to where each point is seen from, as of a
                                                         reflected ray; None: to the viewer
         visible          (lights, n) bool               which points see which light
@@ -109,6 +109,5 @@ class Shader:
             "lights_behind": int(counts[at.BEHIND]),
             "vectors_not_built": int(counts[at.UNBUILT]),
             "constant_directions": points * self._job.constant,
-            "constant_patches": int(counts[at.HELD]),
             self.ends: int(counts[at.UNLIT]),
         }

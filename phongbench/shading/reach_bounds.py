@@ -16,9 +16,6 @@ _entry, _put, _select = intrinsics.entry, intrinsics.put, intrinsics.select
 #: least and the largest distance; rows of as many as there are lights
 HEIGHT, NEAR, FAR = range(3)
 ROOM = 3
-#: entries of the losses: the most that any point lost by lights out of reach, and by lights held constant (patches.py)
-REACH, HOLDING = range(2)
-LOSSES = 2
 #: squared diagonal of a box of normals from which on its blocks are looked at one by one
 _WIDE = 0.1
 
@@ -110,7 +107,7 @@ loop_at = intrinsics.function_at(loop_signature)
 
 @cache
 def reach_loop(precision: Precision) -> Any:
-    """The loop that raises lost[REACH] to what lights out of reach take from a tile that was judged.
+    """The loop that raises lost[0] to what lights out of reach take from a tile that was judged.
 
     Block by block where its normals differ, since a box tells little then. Compiled when a light has a reach: it would
     make the first picture wait for three more seconds.
@@ -123,12 +120,12 @@ def reach_loop(precision: Precision) -> Any:
             side = _entry(s, at.HIGH + d * at.BLOCK) - _entry(s, at.LOW + d * at.BLOCK)
             differ += side * side
         gone = beyond_reach(spread, room, limits[at.SLACK])
-        if differ > wide and gone > lost[REACH]:
+        if differ > wide and gone > lost[0]:
             gone = zero
             for b in range(flags[at.USED]):
                 at.enclose(s, b, 1)
                 judge(s, spread, spare, room, limits[at.SLACK], limits[at.TINY])
                 gone = max(gone, beyond_reach(spread, room, limits[at.SLACK]))
-        lost[REACH] = max(lost[REACH], gone)
+        lost[0] = max(lost[0], gone)
 
     return jit.elementwise(loop_signature(precision.carrier), reaching)

@@ -23,7 +23,7 @@ from phongbench.errors import CancelledError, InputError
 from phongbench.formulas.formula import Specular
 from phongbench.formulas.kernel import read_only
 from phongbench.formulas.registry import REGISTRY
-from phongbench.shading import reach_bounds, tile_loop
+from phongbench.shading import tile_loop
 from phongbench.shading import tiles as at
 from phongbench.shading.lighting import BLACK, Light, Material, Skips, Viewer
 from phongbench.shading.loop_arguments import Job, formula_of, job_of
@@ -50,7 +50,6 @@ class Ledger:
     dark_tail            the formula: exact Phong is below the threshold all over the block
     vectors_not_built    R or H: no specular term asks for it
     constant_directions  L, or V: it is the same everywhere; counts each of the two
-    constant_patches     the light was computed once for the whole block
     The same for the same input, whatever the number of threads.
     """
 
@@ -63,7 +62,6 @@ class Ledger:
     dark_tail: int = 0
     vectors_not_built: int = 0
     constant_directions: int = 0
-    constant_patches: int = 0
 
     def as_dict(self) -> dict[str, int]:
         """The `skipped` object of the service's answer."""
@@ -240,7 +238,7 @@ def _run(
     last = -(-len(out) // (3 * at.TILE))
     step = max(1, _PAIRS_AT_ONCE // (at.TILE * max(1, len(job.lights))))
     spread = np.ascontiguousarray(job.lights.T).reshape(-1)
-    limits = at.bounds(job.formula.precision, job.budget)
+    limits = at.bounds(job.formula.precision)
     values, row, table = job.formula.arguments()
     points, normals, visible = inputs
     towards = read_only(np.zeros(0, points.dtype))
@@ -249,7 +247,7 @@ def _run(
 
     def work() -> NDArray[np.int64]:
         counts, tile = np.zeros(at.COUNTS, np.int64), at.scratch(job.formula.precision)
-        lost = np.zeros(reach_bounds.LOSSES, points.dtype)
+        lost = np.zeros(1, points.dtype)
         while (first := next(pieces) * step) < last and not bad:
             if cancelled is not None and cancelled():
                 raise CancelledError("shading was cancelled")
@@ -311,6 +309,5 @@ def _ledger(job: Job, counts: NDArray[np.int64], points: int, lights: int) -> Le
         lights_behind=int(counts[at.BEHIND]),
         vectors_not_built=int(counts[at.UNBUILT]),
         constant_directions=points * job.constant,
-        constant_patches=int(counts[at.HELD]),
         **{job.formula.ends: int(counts[at.UNLIT])},
     )

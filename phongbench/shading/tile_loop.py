@@ -11,7 +11,7 @@ import numpy as np
 from phongbench.compiler import intrinsics, jit
 from phongbench.compiler.precisions import Array
 from phongbench.formulas import coordinate_kernels
-from phongbench.shading import constant_patches, reach_bounds
+from phongbench.shading import reach_bounds
 from phongbench.shading import tiles as at
 from phongbench.shading.light_loops import loop_at
 
@@ -56,7 +56,7 @@ def _facing(flags: Any, counts: Any, inside: Any, keep: Any) -> Any:
     """Count the blocks that do not face the light, or keep them all; whether any is left."""
     some = False
     for b in range(flags[at.USED]):
-        if flags[at.FLAGS + b] & (at.FACES | at.HOLDS) == 0:
+        if flags[at.FLAGS + b] & at.FACES == 0:
             if keep:
                 flags[at.FLAGS + b] |= at.FACES
             else:
@@ -179,20 +179,11 @@ def shade_tiles(
     tiles            2         first tile and the one after the last
     out              3n        colours, laid out as the points
     counts           at.COUNTS    added to
-    lost             losses.LOSSES  raised to the most that a point lost; by reach only where the options want boxes
+    lost             1            raised to the most that a point lost by reach, where the options want boxes
     """
     flags = np.zeros(2 * at.BLOCKS + 1, np.int64)
     verdicts, spare = np.zeros(len(lights), points.dtype), np.zeros(len(lights), points.dtype)
     room = np.zeros(reach_bounds.ROOM * len(lights), points.dtype)
-    held, told = np.zeros(constant_patches.words(len(lights)), np.int64), np.zeros(constant_patches.INFO, np.int64)
-    for k in range(len(lights)):
-        held[2 * len(lights) + k] = plan[k, at.SEEN_ROW]
-    told[constant_patches.FORMULA], told[constant_patches.VIEWS], told[constant_patches.SHADOWS] = (
-        values,
-        options[at.NEEDS_VIEW],
-        len(visible),
-    )
-    work = np.zeros(constant_patches.room(len(lights)) if options[at.PATCHES] else 0, points.dtype)
     count = len(points) // 3
     for tile in range(tiles[0], tiles[1]):
         first = tile * at.TILE
@@ -213,25 +204,11 @@ def shade_tiles(
                 reach_bounds.loop_at(options[at.REACH_LOOP], s)(s, spread, spare, room, limits, lost, flags)
         for c in range(3):
             s[at.SUM + c * at.TILE : at.SUM + c * at.TILE + used * at.BLOCK] = ambient[c]
-        if options[at.PATCHES]:
-            told[constant_patches.FIRST], told[constant_patches.INSIDE], told[constant_patches.USED] = (
-                first,
-                inside,
-                used,
-            )
-            constant_patches.patch_at(options[at.PATCH_LOOP], s)(
-                s, lights, verdicts, visible, told, held, counts, lost, coefficients, table, limits, work
-            )
         for k in range(len(lights)):
             if verdicts[k] > 0:
                 counts[at.BEHIND if verdicts[k] < 2 else at.OUT] += inside
                 continue
             light, todo = lights[k], plan[k]
-            if options[at.PATCHES]:
-                if held[k] == (1 << used) - 1:
-                    continue
-                for b in range(used):
-                    flags[at.FLAGS + b] = at.HOLDS if held[k] >> b & 1 else 0
             if todo[at.SEEN_ROW] >= 0:
                 _shadow(s, visible[todo[at.SEEN_ROW]], first, used * at.BLOCK, count)
             loop_at(todo[at.FACING_LOOP], s)(s, light, flags)

@@ -38,33 +38,28 @@ NUMBERS = 19
 #: formula is evaluated; whether its diffuse and its specular term are added; the row that says what sees it, or -1
 FACING_LOOP, COORDINATE_LOOP, HAS_LOOP, EVALUATES, ADDS_DIFFUSE, ADDS_SPECULAR, SEEN_ROW = range(7)
 PLAN = 7
-#: what is counted: pairs left out behind, out of reach, in shadow, in the dark; pairs whose R or H was not built;
-#: pairs held constant
-BEHIND, OUT, SHADE, UNLIT, UNBUILT, HELD = range(6)
-COUNTS = 6
+#: what is counted: pairs left out behind, out of reach, in shadow, in the dark; pairs whose R or H was not built
+BEHIND, OUT, SHADE, UNLIT, UNBUILT = range(5)
+COUNTS = 5
 #: entries of the options
-COLUMNS, NORMALISE, EYE_PLACED, NEEDS_VIEW, BOXES, KEEP_BEHIND, KEEP_UNLIT, LIMITED, REACH_LOOP, PATCHES, PATCH_LOOP = (
-    range(11)
-)
-OPTIONS = 11
+COLUMNS, NORMALISE, EYE_PLACED, NEEDS_VIEW, BOXES, KEEP_BEHIND, KEEP_UNLIT, LIMITED, REACH_LOOP = range(9)
+OPTIONS = 9
 #: a tile's flags: of each block how it faces the light, whether it has a highlight; then the number of its blocks
 FLAGS, LIT, USED = 0, BLOCKS, 2 * BLOCKS
-#: bits of a block's first flag: some point faces the light, lies within its reach, sees it; the block holds the light
-#: constant, and is left out
-FACES, REACHES, SEES, HOLDS = 1, 2, 4, 8
-#: columns of the bounds: the largest coordinate, the smallest squared length that is not 0, room for rounding of boxes;
-#: what holding lights constant may take from a colour
-LARGEST, TINY, SLACK, BUDGET = range(4)
+#: bits of a block's first flag: some point faces the light, lies within its reach, sees it
+FACES, REACHES, SEES = 1, 2, 4
+#: columns of the bounds: the largest coordinate, the smallest squared length that is not 0, room for rounding of boxes
+LARGEST, TINY, SLACK = range(3)
 
 #: no literals in it, so one lowered form serves every precision
 dot = lower(lambda_forms.dot, FLOAT64)
 _entry, _put, _select = intrinsics.entry, intrinsics.put, intrinsics.select
 
 
-def bounds(precision: Precision, budget: float = 0.0) -> Array:
+def bounds(precision: Precision) -> Array:
     """The bounds for a precision. The square of the largest coordinate, three times over, is finite."""
     info = np.finfo(precision.carrier)
-    return np.array([np.sqrt(info.max) / 8, info.tiny, 1e3 * info.eps, budget], precision.carrier)
+    return np.array([np.sqrt(info.max) / 8, info.tiny, 1e3 * info.eps], precision.carrier)
 
 
 def scratch(precision: Precision) -> Array:

@@ -49,12 +49,12 @@ def forecast(
     """
     progress = progress or Progress()
     sweep = engine.prepare(plan, registry)
-    rows_expected = sum(len(c.cells) * c.truths for c in sweep.contexts)
+    rows_expected = sum(len(c.cells) * c.truths for c in sweep.batches)
     progress.stage("compiling", 1.0)
     loaded = engine.compile_kernels(sweep, progress.share)
     progress.stage("trying every stratum")
     rate = engine.trial_rates(sweep)
-    sweeping = sum(c.evaluations / rate[c.stratum.name] for c in sweep.contexts) / (jobs or measure.cores())
+    sweeping = sum(c.evaluations / rate[c.stratum.name] for c in sweep.batches) / (jobs or measure.cores())
     seconds = {
         "accuracy": LOAD_SECONDS * loaded + sweeping + ROW_SECONDS * rows_expected,
         "stability": sum(p.seconds(plan, jobs or measure.cores()) for p in probes.chosen(plan)),

@@ -17,7 +17,7 @@ from phongbench.accuracy import probes
 from phongbench.accuracy import sweep as engine
 from phongbench.accuracy import tables as rows
 from phongbench.accuracy.probes import consistency
-from phongbench.accuracy.probes.probe import Probing
+from phongbench.accuracy.probes.probe import ProbeContext
 from phongbench.compiler.lowering import precision_named
 from phongbench.errors import BudgetError, InputError, InterruptedStudyError, MeasurementError
 from phongbench.formulas.registry import REGISTRY
@@ -32,7 +32,7 @@ from phongbench.support.process import seldom_collected
 from phongbench.support.progress import Progress
 from phongbench.timing import measure, processes, skip_kernels
 
-#: finished contexts are written down after so many seconds, or so many rows, which bounds the memory
+#: finished batches are written down after so many seconds, or so many rows, which bounds the memory
 CHECKPOINT_SECONDS, CHECKPOINT_ROWS = 5.0, 10_000
 #: a timing budget that is too short is replaced by so much more than what it takes
 STRETCH = 1.5
@@ -130,13 +130,13 @@ def run_study(
         outcome = Outcome(Run(path, manifest), len(sweep.cells), sweep.evaluations)
         for message in sweep.failures.values():
             outcome.failures[message] = outcome.failures.get(message, 0) + 1
-        probing = Probing(
+        context = ProbeContext(
             sweep, rows.accuracy(sweep, parts), rows.worst(sweep, parts), jobs or default_jobs(), note=progress.note
         )
         outcome.seconds["accuracy"] = time.perf_counter() - started
         clock = time.perf_counter()
-        tables = _probe(probing, path, progress)
-        outcome.violations = [*probing.violations, *consistency.violations(tables["accuracy"])]
+        tables = _probe(context, path, progress)
+        outcome.violations = [*context.violations, *consistency.violations(tables["accuracy"])]
         progress.stage("writing the tables")
         stored: dict[str, Any] = {}
         manifest["files"] = stored
@@ -151,7 +151,7 @@ def run_study(
         manifest["state"] = "complete"
         manifest["failures"] = outcome.failures
         manifest["violations"] = outcome.violations
-        manifest["probes"] = probing.facts
+        manifest["probes"] = context.facts
         manifest["seconds"] = {k: round(v, 3) for k, v in outcome.seconds.items()}
         runs.write_manifest(path, manifest)
         runs.clear(path, [checkpoints.PARTS])
@@ -227,9 +227,9 @@ def _sweep(sweep: engine.Sweep, path: Path, parts: list[pd.DataFrame], jobs: int
     """Run what is left of the sweep, appending to `parts` in memory and on disk."""
     progress.stage("compiling", 1.0)
     engine.compile_kernels(sweep, progress.share)
-    done = {int(index) for frame in parts for index in frame["context"].unique()}
+    done = {int(index) for frame in parts for index in frame["batch"].unique()}
     progress.stage("accuracy", float(sweep.evaluations))
-    progress.advance(float(sum(c.evaluations for c in sweep.contexts if c.index in done)))
+    progress.advance(float(sum(c.evaluations for c in sweep.batches if c.index in done)))
     fresh: list[engine.Measured] = []
     written = time.monotonic()
     try:
@@ -242,30 +242,30 @@ def _sweep(sweep: engine.Sweep, path: Path, parts: list[pd.DataFrame], jobs: int
         _keep(path, parts, fresh)
 
 
-def _probe(probing: Probing, path: Path, progress: Progress) -> dict[str, pd.DataFrame]:
+def _probe(context: ProbeContext, path: Path, progress: Progress) -> dict[str, pd.DataFrame]:
     """Ask every probe of the plan, or take what an interrupted run kept of it; every table but the timing."""
     found: dict[str, pd.DataFrame] = {}
-    for probe in probes.chosen(probing.plan):
+    for probe in probes.chosen(context.plan):
         progress.stage(probe.title, 1.0)
-        probing.advance, probing.note = progress.advance, progress.note
+        context.advance, context.note = progress.advance, progress.note
         kept = checkpoints.kept_probe(path, probe.name)
         if kept is None:
-            before = len(probing.violations)
-            tables = dict(probe.measure(probing))
-            told = {"violations": probing.violations[before:], "facts": probing.facts.get(probe.name)}
+            before = len(context.violations)
+            tables = dict(probe.measure(context))
+            told = {"violations": context.violations[before:], "facts": context.facts.get(probe.name)}
             checkpoints.keep_probe(path, probe.name, tables, told)
         else:
             tables, told = kept
-            probing.violations += told["violations"]
+            context.violations += told["violations"]
             if told["facts"] is not None:
-                probing.facts[probe.name] = told["facts"]
+                context.facts[probe.name] = told["facts"]
         for name, frame in tables.items():
             if name in ("accuracy", "worst"):
-                swept = getattr(probing, name)
-                setattr(probing, name, pd.concat([swept, frame], ignore_index=True).astype(swept.dtypes))
+                swept = getattr(context, name)
+                setattr(context, name, pd.concat([swept, frame], ignore_index=True).astype(swept.dtypes))
             else:
                 found[name] = frame
-    return {"accuracy": probing.accuracy, "worst": probing.worst, **found}
+    return {"accuracy": context.accuracy, "worst": context.worst, **found}
 
 
 def _keep(path: Path, parts: list[pd.DataFrame], fresh: list[engine.Measured]) -> None:

@@ -17,8 +17,7 @@ import pytest
 from fastapi import FastAPI
 from starlette.testclient import TestClient
 
-from phongbench.accuracy import sweep as engine
-from phongbench.accuracy import tables as rows
+from phongbench.accuracy import sweep, tables
 from phongbench.inputs.plan import preset
 from phongbench.results import runs as results
 from phongbench.results.schema import TIMING_COLUMNS
@@ -79,12 +78,12 @@ def runs(tmp_path_factory: pytest.TempPathFactory) -> Path:
         timing=False,
         probes=(),
     ).validated()
-    sweep = engine.prepare(plan)
-    engine.compile_kernels(sweep)
-    accuracy = rows.accuracy(sweep, [rows.part(list(engine.run(sweep, jobs=2)))])
-    tables = {"accuracy": accuracy, "timing": _timing(accuracy)}
-    _store(root / RUN, tables, plan.as_dict())
-    _store(root / CORRUPT, tables, plan.as_dict())
+    prepared = sweep.prepare(plan)
+    sweep.compile_kernels(prepared)
+    accuracy = tables.accuracy(prepared, [tables.part(list(sweep.run(prepared, jobs=2)))])
+    stored = {"accuracy": accuracy, "timing": _timing(accuracy)}
+    _store(root / RUN, stored, plan.as_dict())
+    _store(root / CORRUPT, stored, plan.as_dict())
     build(results.load(root / RUN), root / RUN / "report")
     flipped = root / CORRUPT / "accuracy.parquet"
     data = bytearray(flipped.read_bytes())

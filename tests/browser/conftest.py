@@ -14,8 +14,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from phongbench.accuracy import sweep as engine
-from phongbench.accuracy import tables as rows
+from phongbench.accuracy import sweep, tables
 from phongbench.inputs.plan import preset
 from phongbench.results import runs as results
 from phongbench.results.schema import TIMING_COLUMNS
@@ -125,9 +124,9 @@ def _run(folder: Path) -> None:
         timing=False,
         probes=(),
     ).validated()
-    sweep = engine.prepare(plan)
-    engine.compile_kernels(sweep)
-    accuracy = rows.accuracy(sweep, [rows.part(list(engine.run(sweep, jobs=2)))])
+    prepared = sweep.prepare(plan)
+    sweep.compile_kernels(prepared)
+    accuracy = tables.accuracy(prepared, [tables.part(list(sweep.run(prepared, jobs=2)))])
     kernel = ["approximation", "lambda_form", "space", "gamma"]
     timing = (
         accuracy[kernel]
@@ -154,8 +153,8 @@ def _run(folder: Path) -> None:
     timing["ratio_low"], timing["ratio_high"] = timing["ratio"] * (1 - half), timing["ratio"] * (1 + half)
     timing["ns_min"] = timing["ns_median"] = 0.6 * timing["ratio"]
     folder.mkdir(parents=True)
-    tables = {"accuracy": accuracy, "timing": timing[list(TIMING_COLUMNS)]}
-    files = {f"{name}.parquet": results.write_table(folder, name, frame) for name, frame in tables.items()}
+    stored = {"accuracy": accuracy, "timing": timing[list(TIMING_COLUMNS)]}
+    files = {f"{name}.parquet": results.write_table(folder, name, frame) for name, frame in stored.items()}
     told = {"schema": results.SCHEMA, "run": folder.name, "state": "complete", "plan": plan.as_dict(), "seed": 1}
     results.write_manifest(folder, {**told, "code": "0", "provenance": {}, "files": files})
 

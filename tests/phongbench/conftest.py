@@ -9,8 +9,7 @@ from typing import Any
 import pandas as pd
 import pytest
 
-from phongbench.accuracy import sweep as engine
-from phongbench.accuracy import tables as rows
+from phongbench.accuracy import sweep, tables
 from phongbench.inputs.plan import Plan, preset
 from phongbench.results import runs
 from phongbench.results.schema import TIMING_COLUMNS
@@ -20,9 +19,9 @@ from phongbench.scenes.scene_files import read_scene
 
 def _swept(plan: Plan, jobs: int = 2) -> pd.DataFrame:
     """The accuracy rows of a plan."""
-    sweep = engine.prepare(plan)
-    engine.compile_kernels(sweep)
-    return rows.accuracy(sweep, [rows.part(list(engine.run(sweep, jobs=jobs)))])
+    prepared = sweep.prepare(plan)
+    sweep.compile_kernels(prepared)
+    return tables.accuracy(prepared, [tables.part(list(sweep.run(prepared, jobs=jobs)))])
 
 
 @pytest.fixture(scope="session")

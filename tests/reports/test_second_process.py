@@ -61,6 +61,12 @@ def test_the_answer_of_the_other_process_holds_what_was_asked(stored: runs.Run) 
     assert list(found) == names
 
 
+def test_another_process_draws_what_was_asked_of_it(stored: runs.Run) -> None:
+    names = [FIGURES[0].name, FIGURES[-1].name]
+    with beside(stored.path, names) as theirs:
+        assert list(theirs()) == names
+
+
 def test_two_processes_write_the_same_bytes_as_one(
     stored: runs.Run, files: dict[str, bytes], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -52,8 +52,7 @@ def kinds(asked: RenderRequest) -> set[object]:
     """What decides which loops are compiled: of each material its formula, and the kinds of lights and objects."""
     lights = frozenset((light.position is None, tuple(light.attenuation)[1:] == (0, 0)) for light in asked.scene.lights)
     picture = asked.scene.picture
-    patches = picture.constant_patches > 0 and asked.thrift.shading.constant_patches is None
-    shared = (asked.model, picture.shadows, lights, bool(asked.scene.of(Mesh)), asked.compare, patches)
+    shared = (asked.model, picture.shadows, lights, bool(asked.scene.of(Mesh)), asked.compare)
     return {("picture", _formula(asked, material), *shared) for material in asked.scene.materials}
 
 

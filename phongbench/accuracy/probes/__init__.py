@@ -11,7 +11,7 @@ import pandas as pd
 
 from phongbench.accuracy.probes import exhaustive, hostile_inputs, meshes, search, smoothness, truth_check
 from phongbench.accuracy.probes.certify import bounds
-from phongbench.accuracy.probes.probe import Probing
+from phongbench.accuracy.probes.probe import ProbeContext
 from phongbench.inputs.plan import Plan
 
 
@@ -21,20 +21,20 @@ class Probe:
 
     name      what plans and `--probe` call it; one of plan.PROBE_NAMES
     title     what a progress bar says while it runs
-    measure   Probing -> {table: rows}, tables of results.TABLES; rows of accuracy and worst are appended to the sweep's
+    measure   ProbeContext -> {table: rows}, tables of results.TABLES; rows of accuracy and worst follow the sweep's
     seconds   (Plan, jobs) -> seconds that it will take on this machine, for the forecast; compiled and loaded
     """
 
     name: str
     title: str
-    measure: Callable[[Probing], Mapping[str, pd.DataFrame]]
+    measure: Callable[[ProbeContext], Mapping[str, pd.DataFrame]]
     seconds: Callable[[Plan, int], float]
 
 
-def _drawn(probing: Probing) -> Mapping[str, pd.DataFrame]:
+def _drawn(context: ProbeContext) -> Mapping[str, pd.DataFrame]:
     from phongbench.accuracy.probes import pictures  # late: few plans ask for it, and all that draws comes with it
 
-    return pictures.measure(probing)
+    return pictures.measure(context)
 
 
 def _drawing_seconds(plan: Plan, jobs: int) -> float:

@@ -20,14 +20,13 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from phongbench.accuracy import sweep as engine
 from phongbench.accuracy import tables
-from phongbench.accuracy.accumulators import Tally
-from phongbench.accuracy.batches import Context
+from phongbench.accuracy.accumulators import ErrorAccumulator
+from phongbench.accuracy.batches import Batch
 from phongbench.accuracy.cell_arrays import CellArrays
-from phongbench.accuracy.probes.probe import Probing
+from phongbench.accuracy.probes.probe import ProbeContext
 from phongbench.accuracy.reductions import measure_cells
-from phongbench.accuracy.sweep import Measured, Sweep
+from phongbench.accuracy.sweep import PIECE, SLAB, Measured, Sweep, cell_arrays
 from phongbench.compiler import jit
 from phongbench.compiler.lowering import FLOAT32, FLOAT64, Precision, precision_named
 from phongbench.compiler.precisions import Array
@@ -107,20 +106,20 @@ def seen(cell: Cell) -> bool:
     return cell.lambda_form in ("none", "dot")
 
 
-def measure(probing: Probing) -> Mapping[str, pd.DataFrame]:
+def measure(context: ProbeContext) -> Mapping[str, pd.DataFrame]:
     """Exhaustive and sampled rows of accuracy, and the worst inputs of the exhaustive ones."""
-    work = [(d, cells) for d in domains(probing.plan) if (cells := _cells_of(probing.sweep, d))]
+    work = [(d, cells) for d in domains(context.plan) if (cells := _cells_of(context.sweep, d))]
     total = sum(_size(d) * len(cells) for d, cells in work)
     exhaustive, sampled, worst = [], [], []
     for index, (domain, cells) in enumerate(work):
         values = domain.values
-        whole = _context(index, domain, cells, len(values))
-        found = over(probing, whole, values, total)
-        exhaustive.append(_rows(probing.sweep, found, "exhaustive"))
-        worst.append(_worst(probing.sweep, found))
-        subset = _subset(values, probing.plan)
-        found = over(probing, replace(whole, samples=len(subset)), subset, math.inf)
-        sampled.append(_rows(probing.sweep, found, "sampled"))
+        whole = _batch(index, domain, cells, len(values))
+        found = over(context, whole, values, total)
+        exhaustive.append(_rows(context.sweep, found, "exhaustive"))
+        worst.append(_worst(context.sweep, found))
+        subset = _subset(values, context.plan)
+        found = over(context, replace(whole, samples=len(subset)), subset, math.inf)
+        sampled.append(_rows(context.sweep, found, "sampled"))
     if not work:
         return {}
     return {
@@ -136,30 +135,30 @@ def seconds(plan: Plan, jobs: int) -> float:
     return evaluations / RATE / jobs
 
 
-def over(probing: Probing, context: Context, values: Array, total: float) -> Measured:
-    """Measure the cells of a context over these cosines; slabs are merged in order, so threads change no bit."""
-    starts = range(0, len(values), engine.SLAB)
-    alphas = tuple(dict.fromkeys(probing.sweep.cells[c].setting.alpha for c in context.cells))
-    cells = engine.cell_arrays(probing.sweep, context, context.cells, alphas)
+def over(context: ProbeContext, batch: Batch, values: Array, total: float) -> Measured:
+    """Measure the cells of a batch over these cosines; slabs are merged in order, so threads change no bit."""
+    starts = range(0, len(values), SLAB)
+    alphas = tuple(dict.fromkeys(context.sweep.cells[c].alpha for c in batch.cells))
+    cells = cell_arrays(context.sweep, batch, batch.cells, alphas)
 
-    def slab(start: int) -> Tally:
-        return _slab(context, cells, alphas, values[start : start + engine.SLAB])
+    def slab(start: int) -> ErrorAccumulator:
+        return _slab(batch, cells, alphas, values[start : start + SLAB])
 
-    tally: Tally | None = None
-    with ThreadPoolExecutor(max_workers=probing.jobs) as pool:
+    errors: ErrorAccumulator | None = None
+    with ThreadPoolExecutor(max_workers=context.jobs) as pool:
         for part in pool.map(slab, starts):
-            probing.advance(int(part.samples) * len(context.cells) / total)
-            if tally is None:
-                tally = part
+            context.advance(int(part.samples) * len(batch.cells) / total)
+            if errors is None:
+                errors = part
             else:
-                tally.merge(part)
-    assert tally is not None
-    return Measured(context, context.cells, tally)
+                errors.merge(part)
+    assert errors is not None
+    return Measured(batch, batch.cells, errors)
 
 
 def _belongs(cell: Cell, domain: Domain) -> bool:
-    where = (cell.precision, cell.setting.space, cell.gated)
-    return where == (domain.precision.name, domain.space, domain.gated) and cell.setting.alpha in domain.alphas
+    where = (cell.precision, cell.formula.space, cell.gated)
+    return where == (domain.precision.name, domain.space, domain.gated) and cell.alpha in domain.alphas
 
 
 def _cells_of(sweep: Sweep, domain: Domain) -> tuple[int, ...]:
@@ -169,7 +168,7 @@ def _cells_of(sweep: Sweep, domain: Domain) -> tuple[int, ...]:
         for position, cell in enumerate(sweep.cells)
         if seen(cell) and _belongs(cell, domain) and position not in sweep.failures
     ]
-    return tuple(sorted(found, key=lambda position: sweep.cells[position].setting.alpha))
+    return tuple(sorted(found, key=lambda position: sweep.cells[position].alpha))
 
 
 def _size(domain: Domain) -> int:
@@ -181,8 +180,8 @@ def _count(precision: Precision, low: float, high: float) -> int:
     return _bits(high) - _bits(low) + 1 if precision == FLOAT32 else len(representables(precision, low, high))
 
 
-def _context(index: int, domain: Domain, cells: tuple[int, ...], samples: int) -> Context:
-    return Context(index, domain.precision, domain.space, COSINES, 1.0, cells, samples)
+def _batch(index: int, domain: Domain, cells: tuple[int, ...], samples: int) -> Batch:
+    return Batch(index, domain.precision, domain.space, COSINES, 1.0, cells, samples)
 
 
 def _subset(values: Array, plan: Plan) -> Array:
@@ -191,16 +190,16 @@ def _subset(values: Array, plan: Plan) -> Array:
     return values[np.random.default_rng(plan.seed).choice(len(values), count, replace=False, shuffle=False)]
 
 
-def _slab(context: Context, cells: CellArrays, alphas: Sequence[float], values: Array) -> Tally:
-    tally = Tally(len(context.cells))
+def _slab(batch: Batch, cells: CellArrays, alphas: Sequence[float], values: Array) -> ErrorAccumulator:
+    errors = ErrorAccumulator(len(batch.cells))
     loops = (
-        coordinate_kernels.coordinates_kernel(context.precision),
+        coordinate_kernels.coordinates_kernel(batch.precision),
         coordinate_kernels.coordinates_kernel(FLOAT64),
-        truth_kernel(context.space == "half", both=False),
+        truth_kernel(batch.space == "half", both=False),
     )
     addresses, exponents = np.array([jit.address(loop) for loop in loops]), np.array(alphas)
-    for start in range(0, len(values), engine.PIECE):
-        a, b, held, given, exact = _laid_out(addresses, exponents, values[start : start + engine.PIECE])
+    for start in range(0, len(values), PIECE):
+        a, b, held, given, exact = _laid_out(addresses, exponents, values[start : start + PIECE])
         measure_cells(
             cells.rows,
             cells.coefficients,
@@ -213,14 +212,14 @@ def _slab(context: Context, cells: CellArrays, alphas: Sequence[float], values: 
             given,
             given,
             exact,
-            tally.sums,
-            tally.counts,
-            tally.bins,
-            tally.worst,
+            errors.sums,
+            errors.counts,
+            errors.bins,
+            errors.worst,
             1,
         )
-    tally.samples = len(values)
-    return tally
+    errors.samples = len(values)
+    return errors
 
 
 def _laid_out(addresses: Array, alphas: Array, x: Array) -> tuple[Array, Array, Array, Array, Array]:
@@ -248,15 +247,15 @@ def _lay_out(
 
 
 def _rows(sweep: Sweep, found: Measured, coverage: str) -> pd.DataFrame:
-    alone = replace(sweep, contexts=[replace(found.context, index=0)])
-    part = tables.part([replace(found, context=alone.contexts[0])])
+    alone = replace(sweep, batches=[replace(found.batch, index=0)])
+    part = tables.part([replace(found, batch=alone.batches[0])])
     return tables.accuracy(alone, [part]).assign(coverage=coverage)
 
 
 def _worst(sweep: Sweep, found: Measured) -> pd.DataFrame:
     """The worst inputs as unit vectors with this cosine: (1, 0, 0) and (x, sqrt(1 - x^2), 0)."""
-    alone = replace(sweep, contexts=[replace(found.context, index=0)])
-    frame = tables.worst(alone, [tables.part([replace(found, context=alone.contexts[0])])])
+    alone = replace(sweep, batches=[replace(found.batch, index=0)])
+    frame = tables.worst(alone, [tables.part([replace(found, batch=alone.batches[0])])])
     cosine = [float.fromhex(x) for x in frame["bx"]]
     frame["by"] = pd.Series([math.sqrt((1 - x) * (1 + x)).hex() for x in cosine], dtype="str", index=frame.index)
     return frame.assign(coverage="exhaustive")

@@ -17,7 +17,7 @@ import pandas as pd
 
 from phongbench.accuracy import tables
 from phongbench.accuracy.probes import single_cells
-from phongbench.accuracy.probes.probe import Probing
+from phongbench.accuracy.probes.probe import ProbeContext
 from phongbench.compiler import elementary
 from phongbench.compiler.lowering import Precision, precision_named
 from phongbench.compiler.precisions import Array
@@ -127,15 +127,15 @@ def setting_of(spec: Approximation, cell: Cell, case: Case) -> Setting | None:
     return setting
 
 
-def measure(probing: Probing) -> Mapping[str, pd.DataFrame]:
+def measure(context: ProbeContext) -> Mapping[str, pd.DataFrame]:
     """The table `behaviour`: for each case what every formula makes of it."""
-    sweep = probing.sweep
+    sweep = context.sweep
     chosen = [c for c in single_cells.spread(sweep.cells, USUAL) if c not in sweep.failures]
     found: list[tuple[Any, ...]] = []
     for position in chosen:
         cell = sweep.cells[position]
-        found += [(position, *row) for row in _asked(probing.registry[cell.approximation], cell)]
-        probing.advance(1 / len(chosen))
+        found += [(position, *row) for row in _asked(context.registry[cell.approximation], cell)]
+        context.advance(1 / len(chosen))
     columns = ["cell", "own_alpha", "own_beta", "case", "outcome", "lowest", "highest", "exact"]
     table = pd.DataFrame(found, columns=columns).astype({"own_alpha": float, "own_beta": float})
     keys = tables.of_cells(sweep, table["cell"].to_numpy(np.int64))
@@ -148,9 +148,9 @@ def _asked(spec: Approximation, cell: Cell) -> Iterator[tuple[Any, ...]]:
     """(alpha, beta, case, outcome, lowest, highest, exact) of each case."""
     precision = precision_named(cell.precision)
     top = float(precision.rounded(1.0))
-    for case, block in _blocks(precision, cell.setting.space):
+    for case, block in _blocks(precision, cell.formula.space):
         setting = setting_of(spec, cell, case)
-        alpha = cell.setting.alpha if case.alpha is None else case.alpha
+        alpha = cell.alpha if case.alpha is None else case.alpha
         if setting is None:
             yield alpha, math.nan, case.name, "refused", math.nan, math.nan, case.exact
             continue

@@ -15,14 +15,14 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from phongbench.accuracy.accumulators import METRICS, Tally
+from phongbench.accuracy.accumulators import METRICS, ErrorAccumulator
 from phongbench.accuracy.cell_arrays import CellArrays
 from phongbench.accuracy.probes.interpolated_normals import NORMALS, PAIRS, Lit, lit, points
-from phongbench.accuracy.probes.probe import Probing
+from phongbench.accuracy.probes.probe import ProbeContext
 from phongbench.accuracy.reductions import measure_cells
 from phongbench.compiler.lowering import FLOAT32, FLOAT64
 from phongbench.formulas import coordinate_kernels
-from phongbench.formulas import exact as truth
+from phongbench.formulas.exact import of_deficits
 from phongbench.formulas.spec import Approximation
 from phongbench.inputs import meshes
 from phongbench.inputs.meshes import Surface
@@ -73,21 +73,21 @@ class _Group:
     arrays: tuple[CellArrays, CellArrays]
 
 
-def measure(probing: Probing) -> dict[str, pd.DataFrame]:
+def measure(context: ProbeContext) -> dict[str, pd.DataFrame]:
     """The rows of meshes.parquet, in the order of surfaces, edges, exponents, pairs and cells."""
-    plan = probing.plan
-    cells = list(_cells(plan, probing))
+    plan = context.plan
+    cells = list(_cells(plan, context))
     if not cells:
-        probing.note(f"no exponent in {ALPHAS[0]:g} .. {ALPHAS[1]:g} was asked for, so no mesh is measured")
+        context.note(f"no exponent in {ALPHAS[0]:g} .. {ALPHAS[1]:g} was asked for, so no mesh is measured")
         return {"meshes": pd.DataFrame(columns=list(MESH_COLUMNS))}
-    work = _groups(cells, probing)
-    tasks = list(_tasks(plan, probing.note))
+    work = _groups(cells, context)
+    tasks = list(_tasks(plan, context.note))
     share, measured = 1 / max(len(tasks), 1), []
-    with ThreadPoolExecutor(max_workers=probing.jobs) as pool:
+    with ThreadPoolExecutor(max_workers=context.jobs) as pool:
         for numbers in pool.map(partial(_measure, work=work, plan=plan), tasks):
             measured.append(numbers)
-            probing.advance(share)
-    return {"meshes": _frame(pd.concat(measured, ignore_index=True), cells, probing)}
+            context.advance(share)
+    return {"meshes": _frame(pd.concat(measured, ignore_index=True), cells, context)}
 
 
 def seconds(plan: Plan, jobs: int) -> float:
@@ -148,22 +148,22 @@ def _same(part: Part) -> Part:
     return part
 
 
-def _cells(plan: Plan, probing: Probing) -> Iterator[Cell]:
+def _cells(plan: Plan, context: ProbeContext) -> Iterator[Cell]:
     """Cells of the formulas that mesh questions are about, in float32 and with the plan's first slope."""
     names, alphas = tuple(n for n in FORMULAS if n in plan.approximations), _alphas(plan)
     narrowed = replace(plan, approximations=names, alphas=alphas, precisions=("float32",), slopes=plan.slopes[:1])
-    return (cell for cell in narrowed.cells(probing.registry) if cell.gated)
+    return (cell for cell in narrowed.cells(context.registry) if cell.gated)
 
 
-def _groups(cells: list[Cell], probing: Probing) -> dict[float, list[_Group]]:
+def _groups(cells: list[Cell], context: ProbeContext) -> dict[float, list[_Group]]:
     """The cells of each exponent, by space."""
     together: dict[tuple[float, str], list[int]] = {}
     for position, cell in enumerate(cells):
-        together.setdefault((cell.setting.alpha, cell.setting.space), []).append(position)
+        together.setdefault((cell.alpha, cell.formula.space), []).append(position)
     groups: dict[float, list[_Group]] = {}
     for (alpha, space), positions in sorted(together.items()):
         chosen: list[tuple[Cell, Approximation]] = [
-            (cells[p], probing.registry[cells[p].approximation]) for p in positions
+            (cells[p], context.registry[cells[p].approximation]) for p in positions
         ]
         one, two = (CellArrays.of(chosen, (alpha,), FLOAT32, truths) for truths in (1, 2))
         groups.setdefault(alpha, []).append(_Group(alpha, space, tuple(positions), (one, two)))
@@ -176,17 +176,17 @@ def _measure(task: Callable[[], Part], work: dict[float, list[_Group]], plan: Pl
     found = points(part.surface, part.triangles, plan.seed, _samples(plan))
     truths = 1 if found.true is None else 2
     sets: list[tuple[str, str, tuple[int, ...]]] = []
-    tallies: list[Tally] = []
+    accumulators: list[ErrorAccumulator] = []
     for alpha, groups in work.items():
         seen = lit(found, alpha)
         for group, pair in itertools.product(groups, PAIRS):
             if (pair == "half") != (group.space == "half"):
                 continue
-            for normals, tally in _tallies(seen, group, pair, truths):
+            for normals, errors in _errors(seen, group, pair, truths):
                 sets.append((normals, pair, group.cells))
-                tallies.append(tally)
+                accumulators.append(errors)
     surface = part.surface
-    return _numbers(sets, tallies, truths).assign(
+    return _numbers(sets, accumulators, truths).assign(
         mesh=surface.name,
         edge_degrees=part.edge_degrees,
         triangles=len(part.triangles),
@@ -195,12 +195,12 @@ def _measure(task: Callable[[], Part], work: dict[float, list[_Group]], plan: Pl
     )
 
 
-def _numbers(sets: list[tuple[str, str, tuple[int, ...]]], tallies: list[Tally], truths: int) -> pd.DataFrame:
+def _numbers(sets: list[tuple[str, str, tuple[int, ...]]], errors: list[ErrorAccumulator], truths: int) -> pd.DataFrame:
     """The rows of all sets of pairs (normals, pair, cells) as one frame: a frame each took longer than measuring."""
     if not sets:
         return pd.DataFrame(columns=["cell", "truth", *_NUMBERS])
     cells, sizes = [c for _, _, each in sets for c in each], [truths * len(each) for _, _, each in sets]
-    whole = Tally.stacked(tallies)
+    whole = ErrorAccumulator.stacked(errors)
     columns: dict[str, Any] = {"cell": np.repeat(cells, truths), "truth": np.tile(np.arange(truths), len(cells))}
     columns |= {name: METRICS[name].of(whole) for name in _NUMBERS}
     columns["normals"], columns["pair"] = (
@@ -209,21 +209,21 @@ def _numbers(sets: list[tuple[str, str, tuple[int, ...]]], tallies: list[Tally],
     return pd.DataFrame(columns)
 
 
-def _tallies(seen: Lit, group: _Group, pair: str, truths: int) -> Iterator[tuple[str, Tally]]:
-    """One tally for raw normals and one for renormalised ones."""
+def _errors(seen: Lit, group: _Group, pair: str, truths: int) -> Iterator[tuple[str, ErrorAccumulator]]:
+    """The errors with raw normals, then with renormalised ones."""
     count = seen.viewer.shape[1]
     exact = np.empty((1, 2, count))
     unit = coordinate_kernels.coordinates(FLOAT64, *(np.ascontiguousarray(v) for v in seen.true_pair(pair)))
-    exact[0, 0] = truth.of_deficits(unit[coordinate_kernels.FORM_ROW["difference"]], group.alpha, pair == "half")
+    exact[0, 0] = of_deficits(unit[coordinate_kernels.FORM_ROW["difference"]], group.alpha, pair == "half")
     deficit = seen.surface_deficit(pair)
     if deficit is not None:
-        exact[0, 1] = truth.of_deficits(deficit, group.alpha, pair == "half")
+        exact[0, 1] = of_deficits(deficit, group.alpha, pair == "half")
     cells = group.arrays[truths - 1]
     for normals in NORMALS:
         a, b = (np.ascontiguousarray(v, np.float32) for v in seen.pair(normals, pair))
         held = coordinate_kernels.coordinates(FLOAT32, a, b)
         given = coordinate_kernels.coordinates(FLOAT64, a.astype(np.float64), b.astype(np.float64))
-        tally = Tally(truths * len(group.cells))
+        errors = ErrorAccumulator(truths * len(group.cells))
         measure_cells(
             cells.rows,
             cells.coefficients,
@@ -236,21 +236,21 @@ def _tallies(seen: Lit, group: _Group, pair: str, truths: int) -> Iterator[tuple
             given,
             unit,
             exact,
-            tally.sums,
-            tally.counts,
-            tally.bins,
-            tally.worst,
+            errors.sums,
+            errors.counts,
+            errors.bins,
+            errors.worst,
             truths,
         )
-        tally.samples = count
-        yield normals, tally
+        errors.samples = count
+        yield normals, errors
 
 
-def _frame(numbers: pd.DataFrame, cells: list[Cell], probing: Probing) -> pd.DataFrame:
+def _frame(numbers: pd.DataFrame, cells: list[Cell], context: ProbeContext) -> pd.DataFrame:
     """Rows of the table: the key columns of each row's cell beside its numbers."""
     position = numbers["cell"].to_numpy(np.int64)
     settings = [c.setting for c in cells]
-    betas = [probing.registry[c.approximation].coefficients(c.setting).get("beta", np.nan) for c in cells]
+    betas = [context.registry[c.approximation].coefficients(c.setting).get("beta", np.nan) for c in cells]
     keys: dict[str, Any] = {
         "approximation": [c.approximation for c in cells],
         "lambda_form": [c.lambda_form for c in cells],

@@ -12,7 +12,7 @@ import numpy as np
 import pandas as pd
 
 from phongbench.accuracy.probes import directional_lights, far_lights, skipped_work
-from phongbench.accuracy.probes.probe import Probing
+from phongbench.accuracy.probes.probe import ProbeContext
 from phongbench.formulas.formula import Specular
 from phongbench.formulas.registry import REGISTRY
 from phongbench.formulas.spec import Approximation
@@ -31,33 +31,33 @@ _SCENE_SECONDS, _MEGAPIXEL_SECONDS = 2.0, 40.0
 _NUMBERS = ("max_abs", "mean_abs", "rms", "psnr", "visible", "flip", "energy", "highlight_area", "lobe_max")
 
 
-def measure(probing: Probing) -> Mapping[str, pd.DataFrame]:
+def measure(context: ProbeContext) -> Mapping[str, pd.DataFrame]:
     """The tables scenes, skips, scene_times and far."""
-    plan = probing.plan
-    chosen = drawn(plan, probing.registry)
+    plan = context.plan
+    chosen = drawn(plan, context.registry)
     scenes = [read_scene(name) for name in examples()]
     share = 1 / (len(scenes) + 1)  # and one for polygons and vectors
     errors: list[dict[str, Any]] = []
     saved: list[dict[str, Any]] = []
     times: list[dict[str, Any]] = []
     for scene in scenes:
-        wishes: dict[str, Any] = {"size": size(plan), "threads": probing.jobs}
-        rows = picture_errors.compare(scene, chosen, rounds=0, registry=probing.registry, **wishes)
-        errors += [_row(scene, plan, row, probing.registry) for row in rows]
-        probing.advance(share / 4)
+        wishes: dict[str, Any] = {"size": size(plan), "threads": context.jobs}
+        rows = picture_errors.compare(scene, chosen, rounds=0, registry=context.registry, **wishes)
+        errors += [_row(scene, plan, row, context.registry) for row in rows]
+        context.advance(share / 4)
         if plan.timing:
             fitting = [formula for formula, row in zip(chosen, rows, strict=True) if row["left_out"] is None]
-            times += _times(scene, fitting, plan, wishes | {"registry": probing.registry})
-        probing.advance(share / 4)
+            times += _times(scene, fitting, plan, wishes | {"registry": context.registry})
+        context.advance(share / 4)
         found, seconds = skipped_work.measure(scene, plan, wishes)
-        probing.violations += skipped_work.violations(found)
+        context.violations += skipped_work.violations(found)
         saved, times = [*saved, *found], [*times, *seconds]
-        probing.advance(share / 2)
+        context.advance(share / 2)
     polygons = far_lights.measure(plan)
     if plan.timing:
         times += directional_lights.measure(plan)
-    probing.advance(share)
-    _tell(probing, errors)
+    context.advance(share)
+    _tell(context, errors)
     return {"scenes": _errors(errors), "skips": _skips(saved), "scene_times": _all_times(times), "far": polygons}
 
 
@@ -88,7 +88,7 @@ def drawn(plan: Plan, registry: Mapping[str, Approximation] = REGISTRY) -> list[
     ]
 
 
-def _tell(probing: Probing, errors: list[dict[str, Any]]) -> None:
+def _tell(context: ProbeContext, errors: list[dict[str, Any]]) -> None:
     """A note for each of the user's own formulas that is missing in pictures: in how many, and why in the first."""
     missing: dict[str, list[dict[str, Any]]] = {}
     for row in errors:
@@ -96,7 +96,7 @@ def _tell(probing: Probing, errors: list[dict[str, Any]]) -> None:
             missing.setdefault(row["approximation"], []).append(row)
     for name, rows in missing.items():
         drawn = sum(row["approximation"] == name for row in errors)
-        probing.note(
+        context.note(
             f"{name} is left out of {len(rows)} of {drawn} pictures; {rows[0]['scene']}: {rows[0]['left_out']}"
         )
 

@@ -12,7 +12,7 @@ from phongbench.inputs.plan import Plan
 
 
 @dataclass
-class Probing:
+class ProbeContext:
     """The study so far.
 
     sweep       the prepared sweep, with its plan, registry, cells and failures

@@ -19,7 +19,7 @@ All cells share the same random numbers, so equal plans give equal rows, for any
 import math
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import product
 from typing import Any
 
@@ -29,7 +29,7 @@ import pandas as pd
 from phongbench.accuracy import tables
 from phongbench.accuracy.probes.consistency import VECTORS
 from phongbench.accuracy.probes.exhaustive import COSINES, exponents
-from phongbench.accuracy.probes.probe import Probing
+from phongbench.accuracy.probes.probe import ProbeContext
 from phongbench.compiler import jit
 from phongbench.compiler.lowering import FLOAT32, FLOAT64, precision_named
 from phongbench.compiler.precisions import Array
@@ -71,26 +71,26 @@ class Found:
     evaluations: int
 
 
-def measure(probing: Probing) -> Mapping[str, pd.DataFrame]:
+def measure(context: ProbeContext) -> Mapping[str, pd.DataFrame]:
     """A searched row of accuracy and its worst input for every cell."""
-    families = _families(probing)
+    families = _families(context)
     if not families:
         return {}
-    kept = _kept(probing.worst)
-    random = np.random.default_rng(probing.plan.seed).random((LEVELS, 4, BOXES * POINTS))
+    kept = _kept(context.worst)
+    random = np.random.default_rng(context.plan.seed).random((LEVELS, 4, BOXES * POINTS))
     total = sum(map(len, families))
 
     def search(family: Sequence[int]) -> list[Found]:
         found: list[Found] = []
         for position in family:
-            seeds = kept.get(_key(probing.sweep.cells[position]), [])
-            found.append(_search(probing, position, seeds, found[-1:], random))
-            probing.advance(1 / total)
+            seeds = kept.get(_key(context.sweep.cells[position]), [])
+            found.append(_search(context, position, seeds, found[-1:], random))
+            context.advance(1 / total)
         return found
 
-    with ThreadPoolExecutor(max_workers=probing.jobs) as pool:
+    with ThreadPoolExecutor(max_workers=context.jobs) as pool:
         found = sorted((f for family in pool.map(search, families) for f in family), key=lambda f: f.position)
-    return {"accuracy": _accuracy(probing, found), "worst": _worst(probing, found)}
+    return {"accuracy": _accuracy(context, found), "worst": _worst(context, found)}
 
 
 def seconds(plan: Plan, jobs: int) -> float:
@@ -102,25 +102,25 @@ def seconds(plan: Plan, jobs: int) -> float:
 def _wanted(plan: Plan, cell: Cell, closely: Sequence[float]) -> bool:
     """False for ungated cells, and for float64, whose rounding is the truth's own; quick searches float32 if it can."""
     only = FLOAT32.name if plan.preset == "quick" and FLOAT32.name in plan.precisions else cell.precision
-    chosen = cell.setting.alpha in closely and cell.setting.space in plan.length_spaces
+    chosen = cell.alpha in closely and cell.formula.space in plan.length_spaces
     return chosen and cell.gated and cell.precision != FLOAT64.name and cell.precision == only
 
 
-def _families(probing: Probing) -> list[list[int]]:
+def _families(context: ProbeContext) -> list[list[int]]:
     """Positions of the cells that differ in alpha alone, ascending: each is seeded by the one before it."""
     found: dict[tuple[Any, ...], list[int]] = {}
-    closely = exponents(probing.plan)
-    for position, cell in enumerate(probing.sweep.cells):
-        if _wanted(probing.plan, cell, closely) and position not in probing.sweep.failures:
-            key = (cell.approximation, cell.lambda_form, cell.precision, replace(cell.setting, alpha=0.0))
+    closely = exponents(context.plan)
+    for position, cell in enumerate(context.sweep.cells):
+        if _wanted(context.plan, cell, closely) and position not in context.sweep.failures:
+            key = (cell.formula, cell.precision)
             found.setdefault(key, []).append(position)
-    return [sorted(family, key=lambda p: probing.sweep.cells[p].setting.alpha) for family in found.values()]
+    return [sorted(family, key=lambda p: context.sweep.cells[p].alpha) for family in found.values()]
 
 
 def _key(cell: Cell) -> tuple[Any, ...]:
     """What tells a cell apart in the table of worst inputs."""
-    s = cell.setting
-    return (cell.approximation, cell.lambda_form, s.space, s.slope, s.alpha, s.gamma or 0, cell.precision, cell.gated)
+    f = cell.formula
+    return f.approximation, f.lambda_form, f.space, f.slope, cell.alpha, f.gamma or 0, cell.precision, cell.gated
 
 
 def _kept(worst: pd.DataFrame) -> dict[tuple[Any, ...], list[Array]]:
@@ -145,9 +145,9 @@ def _kept(worst: pd.DataFrame) -> dict[tuple[Any, ...], list[Array]]:
 class _Cell:
     """One cell's errors, and the worst pair met so far."""
 
-    def __init__(self, probing: Probing, position: int) -> None:
-        cell = probing.sweep.cells[position]
-        self.spec, self.setting = probing.registry[cell.approximation], cell.setting
+    def __init__(self, context: ProbeContext, position: int) -> None:
+        cell = context.sweep.cells[position]
+        self.spec, self.setting = context.registry[cell.approximation], cell.setting
         self.precision = precision_named(cell.precision)
         loops = (
             coordinate_kernels.coordinates_kernel(self.precision),
@@ -178,8 +178,10 @@ class _Cell:
         return np.asarray(out[0])
 
 
-def _search(probing: Probing, position: int, kept: Sequence[Array], before: Sequence[Found], random: Array) -> Found:
-    cell = _Cell(probing, position)
+def _search(
+    context: ProbeContext, position: int, kept: Sequence[Array], before: Sequence[Found], random: Array
+) -> Found:
+    cell = _Cell(context, position)
     for candidate in kept:
         if candidate[0] > cell.best[0]:
             cell.best[:] = candidate
@@ -275,8 +277,8 @@ def _errors(
         out[0, i] = error if out[0, i] <= eps and np.isfinite(error) else -1.0
 
 
-def _accuracy(probing: Probing, found: Sequence[Found]) -> pd.DataFrame:
-    frame = _keys(probing, found)
+def _accuracy(context: ProbeContext, found: Sequence[Found]) -> pd.DataFrame:
+    frame = _keys(context, found)
     errors = np.array([f.error for f in found])
     frame["samples"] = [f.evaluations for f in found]
     frame["max_abs"], frame["codes_8bit"] = errors, 255 * errors
@@ -287,8 +289,8 @@ def _accuracy(probing: Probing, found: Sequence[Found]) -> pd.DataFrame:
     return frame.reindex(columns=list(ACCURACY_COLUMNS))
 
 
-def _worst(probing: Probing, found: Sequence[Found]) -> pd.DataFrame:
-    frame = _keys(probing, found)
+def _worst(context: ProbeContext, found: Sequence[Found]) -> pd.DataFrame:
+    frame = _keys(context, found)
     frame["rank"] = 1
     for name in ("error", "exact", "value"):
         frame[name] = [getattr(f, name) for f in found]
@@ -297,6 +299,6 @@ def _worst(probing: Probing, found: Sequence[Found]) -> pd.DataFrame:
     return frame[list(WORST_COLUMNS)]
 
 
-def _keys(probing: Probing, found: Sequence[Found]) -> pd.DataFrame:
-    frame = tables.of_cells(probing.sweep, np.array([f.position for f in found]))
+def _keys(context: ProbeContext, found: Sequence[Found]) -> pd.DataFrame:
+    frame = tables.of_cells(context.sweep, np.array([f.position for f in found]))
     return frame.assign(stratum=VECTORS, perturbation="none", length_error=0.0, truth="angle", coverage="searched")

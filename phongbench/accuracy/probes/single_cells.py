@@ -46,8 +46,8 @@ def spread(cells: Sequence[Cell], wanted: Setting) -> list[int]:
     """
     nearest: dict[Any, tuple[tuple[float, float], int]] = {}
     for position, cell in enumerate(cells):
-        key = (cell.approximation, cell.lambda_form, cell.setting.space, cell.precision, cell.gated)
-        gamma, alpha = float(cell.setting.gamma or wanted.gamma or 1), cell.setting.alpha
+        key = (cell.approximation, cell.lambda_form, cell.formula.space, cell.precision, cell.gated)
+        gamma, alpha = float(cell.formula.gamma or wanted.gamma or 1), cell.alpha
         far = (abs(float(np.log(gamma / (wanted.gamma or 1)))), abs(float(np.log(alpha / wanted.alpha))))
         if key not in nearest or far < nearest[key][0]:
             nearest[key] = (far, position)

@@ -22,10 +22,7 @@ _PAIRS = {
     "out_of_reach": ("all", "without reach"),
     "vectors_not_built": ("all", "without unused_vectors"),
     "reflectivity": ("without cutoff", "without reflectivity, cutoff"),
-    "constant_patches": ("with constant_patches", "all"),
 }
-#: what is left out only if somebody asks for it
-_ON_DEMAND = "constant_patches"
 #: what sums in float32 may add to a bound
 ROUNDING = 1e-5
 
@@ -65,8 +62,7 @@ def _ledger(scene: Scene, plan: Plan, wishes: dict[str, Any]) -> tuple[Rows, Row
     """A line for each skip of the ledger but the cut-off, and two for all that are exact, and all."""
     variants = skips.variants()
     done = {name: render(scene, thrift=thrift, **wishes) for name, thrift in variants.items()}
-    lines = [line for line in done["all"].ledger if line.name not in ("cutoff", _ON_DEMAND)]
-    lines += [line for line in done[f"with {_ON_DEMAND}"].ledger if line.name == _ON_DEMAND]
+    lines = [line for line in done["all"].ledger if line.name != "cutoff"]
     pairs = [(line, *_PAIRS.get(line.name, ("all", f"without {line.name}"))) for line in lines]
     bound = sum(line.bound for line in done["all"].ledger)
     pairs += [

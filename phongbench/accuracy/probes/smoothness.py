@@ -16,7 +16,7 @@ import pandas as pd
 
 from phongbench.accuracy import tables
 from phongbench.accuracy.probes import single_cells
-from phongbench.accuracy.probes.probe import Probing
+from phongbench.accuracy.probes.probe import ProbeContext
 from phongbench.compiler.lowering import FLOAT64, Precision, precision_named
 from phongbench.compiler.precisions import Array
 from phongbench.formulas.lambda_forms import cutoff_deficit
@@ -81,7 +81,7 @@ def end_of(spec: Approximation, cell: Cell) -> float:
     if spec.cutoff is not None:
         deficit = cutoff_deficit(cell.lambda_form, spec.cutoff(cell.setting))
         own = widest if deficit is None else min(widest, math.acos(max(-1.0, 1 - deficit)))
-    return min(math.pi, 2 * own if cell.setting.space == "half" else own)
+    return min(math.pi, 2 * own if cell.formula.space == "half" else own)
 
 
 def kink(spec: Approximation, cell: Cell) -> tuple[float, float]:
@@ -89,32 +89,32 @@ def kink(spec: Approximation, cell: Cell) -> tuple[float, float]:
 
     Alpha is the largest second derivative of exact Phong, at its peak.
     """
-    alpha, end = cell.setting.alpha, end_of(spec, cell)
+    alpha, end = cell.alpha, end_of(spec, cell)
     step = STEP / math.sqrt(alpha)
     if end + step >= math.pi:
         return math.nan, math.nan
-    block = along(FLOAT64, cell.setting.space, end + step * np.array([-1.0, 0.0, 1.0]))
+    block = along(FLOAT64, cell.formula.space, end + step * np.array([-1.0, 0.0, 1.0]))
     before, at, after = single_cells.values(spec, replace(cell, precision=FLOAT64.name), block)
     return abs(float(before - 2 * at + after)) / step**2 / alpha, math.degrees(end)
 
 
-def measure(probing: Probing) -> Mapping[str, pd.DataFrame]:
+def measure(context: ProbeContext) -> Mapping[str, pd.DataFrame]:
     """The table `smoothness`: one row for every cell of the sweep."""
-    sweep = probing.sweep
+    sweep = context.sweep
     chosen = [c for c in range(len(sweep.cells)) if c not in sweep.failures]
     found: list[tuple[float, ...]] = []
     edges: dict[Any, tuple[float, float]] = {}
     for position in chosen:
         cell = sweep.cells[position]
-        spec = probing.registry[cell.approximation]
+        spec = context.registry[cell.approximation]
         precision = precision_named(cell.precision)
-        block = circle(precision, cell.setting.space, cell.setting.alpha)
-        key = (cell.approximation, cell.lambda_form, cell.setting, cell.gated)
+        block = circle(precision, cell.formula.space, cell.alpha)
+        key = (cell.formula, cell.alpha, cell.gated)
         if key not in edges:  # the same in every precision
             edges[key] = kink(spec, cell)
         values = single_cells.values(spec, cell, block)
         found.append((*rises(values), *edges[key], *strained(precision, single_cells.coordinate(cell, block), values)))
-        probing.advance(1 / len(chosen))
+        context.advance(1 / len(chosen))
     circle.cache_clear()
     table = pd.DataFrame(found, columns=list(SMOOTHNESS_COLUMNS[-6:]))
     frame = pd.concat([tables.of_cells(sweep, np.array(chosen, np.int64)), table], axis=1)

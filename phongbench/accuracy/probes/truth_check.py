@@ -1,7 +1,7 @@
 """The truth itself, re-checked: exact values of random pairs and of every worst input, again at 50 digits.
 
-The float64 truth (truth.py) is what all errors are measured against. Here ten thousand seeded pairs from the sweep's
-own strata, and every stored worst input, are computed once more by the slow twin's bodies on numbers of 50 digits: the
+All errors are measured against the float64 truth (formulas/exact.py). Here ten thousand seeded pairs of the sweep's
+strata, and every stored worst input, are computed once more by the slow twin's bodies on numbers of 50 digits: the
 balls of python-flint where it is installed, else mpmath, which takes some ten times as long. The largest disagreement,
 relative for values above 1, goes into the manifest; one beyond the stated error (`angle_error`, `given_error`) is a
 violation. Left out are inputs whose squared length float64 cannot hold, which only the hostile stratum has.
@@ -16,14 +16,14 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from phongbench.accuracy import sweep as engine
 from phongbench.accuracy.probes.exhaustive import COSINES
-from phongbench.accuracy.probes.probe import Probing
-from phongbench.formulas import exact as truth
+from phongbench.accuracy.probes.probe import ProbeContext
+from phongbench.accuracy.sweep import exact_values
+from phongbench.formulas.exact import TRUTHS, angle_error, given_error, phong_of_angle, phong_of_cosine, product
 from phongbench.inputs.pairs import HOSTILE_PAIRS, pairs
 from phongbench.inputs.plan import Plan
 
-#: random pairs, in so many draws from random contexts
+#: random pairs, in so many draws from random batches
 RANDOM, DRAWS = 10_000, 100
 DIGITS = 50
 #: a disagreement is told in so many sentences at most
@@ -50,11 +50,11 @@ class Value:
     what: str
 
 
-def measure(probing: Probing) -> Mapping[str, pd.DataFrame]:
+def measure(context: ProbeContext) -> Mapping[str, pd.DataFrame]:
     """No tables: facts for the manifest, and violations."""
     with_flint = find_spec("flint") is not None
     facts: dict[str, Any] = {"digits": DIGITS, "arithmetic": "python-flint" if with_flint else "mpmath"}
-    for name, values in (("random", _random(probing)), ("worst", _stored(probing.worst))):
+    for name, values in (("random", _random(context)), ("worst", _stored(context.worst))):
         checked, largest, share, told = 0, 0.0, 0.0, []
         with _digits(with_flint) as number:
             for value in values:
@@ -68,11 +68,11 @@ def measure(probing: Probing) -> Mapping[str, pd.DataFrame]:
                         f"{value.what}: the exact value {value.exact!r} is off by {off:.3g}, stated {stated:.3g}"
                     )
         facts |= {f"{name}_values": checked, f"{name}_disagreement": largest, f"{name}_share": share}
-        probing.violations += told[:TOLD]
+        context.violations += told[:TOLD]
         if len(told) > TOLD:
-            probing.violations.append(f"and {len(told) - TOLD} more {name} exact values are off by more than stated")
-        probing.advance(0.5)
-    probing.facts["recheck"] = facts
+            context.violations.append(f"and {len(told) - TOLD} more {name} exact values are off by more than stated")
+        context.advance(0.5)
+    context.facts["recheck"] = facts
     return {}
 
 
@@ -85,16 +85,16 @@ def _disagreement(value: Value, number: Callable[[float], Any]) -> tuple[float, 
     """How far the float64 value is off, and how far it may be."""
     u, v = [number(c) for c in value.pair[:3]], [number(c) for c in value.pair[3:]]
     if value.kind == "angle":
-        again = truth.phong_of_angle(u, v, value.alpha, value.half)
-        return _distance(again, value.exact), truth.angle_error(value.alpha, value.half)
-    x = truth.product(u, v)
+        again = phong_of_angle(u, v, value.alpha, value.half)
+        return _distance(again, value.exact), angle_error(value.alpha, value.half)
+    x = product(u, v)
     if value.kind == "cosine":  # found from 1 - x, which float64 rounds
-        again = truth.phong_of_cosine(x, value.alpha, value.half)
-        return _distance(again, value.exact), truth.angle_error(value.alpha, value.half)
-    again = truth.phong_of_cosine(x, value.alpha, value.half)
+        again = phong_of_cosine(x, value.alpha, value.half)
+        return _distance(again, value.exact), angle_error(value.alpha, value.half)
+    again = phong_of_cosine(x, value.alpha, value.half)
     cosine = float(2 * x * x - 1 if value.half and x > 0 else x)
     size = sum(abs(p * q) for p, q in zip(value.pair[:3], value.pair[3:], strict=True))
-    stated = truth.given_error(float(again), cosine, size, value.alpha, value.half)
+    stated = given_error(float(again), cosine, size, value.alpha, value.half)
     return _distance(again, value.exact), stated
 
 
@@ -108,27 +108,27 @@ def _holds(pair: tuple[float, ...]) -> bool:
     return all(1e-290 < length < 1e300 for length in lengths)
 
 
-def _random(probing: Probing) -> Iterator[Value]:
-    """Pairs drawn from the sweep's contexts, with the truths that the sweep computes for them."""
-    sweep, random = probing.sweep, np.random.default_rng([probing.plan.seed, DIGITS])
-    contexts = [c for c in sweep.contexts if any(cell not in sweep.failures for cell in c.cells)]
-    for _ in range(DRAWS if contexts else 0):
-        context = contexts[random.integers(len(contexts))]
-        alpha = sweep.cells[context.cells[random.integers(len(context.cells))]].setting.alpha
-        last = HOSTILE_PAIRS if context.stratum.name == "hostile" else 1 << 40
-        start, half = int(random.integers(last - RANDOM // DRAWS)), context.space == "half"
+def _random(context: ProbeContext) -> Iterator[Value]:
+    """Pairs drawn from the sweep's batches, with the truths that the sweep computes for them."""
+    sweep, random = context.sweep, np.random.default_rng([context.plan.seed, DIGITS])
+    batches = [c for c in sweep.batches if any(cell not in sweep.failures for cell in c.cells)]
+    for _ in range(DRAWS if batches else 0):
+        batch = batches[random.integers(len(batches))]
+        alpha = sweep.cells[batch.cells[random.integers(len(batch.cells))]].alpha
+        last = HOSTILE_PAIRS if batch.stratum.name == "hostile" else 1 << 40
+        start, half = int(random.integers(last - RANDOM // DRAWS)), batch.space == "half"
         a, b = pairs(
-            context.stratum,
-            context.precision,
-            seed=probing.plan.seed,
+            batch.stratum,
+            batch.precision,
+            seed=context.plan.seed,
             start=start,
             count=RANDOM // DRAWS,
-            scale=context.scale,
+            scale=batch.scale,
             half_space=half,
         )
-        exact = engine.exact_values(context, alpha, a, b)
-        what = f"{context.stratum.name} pair in {context.precision.name}, alpha {alpha:g}"
-        for row, kind in enumerate(truth.TRUTHS[: context.truths]):
+        exact = exact_values(batch, alpha, a, b)
+        what = f"{batch.stratum.name} pair in {batch.precision.name}, alpha {alpha:g}"
+        for row, kind in enumerate(TRUTHS[: batch.truths]):
             for i in np.flatnonzero(np.isfinite(exact[row])):
                 pair = (*map(float, a[:, i]), *map(float, b[:, i]))
                 yield Value(pair, alpha, half, kind, float(exact[row, i]), f"{what}, {kind}, number {start + i}")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import pandas as pd
@@ -204,8 +204,3 @@ def formulas(study: Study) -> Table:
     headings = ("name", "title", "kind", "formula", "source", "cells")
     data = pd.DataFrame(rows, columns=list(headings))
     return Table(headings, rows, data, f"{len(names)} formulas were measured.", "", frozenset({5}), frozenset({0, 3}))
-
-
-def named_csvs(tables: Iterable[tuple[str, Table | Absent]]) -> dict[str, pd.DataFrame]:
-    """CSV name -> frame, for the tables that have rows."""
-    return {name: table.data for name, table in tables if isinstance(table, Table)}

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 from phongbench.accuracy import reductions
-from phongbench.accuracy.accumulators import BINS, METRICS, Tally
+from phongbench.accuracy.accumulators import BINS, METRICS, ErrorAccumulator
 
 
 def tally_of(values, exact):
     """A one-row tally filled by the compiled passes, as the sweep fills it."""
-    t = Tally(1)
+    t = ErrorAccumulator(1)
     errors, indices = np.empty(len(values), np.float32), np.empty(len(values), np.uint32)
     assert reductions._reduce(values, values.astype(float), values.astype(float), exact, errors, t.sums[0])
     reductions._census(values, t.counts[0])
@@ -65,7 +65,7 @@ def test_merging_parts_equals_the_whole(sample):
 def test_a_chunk_with_anything_not_finite_is_refused_untouched(sample):
     values, exact = sample
     for broken in (np.nan, np.inf, -np.inf):
-        t, dirty = Tally(1), values.copy()
+        t, dirty = ErrorAccumulator(1), values.copy()
         dirty[77] = broken
         errors = np.empty(len(dirty), np.float32)
         assert not reductions._reduce(dirty, dirty.astype(float), exact, exact, errors, t.sums[0])

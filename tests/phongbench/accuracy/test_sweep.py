@@ -6,8 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from phongbench.accuracy import sweep as engine
-from phongbench.accuracy import tables
+from phongbench.accuracy import sweep, tables
 from phongbench.benchmarks import numpy_sweep
 from phongbench.formulas import error_laws
 from phongbench.formulas.registry import REGISTRY
@@ -167,15 +166,15 @@ def test_many_slabs_give_the_same_bits_on_one_thread_and_on_three(monkeypatch, s
         samples=40_000,
         timing=False,
     ).validated()
-    monkeypatch.setattr(engine, "SLAB", 1 << 14)
+    monkeypatch.setattr(sweep, "SLAB", 1 << 14)
     pd.testing.assert_frame_equal(swept(plan, jobs=1), swept(plan, jobs=3), check_exact=True)
 
 
 def test_contexts_that_are_done_are_left_out(small_plan):
-    sweep = engine.prepare(small_plan)
-    engine.compile_kernels(sweep)
-    skipped = {c.index for c in sweep.contexts[:-2]}
-    assert [m.context.index for m in engine.run(sweep, done=skipped)] == [c.index for c in sweep.contexts[-2:]]
+    prepared = sweep.prepare(small_plan)
+    sweep.compile_kernels(prepared)
+    skipped = {c.index for c in prepared.batches[:-2]}
+    assert [m.batch.index for m in sweep.run(prepared, done=skipped)] == [c.index for c in prepared.batches[-2:]]
 
 
 def test_numpy_finds_the_same_rows(swept):
@@ -187,8 +186,8 @@ def test_numpy_finds_the_same_rows(swept):
         alphas=(10.0, 200.0),
         gammas=(2, 16),
     )
-    sweep = engine.prepare(plan.validated())
-    other = pd.DataFrame(numpy_sweep.numpy_sweep(sweep)).set_index(list(ACCURACY_KEY)).sort_index()
+    prepared = sweep.prepare(plan.validated())
+    other = pd.DataFrame(numpy_sweep.numpy_sweep(prepared)).set_index(list(ACCURACY_KEY)).sort_index()
     ours = swept(plan.validated()).set_index(list(ACCURACY_KEY)).sort_index()
     assert len(ours) == len(other)
     for column in ("max_abs", "mean_abs", "rms", "bias", "max_above", "max_below", "model_max", "length_max"):
@@ -223,19 +222,19 @@ def test_a_formula_that_fails_fails_alone():
         samples=1000,
         timing=False,
     ).validated(registry)
-    sweep = engine.prepare(plan, registry)
-    engine.compile_kernels(sweep)
-    assert {sweep.cells[i].setting.alpha for i in sweep.failures} == {50.0}
-    assert all("ZeroDivisionError" in message for message in sweep.failures.values())
-    frame = tables.accuracy(sweep, [tables.part(list(engine.run(sweep)))])
+    prepared = sweep.prepare(plan, registry)
+    sweep.compile_kernels(prepared)
+    assert {prepared.cells[i].alpha for i in prepared.failures} == {50.0}
+    assert all("ZeroDivisionError" in message for message in prepared.failures.values())
+    frame = tables.accuracy(prepared, [tables.part(list(sweep.run(prepared)))])
     assert set(frame[frame["approximation"] == "broken"]["alpha"]) == {10.0}
     assert set(frame[frame["approximation"] == "phong"]["alpha"]) == {10.0, 50.0}
 
 
 def test_worst_inputs_reproduce_their_error(small_plan):
-    sweep = engine.prepare(small_plan)
-    engine.compile_kernels(sweep)
-    worst = tables.worst(sweep, [tables.part(list(engine.run(sweep)))])
+    prepared = sweep.prepare(small_plan)
+    sweep.compile_kernels(prepared)
+    worst = tables.worst(prepared, [tables.part(list(sweep.run(prepared)))])
     assert (
         worst.groupby(["approximation", "lambda_form", "space", "alpha", "gamma", "precision", "gated"], dropna=False)
         .size()

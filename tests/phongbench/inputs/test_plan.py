@@ -86,9 +86,9 @@ def test_cells_keep_to_the_axes_and_to_what_formulas_accept():
     plan = replace(QUICK, alphas=(10.0, 27.9), gammas=(4, 8)).validated()
     cells = list(plan.cells())
     assert len(set(cells)) == len(cells)
-    assert {c.setting.alpha for c in cells if c.approximation == "integer-power"} == {10.0}
-    assert {c.setting.gamma for c in cells if c.approximation == "lyon"} == {4, 8}
-    assert {c.setting.gamma for c in cells if c.approximation == "gaussian"} == {None}
+    assert {c.alpha for c in cells if c.approximation == "integer-power"} == {10.0}
+    assert {c.formula.gamma for c in cells if c.approximation == "lyon"} == {4, 8}
+    assert {c.formula.gamma for c in cells if c.approximation == "gaussian"} == {None}
     assert {c.lambda_form for c in cells if c.approximation == "schlick"} == {"none"}
 
 

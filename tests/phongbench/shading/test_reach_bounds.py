@@ -12,7 +12,7 @@ from phongbench.scenes.render import render
 from phongbench.scenes.scene_files import read_scene
 from phongbench.scenes.skip_bounds import Bounds
 from phongbench.scenes.skips import Tally, Thrift
-from phongbench.shading import reach_bounds, tiles
+from phongbench.shading import tiles
 from phongbench.shading.lighting import Light, Material, Skips, Viewer
 from phongbench.shading.prepared import Shader
 
@@ -42,7 +42,7 @@ def lamps(rng: np.random.Generator, count: int, reach: float | None) -> list[Lig
 
 def shaded(points: Any, normals: Any, lights: list[Light], skips: Skips) -> tuple[Any, Any]:
     """Colours, and the losses that were told."""
-    colours, lost = np.empty_like(points), np.zeros(reach_bounds.LOSSES, np.float32)
+    colours, lost = np.empty_like(points), np.zeros(1, np.float32)
     shader = Shader(MATERIAL, lights, Viewer(position=(0.0, 5.0, 8.0)), skips=skips)
     shader.shade(points, normals, colours, np.zeros(tiles.COUNTS, np.int64), lost)
     return colours.astype(float), lost
@@ -56,7 +56,7 @@ def test_lights_out_of_reach_would_have_added_no_more_than_is_told(seed: int, co
     lights = lamps(rng, count, reach)
     full, _ = shaded(points, normals, lights, replace(Skips(), reach=False))
     cut, lost = shaded(points, normals, lights, Skips())
-    assert (full - cut).max() <= lost[reach_bounds.REACH] * (1 + 1e-5) + 1e-5
+    assert (full - cut).max() <= lost[0] * (1 + 1e-5) + 1e-5
 
 
 @pytest.mark.parametrize("depth", [0, 1, 3])
@@ -74,13 +74,13 @@ def test_a_pictures_bound_holds_and_is_tighter_than_what_holds_anywhere(depth: i
 @settings(max_examples=60, deadline=None)
 def test_losses_of_reflections_mix_as_their_light_does(told: list[tuple[float, float]]) -> None:
     """Two materials, k = 0.25 and 1: no path that bounces between them loses more than is told."""
-    lost = np.array([[[one], [two]] for one, two in told], np.float32)
-    most = Tally(lost=lost).loss(0, (0.25, 1.0))
+    lost = np.array(told, np.float32)
+    most = Tally(lost=lost).loss((0.25, 1.0))
     for seed in range(8):
         choice = np.random.default_rng(seed).integers(0, 2, len(told))
         path, weight = 0.0, 1.0
         for bounce, material in enumerate(choice):
             k = (0.25, 1.0)[material]
-            path += weight * (1 - k) * float(lost[bounce, material, 0])
+            path += weight * (1 - k) * float(lost[bounce, material])
             weight *= k
         assert path <= most + 1e-6

@@ -14,6 +14,7 @@ other metrics are missing, since nothing was sampled. Coefficients and tables ar
 import heapq
 import math
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
 from importlib.util import find_spec
 from itertools import pairwise
 from typing import Any
@@ -23,7 +24,8 @@ import pandas as pd
 
 from phongbench.accuracy.probes.certify.sets import TooWideError, along, ends, every_path
 from phongbench.accuracy.probes.exhaustive import COSINES, exponents
-from phongbench.accuracy.probes.probe import Probing
+from phongbench.accuracy.probes.probe import ProbeContext
+from phongbench.formulas.formula import Formula
 from phongbench.formulas.lambda_forms import deficit_of_angle
 from phongbench.formulas.registry import REGISTRY
 from phongbench.formulas.spec import Approximation, Setting
@@ -45,24 +47,26 @@ ABSENT = "no certified bounds: python-flint is not installed; pip install 'phong
 _CUTS = (0.0, 0.25, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0, 16.0, 24.0)
 
 
-def measure(probing: Probing) -> Mapping[str, pd.DataFrame]:
+def measure(context: ProbeContext) -> Mapping[str, pd.DataFrame]:
     """Certified rows of every formula, form and setting of the plan."""
     if find_spec("flint") is None:
-        probing.note(ABSENT)
+        context.note(ABSENT)
         return {}
-    wanted = list(laws(probing.plan, probing.registry, probing))
-    known: dict[tuple[Any, ...], float] = {}
+    wanted = list(laws(context.plan, context.registry, context))
+    known: dict[tuple[Formula, float], float] = {}
     rows = []
-    for spec, form, setting in wanted:
-        key = (spec.name, "dot" if form == "difference" else form, setting)
+    for formula, alpha in wanted:
+        spec, setting = context.registry[formula.approximation], formula.setting(alpha)
+        # of unit vectors both forms are the same number
+        key = (replace(formula, lambda_form="dot") if formula.lambda_form == "difference" else formula, alpha)
         if key not in known:
-            known[key] = largest(error_of(spec, form, setting), setting.exponent)
+            known[key] = largest(error_of(spec, formula.lambda_form, setting), setting.exponent)
         if math.isfinite(known[key]):
-            rows.append(_row(spec, form, setting, known[key]))
-        probing.advance(1 / len(wanted))
+            rows.append(_row(formula, alpha, spec.coefficients(setting).get("beta", np.nan), known[key]))
+        context.advance(1 / len(wanted))
     left = len(wanted) - len(rows)
     if left:
-        probing.note(
+        context.note(
             f"{left} of {len(wanted)} laws have no certified bound: their bodies take numbers apart bit by bit"
         )
     return {"accuracy": pd.DataFrame(rows, columns=list(ACCURACY_COLUMNS))} if rows else {}
@@ -74,23 +78,17 @@ def seconds(plan: Plan, jobs: int) -> float:
 
 
 def laws(
-    plan: Plan, registry: Mapping[str, Approximation], probing: Probing | None = None
-) -> Iterator[tuple[Approximation, str, Setting]]:
-    """Every formula, form and setting whose error is a function of the angle; without cells that failed."""
-    failed = (
-        {(c.approximation, c.setting) for p, c in enumerate(probing.sweep.cells) if p in probing.sweep.failures}
-        if probing
-        else set()
-    )
-    closely = exponents(plan)
-    for name in plan.approximations:
-        spec = registry[name]
-        for setting in plan.settings(spec) if spec.kind != "exact" else ():
-            if plan.preset == "quick" and (setting.alpha not in closely or setting.space != plan.spaces[0]):
-                continue  # as with its cosines
-            for form in spec.lambda_forms:
-                if (form == "none" or form in plan.lambda_forms) and (name, setting) not in failed:
-                    yield spec, form, setting
+    plan: Plan, registry: Mapping[str, Approximation], context: ProbeContext | None = None
+) -> Iterator[tuple[Formula, float]]:
+    """Every formula and exponent whose error is a function of the angle; without cells that failed."""
+    sweep, closely = context.sweep if context else None, exponents(plan)
+    failed = {(sweep.cells[p].formula, sweep.cells[p].alpha) for p in sweep.failures} if sweep else set()
+    for spec in (registry[name] for name in plan.approximations):
+        for formula, alpha in plan.formulas(spec) if spec.kind != "exact" else ():
+            # quick looks at few of them, as with its cosines
+            closer = plan.preset != "quick" or (alpha in closely and formula.space == plan.spaces[0])
+            if closer and (formula, alpha) not in failed:
+                yield formula, alpha
 
 
 def error_of(spec: Approximation, form: str, setting: Setting) -> Callable[[Any], Any]:
@@ -182,15 +180,15 @@ def _bound_by_series(error: Callable[[Any], Any], low: float, high: float) -> fl
     return max(sizes)
 
 
-def _row(spec: Approximation, form: str, setting: Setting, largest_error: float) -> dict[str, Any]:
+def _row(formula: Formula, alpha: float, beta: float, largest_error: float) -> dict[str, Any]:
     cell = {
-        "approximation": spec.name,
-        "lambda_form": form,
-        "space": setting.space,
-        "beta_policy": setting.slope,
-        "alpha": setting.alpha,
-        "gamma": setting.gamma,
-        "beta": spec.coefficients(setting).get("beta", np.nan),
+        "approximation": formula.approximation,
+        "lambda_form": formula.lambda_form,
+        "space": formula.space,
+        "beta_policy": formula.slope,
+        "alpha": alpha,
+        "gamma": formula.gamma,
+        "beta": beta,
         "precision": EXACT,
         "gated": True,
         "stratum": COSINES.name,

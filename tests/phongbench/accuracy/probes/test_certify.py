@@ -10,7 +10,7 @@ import pytest
 from phongbench.accuracy import sweep
 from phongbench.accuracy.probes import consistency
 from phongbench.accuracy.probes.certify import bounds, sets
-from phongbench.accuracy.probes.probe import Probing
+from phongbench.accuracy.probes.probe import ProbeContext
 from phongbench.formulas.kernel import evaluate
 from phongbench.formulas.lambda_forms import deficit_of_angle
 from phongbench.formulas.registry import REGISTRY
@@ -101,8 +101,8 @@ def test_every_law_of_a_plan_has_its_row():
         timing=False,
     ).validated()
     told = []
-    probing = Probing(sweep.prepare(plan), pd.DataFrame(), pd.DataFrame(), note=told.append)
-    rows = bounds.measure(probing)["accuracy"]
+    context = ProbeContext(sweep.prepare(plan), pd.DataFrame(), pd.DataFrame(), note=told.append)
+    rows = bounds.measure(context)["accuracy"]
     assert list(rows.columns) == list(ACCURACY_COLUMNS)
     assert not rows.duplicated(list(ACCURACY_KEY)).any()
     assert set(rows["coverage"]) == {"certified"}
@@ -119,8 +119,8 @@ def test_every_law_of_a_plan_has_its_row():
 def test_without_flint_there_are_no_rows_and_one_note(monkeypatch, small_plan):
     told = []
     monkeypatch.setattr(bounds, "find_spec", lambda name: None)
-    probing = Probing(sweep.prepare(small_plan), pd.DataFrame(), pd.DataFrame(), note=told.append)
-    assert bounds.measure(probing) == {}
+    context = ProbeContext(sweep.prepare(small_plan), pd.DataFrame(), pd.DataFrame(), note=told.append)
+    assert bounds.measure(context) == {}
     assert told == [bounds.ABSENT]
     assert bounds.seconds(small_plan, 1) == 0
 

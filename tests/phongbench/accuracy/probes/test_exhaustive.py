@@ -7,9 +7,9 @@ import pandas as pd
 import pytest
 
 from phongbench import testing
-from phongbench.accuracy import sweep as engine
+from phongbench.accuracy import sweep
 from phongbench.accuracy.probes import exhaustive
-from phongbench.accuracy.probes.probe import Probing
+from phongbench.accuracy.probes.probe import ProbeContext
 from phongbench.compiler.lowering import BFLOAT16, FLOAT16, FLOAT32, precision_named
 from phongbench.formulas.spec import Setting
 from phongbench.inputs.plan import preset
@@ -34,15 +34,15 @@ def plan():
 
 
 @pytest.fixture(scope="module")
-def probing(plan):
-    sweep = engine.prepare(plan)
-    engine.compile_kernels(sweep)
-    return Probing(sweep, pd.DataFrame(), pd.DataFrame(), 2)
+def context(plan):
+    prepared = sweep.prepare(plan)
+    sweep.compile_kernels(prepared)
+    return ProbeContext(prepared, pd.DataFrame(), pd.DataFrame(), 2)
 
 
 @pytest.fixture(scope="module")
-def found(probing):
-    return exhaustive.measure(probing)
+def found(context):
+    return exhaustive.measure(context)
 
 
 def test_the_numbers_of_float16_are_all_there():
@@ -75,12 +75,12 @@ def test_the_rows_are_whole_and_unique(found):
 
 @pytest.mark.parametrize("name", ["phong", "lyon", "schlick"])
 @pytest.mark.parametrize("precision", [FLOAT16, BFLOAT16, FLOAT32, precision_named("q1.10")], ids=lambda p: p.name)
-def test_an_obvious_loop_finds_the_same_maxima(probing, found, name, precision):
+def test_an_obvious_loop_finds_the_same_maxima(context, found, name, precision):
     x = exhaustive.representables(precision, 0.5 if precision == FLOAT32 else -1.0, 1.0).astype(float)
     rows = found["accuracy"].query(f"approximation == '{name}' and precision == '{precision.name}'")
     rows = rows[rows["gated"] & (rows["space"] == "reflect") & (rows["coverage"] == "exhaustive")]
     assert sorted(rows["alpha"]) == [10, 50]
-    spec = probing.registry[name]
+    spec = context.registry[name]
     for _, row in rows.iterrows():
         setting = Setting(row["alpha"], None if pd.isna(row["gamma"]) else int(row["gamma"]), row["beta_policy"])
         coordinate = x if spec.coordinate == "cosine" else precision.rounded(1 - x)
@@ -104,13 +104,13 @@ def test_a_sample_is_never_worse_than_everything(found):
         assert (both[name] <= both[f"{name}_all"]).all()
 
 
-def test_threads_change_no_bit(probing, found):
-    alone = exhaustive.measure(replace(probing, jobs=1))
+def test_threads_change_no_bit(context, found):
+    alone = exhaustive.measure(replace(context, jobs=1))
     for name, frame in found.items():
         pd.testing.assert_frame_equal(frame, alone[name])
 
 
-def test_worst_inputs_are_unit_vectors_with_the_cosine_and_reproduce_their_error(probing, found):
+def test_worst_inputs_are_unit_vectors_with_the_cosine_and_reproduce_their_error(context, found):
     worst = found["worst"]
     assert (
         len(worst)

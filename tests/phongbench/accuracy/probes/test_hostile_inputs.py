@@ -5,10 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from phongbench.accuracy import probes
-from phongbench.accuracy import sweep as engine
+from phongbench.accuracy import probes, sweep
 from phongbench.accuracy.probes import hostile_inputs
-from phongbench.accuracy.probes.probe import Probing
+from phongbench.accuracy.probes.probe import ProbeContext
 from phongbench.compiler.lowering import FLOAT16, FLOAT32, FLOAT64, precision_named
 from phongbench.formulas import lambda_forms
 from phongbench.inputs.plan import preset
@@ -57,7 +56,7 @@ PINNED = {
 
 
 @pytest.fixture(scope="module")
-def probing():
+def context():
     plan = replace(
         preset("quick"),
         alphas=(50.0,),
@@ -67,14 +66,14 @@ def probing():
         lambda_forms=tuple(lambda_forms.LAMBDA_FORMS),
         precisions=("float32", "float16", "q1.15", "bfloat16", "float64"),
     ).validated()
-    sweep = engine.prepare(plan)
-    engine.compile_kernels(sweep)
-    return Probing(sweep, None, None)
+    prepared = sweep.prepare(plan)
+    sweep.compile_kernels(prepared)
+    return ProbeContext(prepared, None, None)
 
 
 @pytest.fixture(scope="module")
-def rows(probing):
-    return hostile_inputs.measure(probing)["behaviour"]
+def rows(context):
+    return hostile_inputs.measure(context)["behaviour"]
 
 
 def outcomes(rows, name, form, gated=True, precision="float32", space="reflect"):
@@ -91,12 +90,12 @@ def test_what_becomes_of_hostile_vectors(rows, key):
     }
 
 
-def test_every_cell_answers_every_case_and_the_table_is_the_contracts(rows, probing):
+def test_every_cell_answers_every_case_and_the_table_is_the_contracts(rows, context):
     assert tuple(rows.columns) == BEHAVIOUR_COLUMNS
     assert set(rows["outcome"]) <= set(hostile_inputs.OUTCOMES)
     key = ["approximation", "lambda_form", "space", "precision", "gated"]
     assert not rows.duplicated([*key, "case"]).any()
-    cells = {(c.approximation, c.lambda_form, c.setting.space, c.precision, c.gated) for c in probing.sweep.cells}
+    cells = {(c.approximation, c.lambda_form, c.formula.space, c.precision, c.gated) for c in context.sweep.cells}
     assert {tuple(k) for k in rows[key].itertuples(index=False)} == cells
     assert set(rows.groupby(key).size()) == {8 + 12, 9 + 12}
 
@@ -178,7 +177,7 @@ def test_cases_are_what_their_names_say(precision):
     assert np.array_equal(made["a = -b"][0], -made["a = -b"][1])
 
 
-def test_the_forecast_grows_with_the_plan(probing):
+def test_the_forecast_grows_with_the_plan(context):
     probe = next(p for p in probes.PROBES if p.name == "hostile")
-    wide = replace(probing.plan, precisions=("float32",))
-    assert 0 < probe.seconds(wide, 2) < probe.seconds(probing.plan, 2) < 5
+    wide = replace(context.plan, precisions=("float32",))
+    assert 0 < probe.seconds(wide, 2) < probe.seconds(context.plan, 2) < 5

@@ -11,7 +11,7 @@ import pytest
 from phongbench.accuracy import sweep
 from phongbench.accuracy.probes import meshes
 from phongbench.accuracy.probes.interpolated_normals import NORMALS, classic, dots, lengthwise, lit, points, unit
-from phongbench.accuracy.probes.probe import Probing
+from phongbench.accuracy.probes.probe import ProbeContext
 from phongbench.analysis.summary import summarise
 from phongbench.errors import InputError
 from phongbench.formulas import lambda_forms
@@ -41,8 +41,8 @@ def plan():
 
 def probed(plan, jobs=2):
     told = []
-    probing = Probing(sweep.prepare(plan), pd.DataFrame(), pd.DataFrame(), jobs=jobs, note=told.append)
-    return meshes.measure(probing)["meshes"], told
+    context = ProbeContext(sweep.prepare(plan), pd.DataFrame(), pd.DataFrame(), jobs=jobs, note=told.append)
+    return meshes.measure(context)["meshes"], told
 
 
 @pytest.fixture(scope="module")

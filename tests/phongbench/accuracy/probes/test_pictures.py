@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 
 from phongbench.accuracy.probes import directional_lights, far_lights, pictures, skipped_work
-from phongbench.accuracy.probes.probe import Probing
+from phongbench.accuracy.probes.probe import ProbeContext
 from phongbench.formulas.formula import Specular
 from phongbench.formulas.registry import REGISTRY
 from phongbench.inputs.plan import PRESETS, PROBE_NAMES
@@ -55,9 +55,9 @@ def tables(plan, registry=REGISTRY, note=lambda text: None):
     """What the probe answers; it asks nothing of the sweep but its plan and registry."""
     sweep = type("Sweep", (), {"plan": plan, "registry": registry})()
     shares = []
-    probing = Probing(sweep, pd.DataFrame(), pd.DataFrame(), 2, advance=shares.append, note=note)
-    found = pictures.measure(probing)
-    assert probing.violations == []
+    context = ProbeContext(sweep, pd.DataFrame(), pd.DataFrame(), 2, advance=shares.append, note=note)
+    found = pictures.measure(context)
+    assert context.violations == []
     assert math.isclose(sum(shares), 1.0)
     return found
 

@@ -21,11 +21,11 @@ def asked(small_plan, monkeypatch):
     """A plan with one probe, which notes every call, gives a table and further accuracy rows, and finds a violation."""
     calls = []
 
-    def measure(probing):
-        calls.append(probing.plan)
-        probing.advance(1.0)
-        probing.violations.append("this cannot be")
-        first = probing.accuracy.head(1)
+    def measure(context):
+        calls.append(context.plan)
+        context.advance(1.0)
+        context.violations.append("this cannot be")
+        first = context.accuracy.head(1)
         behaviour = first.assign(case=CASE, outcome="value", lowest=0.0, highest=1.0, exact=1.0)
         return {"accuracy": first, "behaviour": behaviour[list(schema.BEHAVIOUR_COLUMNS)]}
 

@@ -6,10 +6,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from phongbench.accuracy import sweep as engine
-from phongbench.accuracy import tables
+from phongbench.accuracy import sweep, tables
 from phongbench.accuracy.probes import consistency, search
-from phongbench.accuracy.probes.probe import Probing
+from phongbench.accuracy.probes.probe import ProbeContext
 from phongbench.compiler.lowering import precision_named
 from phongbench.formulas import exact as truth
 from phongbench.inputs.plan import preset
@@ -19,43 +18,43 @@ CELL = ["approximation", "lambda_form", "space", "beta_policy", "alpha", "gamma"
 PAIR = ["ax", "ay", "az", "bx", "by", "bz"]
 
 
-def probing_of(**wishes):
+def context_of(**wishes):
     plan = replace(
         preset("quick"),
         **{"preset": "standard", "gammas": (8,), "approximations": ("phong", "lyon"), "slopes": ("taylor",)}
         | {"samples": 4096, "spaces": ("reflect",), "strata": consistency.UNIT_STRATA, "timing": False}
         | wishes,
     ).validated()
-    sweep = engine.prepare(plan)
-    engine.compile_kernels(sweep)
-    parts = [tables.part(list(engine.run(sweep)))]
-    return Probing(sweep, tables.accuracy(sweep, parts), tables.worst(sweep, parts), 2)
+    prepared = sweep.prepare(plan)
+    sweep.compile_kernels(prepared)
+    parts = [tables.part(list(sweep.run(prepared)))]
+    return ProbeContext(prepared, tables.accuracy(prepared, parts), tables.worst(prepared, parts), 2)
 
 
 @pytest.fixture(scope="module")
-def probing():
-    return probing_of(alphas=(10.0, 50.0, 1000.0), precisions=("float32",))
+def context():
+    return context_of(alphas=(10.0, 50.0, 1000.0), precisions=("float32",))
 
 
 @pytest.fixture(scope="module")
-def found(probing):
-    return search.measure(probing)
+def found(context):
+    return search.measure(context)
 
 
-def test_every_gated_cell_has_a_row_and_its_worst_input(probing, found):
+def test_every_gated_cell_has_a_row_and_its_worst_input(context, found):
     accuracy, worst = found["accuracy"], found["worst"]
     assert list(accuracy.columns) == list(ACCURACY_COLUMNS)
     assert list(worst.columns) == list(WORST_COLUMNS)
-    assert len(accuracy) == len(worst) == sum(cell.gated for cell in probing.sweep.cells)
+    assert len(accuracy) == len(worst) == sum(cell.gated for cell in context.sweep.cells)
     assert set(accuracy["coverage"]) == {"searched"}
     assert not accuracy.duplicated(list(ACCURACY_KEY)).any()
     assert (accuracy["samples"] > search.LEVELS * search.BOXES * search.POINTS).all()
 
 
-def test_it_finds_no_less_than_the_samples(probing, found):
-    whole = pd.concat([probing.accuracy, found["accuracy"]], ignore_index=True)
+def test_it_finds_no_less_than_the_samples(context, found):
+    whole = pd.concat([context.accuracy, found["accuracy"]], ignore_index=True)
     assert consistency.violations(whole) == []
-    sampled = probing.accuracy[probing.accuracy["gated"].astype(bool)]
+    sampled = context.accuracy[context.accuracy["gated"].astype(bool)]
     sampled = sampled.groupby(CELL, dropna=False)["max_abs"].max().reset_index()
     both = found["accuracy"].merge(sampled, on=CELL, suffixes=("", "_sampled"))
     assert len(both) == len(found["accuracy"])
@@ -74,27 +73,27 @@ def test_every_find_reproduces_and_lies_in_the_domain(found):
         assert row["error"] == abs(row["value"] - row["exact"])
 
 
-def test_threads_change_no_bit(probing, found):
-    alone = search.measure(replace(probing, jobs=1))
+def test_threads_change_no_bit(context, found):
+    alone = search.measure(replace(context, jobs=1))
     for name, frame in found.items():
         pd.testing.assert_frame_equal(frame, alone[name])
 
 
-def test_a_stored_worst_input_is_never_lost(probing, found):
+def test_a_stored_worst_input_is_never_lost(context, found):
     """What was stored before is where the search starts: an error planted there comes back."""
-    worst = probing.worst.copy()
+    worst = context.worst.copy()
     worst.loc[worst["gated"] & (worst["rank"] == 1), "error"] = 7.0
-    again = search.measure(replace(probing, worst=worst))
+    again = search.measure(replace(context, worst=worst))
     assert (again["accuracy"]["max_abs"] == 7.0).all()
 
 
-def test_the_worst_cosine_seeds_the_search_but_counts_for_nothing(probing):
-    cosine = probing.worst.query("gated and rank == 1").assign(stratum="cosines", coverage="exhaustive", error=7.0)
-    worst = pd.concat([probing.worst, cosine], ignore_index=True)
-    cell = next(c for c in probing.sweep.cells if c.gated)
+def test_the_worst_cosine_seeds_the_search_but_counts_for_nothing(context):
+    cosine = context.worst.query("gated and rank == 1").assign(stratum="cosines", coverage="exhaustive", error=7.0)
+    worst = pd.concat([context.worst, cosine], ignore_index=True)
+    cell = next(c for c in context.sweep.cells if c.gated)
     kept = search._kept(worst)[search._key(cell)]
     assert sorted(candidate[0] for candidate in kept)[:1] == [-1.0]
-    again = search.measure(replace(probing, worst=worst))["accuracy"]
+    again = search.measure(replace(context, worst=worst))["accuracy"]
     assert (again["max_abs"] < 1).all()
 
 
@@ -102,22 +101,22 @@ def test_the_worst_cosine_seeds_the_search_but_counts_for_nothing(probing):
 def test_in_a_tiny_format_it_comes_near_the_worst_of_all_pairs(form):
     """Nearly unit vectors of eighths: all pairs of them can be gone through."""
     precision = precision_named("q1.3")
-    probing = probing_of(
+    context = context_of(
         alphas=(10.0,), precisions=(precision.name,), lambda_forms=(form,), approximations=("lyon",), samples=16
     )
     axis = precision.representables(-2.0, 2.0)
     grid = np.stack(np.meshgrid(axis, axis, axis), axis=-1).reshape(-1, 3)
     unit = grid[np.abs(np.linalg.norm(grid, axis=1) - 1) <= precision.eps]
-    position = next(p for p, c in enumerate(probing.sweep.cells) if c.gated and c.approximation == "lyon")
-    cell = search._Cell(probing, position)
+    position = next(p for p, c in enumerate(context.sweep.cells) if c.gated and c.approximation == "lyon")
+    cell = search._Cell(context, position)
     everything = max(cell.errors(np.hstack([np.tile(a, (len(unit), 1)), unit])).max() for a in unit)
-    searched = search.measure(probing)["accuracy"].query("approximation == 'lyon'")["max_abs"].item()
+    searched = search.measure(context)["accuracy"].query("approximation == 'lyon'")["max_abs"].item()
     assert 0.9 * everything <= searched <= everything
 
 
 def test_float64_is_not_searched_and_a_run_without_cells_has_no_rows():
-    assert search.measure(probing_of(alphas=(10.0,), precisions=("float64",))) == {}
+    assert search.measure(context_of(alphas=(10.0,), precisions=("float64",))) == {}
 
 
-def test_the_forecast_counts_the_cells(probing, found):
-    assert search.seconds(probing.plan, 1) == pytest.approx(search.SECONDS * len(found["accuracy"]))
+def test_the_forecast_counts_the_cells(context, found):
+    assert search.seconds(context.plan, 1) == pytest.approx(search.SECONDS * len(found["accuracy"]))

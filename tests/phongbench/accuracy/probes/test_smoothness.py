@@ -6,12 +6,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from phongbench.accuracy import sweep as engine
+from phongbench.accuracy import sweep
 from phongbench.accuracy.probes import smoothness
-from phongbench.accuracy.probes.probe import Probing
+from phongbench.accuracy.probes.probe import ProbeContext
 from phongbench.compiler.lowering import FLOAT16, FLOAT32, precision_named
 from phongbench.formulas import error_laws
-from phongbench.formulas.spec import Setting
+from phongbench.formulas.formula import Formula
 from phongbench.inputs.plan import Cell, preset
 from phongbench.results.schema import SMOOTHNESS_COLUMNS
 
@@ -27,9 +27,9 @@ def rows():
         approximations=("phong", "lyon", "gaussian", "integer-power", "table-u"),
         precisions=("float16", "float32", "float64", "q1.15"),
     ).validated()
-    sweep = engine.prepare(plan)
-    engine.compile_kernels(sweep)
-    return smoothness.measure(Probing(sweep, None, None))["smoothness"]
+    prepared = sweep.prepare(plan)
+    sweep.compile_kernels(prepared)
+    return smoothness.measure(ProbeContext(prepared, None, None))["smoothness"]
 
 
 def lyon(rows, **wanted):
@@ -92,7 +92,7 @@ def test_the_cut_in_degrees_is_where_lambda_reaches_1_over_beta(rows):
 
 
 def test_what_never_ends_has_no_edge():
-    cell = Cell("gaussian", "difference", Setting(50.0, slope="taylor"), "float32", gated=False)
+    cell = Cell(Formula("gaussian", "difference", slope="taylor"), 50.0, "float32", gated=False)
     from phongbench.formulas.registry import REGISTRY
 
     assert all(math.isnan(x) for x in smoothness.kink(REGISTRY["gaussian"], cell))

@@ -6,16 +6,15 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from phongbench.accuracy import sweep as engine
-from phongbench.accuracy import tables
+from phongbench.accuracy import sweep, tables
 from phongbench.accuracy.probes import exhaustive, truth_check
-from phongbench.accuracy.probes.probe import Probing
+from phongbench.accuracy.probes.probe import ProbeContext
 from phongbench.formulas import exact
 from phongbench.inputs.plan import preset
 
 
 @pytest.fixture(scope="module")
-def probing():
+def context():
     plan = replace(
         preset("quick"),
         alphas=(0.3, 1.0, 50.0, 1000.0),
@@ -26,21 +25,21 @@ def probing():
         samples=2048,
         timing=False,
     ).validated()
-    sweep = engine.prepare(plan)
-    engine.compile_kernels(sweep)
-    parts = [tables.part(list(engine.run(sweep)))]
-    probing = Probing(sweep, tables.accuracy(sweep, parts), tables.worst(sweep, parts), 2)
-    more = exhaustive.measure(probing)["worst"]
-    return replace(probing, worst=pd.concat([probing.worst, more], ignore_index=True))
+    prepared = sweep.prepare(plan)
+    sweep.compile_kernels(prepared)
+    parts = [tables.part(list(sweep.run(prepared)))]
+    context = ProbeContext(prepared, tables.accuracy(prepared, parts), tables.worst(prepared, parts), 2)
+    more = exhaustive.measure(context)["worst"]
+    return replace(context, worst=pd.concat([context.worst, more], ignore_index=True))
 
 
 @pytest.mark.parametrize("with_flint", [True, False])
-def test_every_exact_value_is_within_its_stated_error(probing, monkeypatch, with_flint):
+def test_every_exact_value_is_within_its_stated_error(context, monkeypatch, with_flint):
     if with_flint:
         pytest.importorskip("flint")
     monkeypatch.setattr(truth_check, "find_spec", lambda name: "there" if with_flint else None)
     monkeypatch.setattr(truth_check, "RANDOM", 10_000 if with_flint else 500)
-    asked = replace(probing, worst=probing.worst if with_flint else probing.worst[::9], violations=[], facts={})
+    asked = replace(context, worst=context.worst if with_flint else context.worst[::9], violations=[], facts={})
     assert truth_check.measure(asked) == {}
     assert asked.violations == []
     facts = asked.facts["recheck"]
@@ -53,11 +52,11 @@ def test_every_exact_value_is_within_its_stated_error(probing, monkeypatch, with
 
 
 @pytest.mark.parametrize("stratum", ["highlight", "cosines", "lengths"])
-def test_a_wrong_exact_value_is_told_with_its_input(probing, stratum):
-    worst = probing.worst.copy()
+def test_a_wrong_exact_value_is_told_with_its_input(context, stratum):
+    worst = context.worst.copy()
     index = worst[(worst["stratum"] == stratum) & (worst["precision"] == "float32") & (worst["alpha"] == 50)].index[0]
     worst.loc[index, "exact"] += 1e-11
-    asked = replace(probing, worst=worst, violations=[], facts={})
+    asked = replace(context, worst=worst, violations=[], facts={})
     truth_check.measure(asked)
     assert len(asked.violations) == 1
     assert f"worst {stratum} input" in asked.violations[0]
@@ -65,8 +64,8 @@ def test_a_wrong_exact_value_is_told_with_its_input(probing, stratum):
     assert asked.facts["recheck"]["worst_share"] > 1
 
 
-def test_many_wrong_values_are_summed_up(probing):
-    asked = replace(probing, worst=probing.worst.assign(exact=probing.worst["exact"] + 0.1), violations=[], facts={})
+def test_many_wrong_values_are_summed_up(context):
+    asked = replace(context, worst=context.worst.assign(exact=context.worst["exact"] + 0.1), violations=[], facts={})
     truth_check.measure(asked)
     assert len(asked.violations) == truth_check.TOLD + 1
     assert "more worst exact values" in asked.violations[-1]
@@ -86,8 +85,8 @@ def test_lengths_that_float64_cannot_square_are_left_out():
         assert not truth_check._holds((*ones, hostile, 0.0, 0.0))
 
 
-def test_the_forecast_asks_whether_flint_is_there(probing, monkeypatch):
-    cells = sum(1 for _ in probing.plan.cells())
+def test_the_forecast_asks_whether_flint_is_there(context, monkeypatch):
+    cells = sum(1 for _ in context.plan.cells())
     for there in (True, False):
         monkeypatch.setattr(truth_check, "find_spec", lambda name, there=there: "there" if there else None)
-        assert truth_check.seconds(probing.plan, 1) == truth_check.SECONDS[there] * (truth_check.RANDOM + 5 * cells)
+        assert truth_check.seconds(context.plan, 1) == truth_check.SECONDS[there] * (truth_check.RANDOM + 5 * cells)
