@@ -12,7 +12,7 @@ import click
 
 from phongbench import __version__
 from phongbench.cli.answers import bench, claims, front, recommend
-from phongbench.cli.common import JSON, ROOT, CommaList, facts, show
+from phongbench.cli.common import JSON, ROOT, CommaList, facts, notes, show
 from phongbench.cli.installation import approximations, doctor
 from phongbench.cli.pictures import render
 from phongbench.cli.runs import compare, list_runs, show_run, verify
@@ -181,7 +181,8 @@ def run(
     wishes["meshes"] = wishes["meshes"] or None
     if wishes["approximations"] is None and plan is None:  # plug-ins and the user's own among them
         wishes["approximations"] = tuple(registry)
-    wanted = compose(plan, preset_name, materials, timing=False if no_timing else None, **wishes).validated(registry)
+    wishes |= {"timing": False if no_timing else None, "note": lambda text: notes([text], quiet=as_json)}
+    wanted = compose(plan, preset_name, materials, **wishes).validated(registry)
     if dry_run:
         with TerminalProgress(quiet=as_json) as progress:
             told = forecast(wanted, registry, jobs, progress).as_dict()
