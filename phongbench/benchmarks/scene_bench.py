@@ -180,7 +180,8 @@ def measure(wish: Wish, progress: Progress = _SILENT) -> dict[str, Any]:
     scene, arguments = wish.read(), wish.arguments()
     skips = skip_gains.skips(scene, progress=progress, **arguments, **_formula(wish))
     rows, absent = ([], []) if _beyond_the_plain(scene) else tracers(scene, progress=progress, **arguments)
-    return {"scene": scene.name, "interval": LEVEL_TEXT, "skips": skips, "tracers": rows, "absent": absent}
+    told = {"scene": scene.name, "notes": list(scene.notes), "interval": LEVEL_TEXT}
+    return told | {"skips": skips, "tracers": rows, "absent": absent}
 
 
 def judge(wish: Wish, progress: Progress = _SILENT) -> dict[str, Any]:
@@ -201,7 +202,8 @@ def judge(wish: Wish, progress: Progress = _SILENT) -> dict[str, Any]:
     left_out = [
         {"formula": picture_errors.name_of(row), "why": row["left_out"]} for row in rows.values() if row["left_out"]
     ]
-    return {"scene": scene.name, "interval": LEVEL_TEXT, "formulas": told, "left_out": left_out}
+    notes = list(scene.notes)
+    return {"scene": scene.name, "notes": notes, "interval": LEVEL_TEXT, "formulas": told, "left_out": left_out}
 
 
 def _picture_times(
