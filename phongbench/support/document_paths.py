@@ -13,27 +13,28 @@ Steps = tuple[str | int, ...]
 class Source:
     """Where a document came from, so that an error can say file and line.
 
-    name    str    the file as the user named it; "" for a document that came as data
-    text    str    its TOML text; "" where lines mean nothing
-    prefix  Steps  where the document stands in a larger one
+    name       str   the file as the user named it; "" for a document that came as data
+    text       str   its TOML text; "" where lines mean nothing
     untrusted  bool  whether anyone may have sent it: errors repeat nothing of it, and count what its author named
     """
 
     name: str = ""
     text: str = ""
-    prefix: Steps = ()
     untrusted: bool = False
 
     def where(self, steps: Steps) -> str:
         """File, line and key of a value; only the key for data."""
         key = ""
-        for step in (*self.prefix, *steps):
+        for step in steps:
             key += f"[{step}]" if isinstance(step, int) else f"{'.' if key else ''}{shown(step)}"
         if not self.name:
             return key or "document"
         place = f"{self.name}:{line_of(self.text, steps)}" if self.text else self.name
         return f"{place}: {key}" if key else place
 
+
+#: a document that came as data, and one that anyone may have sent
+DATA, UNTRUSTED = Source(), Source(untrusted=True)
 
 #: a part of a key, and keys of such parts: at the beginning of a line, or in the brackets of a table's header
 _PART = r"""(?:"(?:[^"\\]|\\.)*"|'[^']*'|[\w-]+)"""

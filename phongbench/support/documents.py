@@ -1,7 +1,6 @@
-"""The one reader of strict documents, TOML or JSON: every value is typed, every key is known, every error names its place.
+"""The one reader of strict documents, TOML or JSON: values are typed, keys are known, errors name the place.
 
-Scenes, plans and shading requests are read by it. Python's own types in, Python's own types out; what a document means
-is its caller's business.
+Scenes, plans and shading requests are read by it; what they mean is their own business.
 """
 
 import json
@@ -9,7 +8,7 @@ import math
 import re
 import sys
 import tomllib
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from difflib import get_close_matches
@@ -17,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from phongbench.errors import InputError, UnknownNameError
-from phongbench.support.document_paths import Source, Steps, shown
+from phongbench.support.document_paths import DATA, Source, Steps, shown
 
 Vector = tuple[float, float, float]
 #: largest number a scene may hold: its square is still far from float32's end
@@ -38,16 +37,14 @@ def load(path: Path, kind: str, fix: str | None = None) -> "Table":
     """
     try:
         if path.stat().st_size > LARGEST_FILE:
-            raise InputError(f"a {kind} has at most {LARGEST_FILE >> 20} MB", str(path), "put data into files of their own")
+            raise InputError(f"a {kind} has at most {LARGEST_FILE >> 20} MB", str(path), "leave data to other files")
         text = path.read_text(encoding="utf-8-sig")  # Windows' editors put a byte order mark first
     except OSError as problem:
         what = f"cannot read the {kind}: {problem.strerror}"
         raise InputError(what, str(path), "give the path of a TOML file") from problem
     except UnicodeDecodeError as problem:
         at = problem.object.count(b"\n", 0, problem.start) + 1
-        raise InputError(
-            f"cannot read the {kind}: not UTF-8", f"{path}:{at}", "save it as text in UTF-8"
-        ) from problem
+        raise InputError(f"cannot read the {kind}: not UTF-8", f"{path}:{at}", "save it as text in UTF-8") from problem
     form, parse = ("JSON", json.loads) if path.suffix.lower() == ".json" else ("TOML", tomllib.loads)
     try:
         data = parse(text)
@@ -70,14 +67,14 @@ def _malformed(problem: Exception, text: str) -> tuple[str, int | None]:
 
 @dataclass(slots=True)
 class Table:
-    """A table (in JSON, an object) that is being read: values are typed as they are read, and `finish` refuses the rest.
+    """A table (in JSON, an object) that is being read: each method checks a value, and `finish` refuses the rest.
 
     A method without a default needs its key. Errors are InputErrors that name the place of the value; of an untrusted
     document they repeat nothing but keys that were read.
     """
 
     data: Mapping[str, Any]
-    source: Source = Source()
+    source: Source = DATA
     steps: Steps = ()
     known: dict[str, None] = field(default_factory=dict)
 
@@ -98,7 +95,7 @@ class Table:
 
     @contextmanager
     def located(self, key: str | None = None) -> Iterator[None]:
-        """Errors of the library raised inside are about the value that they name, if this table has it, or `key`, or all."""
+        """Errors of the library raised inside are about the value of this table that they name, or `key`, or all of it."""
         try:
             yield
         except InputError as problem:
@@ -119,7 +116,9 @@ class Table:
         if self.has(key):
             return self.data[key]
         if default is None:
-            near = [] if self.source.untrusted else get_close_matches(key, [k for k in self.data if k not in self.known])
+            near = (
+                [] if self.source.untrusted else get_close_matches(key, [k for k in self.data if k not in self.known])
+            )
             fix = f"did you mean it by {shown(near[0])}?" if near else f"add: {key} = ..."
             raise InputError(f"{key} is missing", self.where(key), fix)
         return default
@@ -209,7 +208,7 @@ class Table:
         return [self.inside(member, key, i) for i, member in enumerate(self.members(key, default, most))]
 
     def named(self, key: str) -> dict[str, "Table"]:
-        """Tables by name, [key.name]; none if the key is not there. Errors call those of the untrusted by their number."""
+        """Tables by name, [key.name]; none if the key is not there. Errors name untrusted ones by their number."""
         inside = self.table(key, {})
         members = enumerate(inside.data.items())
         return {name: inside.inside(v, i if self.source.untrusted else name) for i, (name, v) in members}
@@ -227,7 +226,9 @@ class Table:
         """Refuse the first key that was not read."""
         for key in self.data:
             if key not in self.known:
-                raise UnknownNameError("key", key[:60], self.known, self.where("(unknown)" if self.source.untrusted else key))
+                raise UnknownNameError(
+                    "key", key[:60], self.known, self.where("(unknown)" if self.source.untrusted else key)
+                )
 
     def inside(self, value: Any, *steps: str | int) -> "Table":
         """A value that must be a table, at these steps from here."""
@@ -237,7 +238,7 @@ class Table:
 
     def wrong(self, what: str, value: Any, *steps: str | int) -> InputError:
         """The error to raise about a value: `key = value is not ..`; of an untrusted document only `key is not ..`."""
-        name = Source().where(steps)
+        name = DATA.where(steps)
         if not self.source.untrusted:
             text = json.dumps(value, default=str)
             name += f" = {text if len(text) <= 60 else f'{text[:57]}...'}"

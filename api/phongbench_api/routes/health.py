@@ -10,7 +10,7 @@ from phongbench import __version__
 from phongbench.compiler.lowering import PRECISIONS
 from phongbench.inputs.mtl_files import OPENGL
 from phongbench.results.provenance import versions
-from phongbench_api.http import media
+from phongbench_api.http import arrays, media
 from phongbench_api.http.openapi import described
 from phongbench_api.http.problems import BusyError
 from phongbench_api.service import service
@@ -62,7 +62,7 @@ def _meta(settings: Settings) -> dict[str, Any]:
         "versions": asdict(versions()),
         "precisions": list(PRECISIONS),
         "materials": [asdict(material) for material in OPENGL],
-        "dtypes": list(media.DTYPES),
+        "dtypes": list(arrays.DTYPES),
         "limits": {name: values[name] for name in _LIMITS},
         "cores": settings.cores,
         "media_types": {

@@ -19,7 +19,7 @@ from phongbench.scenes.mesh_objects import COARSEST, FINEST_AFAR, SMOOTH
 from phongbench.scenes.requests import THRIFTS, Drawn, RenderRequest, render_request
 from phongbench.scenes.scene_files import BRIGHTEST, examples
 from phongbench.support.documents import LARGEST
-from phongbench_api.http import media
+from phongbench_api.http import arrays, media
 from phongbench_api.http.openapi import described, object_schema
 from phongbench_api.http.problems import Cancelled, TooLargeError, request_errors
 from phongbench_api.service import Service, service
@@ -201,7 +201,7 @@ class Rendering:
         if self.media_type == media.JSON:
             return media.json(drawn.as_dict(), spans)
         if self.media_type == media.NPY:
-            response = media.binary(drawn.done.picture, media.NPY, spans)
+            response = arrays.binary(drawn.done.picture, media.NPY, spans)
         else:
             response = media.response(images.png(drawn.picture), media.PNG, spans)
         skipped = {line.name: line.skipped for line in drawn.done.ledger}

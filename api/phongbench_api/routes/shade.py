@@ -14,7 +14,7 @@ from phongbench.formulas.registry import REGISTRY
 from phongbench.formulas.spec import ALPHA, GAMMA
 from phongbench.shading.requests import ShadingRequest, shading_request
 from phongbench.shading.shade import Shaded
-from phongbench_api.http import media, multipart
+from phongbench_api.http import arrays, media, multipart
 from phongbench_api.http.openapi import described, object_schema
 from phongbench_api.http.problems import Cancelled, TooLargeError, request_errors
 from phongbench_api.service import Service, service
@@ -145,7 +145,7 @@ class Shading:
         skipped = shaded.ledger.as_dict()
         if self.media_type == media.JSON:
             return media.json({"colours": shaded.colours, "skipped": skipped}, spans)
-        response = media.binary(shaded.colours, self.media_type, spans)
+        response = arrays.binary(shaded.colours, self.media_type, spans)
         response.headers["phongbench-skipped"] = orjson.dumps(skipped).decode()
         return response
 
@@ -176,5 +176,5 @@ def _parts(body: bytes, content_type: str, limit: int) -> tuple[Any, tuple[Any, 
     parts = multipart.parts(body, content_type, ("request", "vectors"))
     if len(parts["request"]) > limit:
         raise TooLargeError(f"the part is larger than {limit} bytes", "request")
-    document, both = media.parsed(bytes(parts["request"])), media.npy(parts["vectors"], "vectors")
+    document, both = media.parsed(bytes(parts["request"])), arrays.npy(parts["vectors"], "vectors")
     return document, (both[0], both[1])

@@ -10,7 +10,7 @@ from starlette.responses import Response
 
 from phongbench.compiler.lowering import Precision, precision_named
 from phongbench.compiler.precisions import Array
-from phongbench_api.http import media
+from phongbench_api.http import arrays, media
 from phongbench_api.http.openapi import described, query
 from phongbench_api.http.problems import RequestError
 from phongbench_api.models import BinaryParameters, SpecularParameters
@@ -96,7 +96,7 @@ class _Pairs:
         """The values in the media type of the answer."""
         if self.media_type == media.JSON:
             return media.json(result, spans)
-        return media.binary(result["values"], self.media_type, spans)
+        return arrays.binary(result["values"], self.media_type, spans)
 
 
 async def _read(request: Request, here: Service) -> _Pairs:
@@ -120,7 +120,7 @@ async def _of_json(request: Request, here: Service, kind: str) -> tuple[Specular
     document = media.parsed(await request_bodies.read(request, here.settings.max_json, here.admission))
     if not isinstance(document, dict):
         raise RequestError("the body must be an object", "(body)")
-    a, b = (media.vectors(document.pop(name, None), name) for name in ("a", "b"))
+    a, b = (arrays.vectors(document.pop(name, None), name) for name in ("a", "b"))
     return SpecularParameters.model_validate(document, strict=True), a, b
 
 
@@ -129,6 +129,6 @@ async def _of_binary(request: Request, here: Service, kind: str) -> tuple[Specul
     evaluation.requested(parameters)  # errors of the query are reported before the body is read
     body = await request_bodies.read(request, here.settings.max_body, here.admission)
     if kind == media.NPY:
-        both = media.npy(body)
+        both = arrays.npy(body)
         return parameters, both[0], both[1]
-    return parameters, *media.raw_pairs(body, parameters.dtype)
+    return parameters, *arrays.raw_pairs(body, parameters.dtype)

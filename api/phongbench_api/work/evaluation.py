@@ -14,7 +14,7 @@ from phongbench.formulas.formula import Formula
 from phongbench.formulas.kernel import Kernel, evaluate
 from phongbench.formulas.registry import REGISTRY
 from phongbench.formulas.spec import Approximation, Setting
-from phongbench_api.http import media
+from phongbench_api.http import arrays
 from phongbench_api.http.problems import Cancelled, RequestError, request_errors
 from phongbench_api.models import FormulaParameters
 
@@ -102,7 +102,7 @@ def values(
             raise Cancelled
         piece = slice(start, start + TILE)
         for field, vectors in (("a", a[piece]), ("b", b[piece])):
-            media.check_finite(vectors, field, start)
+            arrays.check_finite(vectors, field, start)
         loop.fill_pairs(a[piece], b[piece], out[piece])
     return out
 

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from phongbench_api.http import media
+from phongbench_api.http import arrays, media
 from phongbench_api.http.problems import MalformedError, NotAcceptableError, RequestError
 
 OFFERED = (media.JSON, media.CSV, media.PARQUET)
@@ -75,7 +75,7 @@ def test_numbers_too_large_for_a_double_are_refused_by_index(number: str) -> Non
     except MalformedError:
         return
     with pytest.raises(RequestError) as problem:
-        media.vectors(data, "a")
+        arrays.vectors(data, "a")
     assert problem.value.index == 1
 
 
@@ -84,17 +84,17 @@ def test_numbers_too_large_for_a_double_are_refused_by_index(number: str) -> Non
 )
 def test_the_first_entry_that_is_no_vector_is_named(bad: object) -> None:
     with pytest.raises(RequestError) as problem:
-        media.vectors([[0, 0, 1], bad, [0, 0], [1, 2, 3]], "b")
+        arrays.vectors([[0, 0, 1], bad, [0, 0], [1, 2, 3]], "b")
     assert (problem.value.field, problem.value.index) == ("b", 1)
 
 
 def test_vectors_that_are_not_finite_are_named_even_where_their_squares_overflow() -> None:
-    media.check_finite(np.full((10, 3), 1e30, np.float32), "a")
+    arrays.check_finite(np.full((10, 3), 1e30, np.float32), "a")
     for value in (np.nan, np.inf, -np.inf):
         found = np.full((10, 3), 1e30, np.float32)
         found[7, 1] = value
         with pytest.raises(RequestError) as problem:
-            media.check_finite(found, "a")
+            arrays.check_finite(found, "a")
         assert problem.value.index == 7
 
 
@@ -104,7 +104,7 @@ def test_npy_is_read_as_numpy_reads_it_and_without_a_copy(dtype: str, n: int, ve
     out = io.BytesIO()
     np.lib.format.write_array(out, array, version)
     body = out.getvalue()
-    found = media.npy(body)
+    found = arrays.npy(body)
     assert found.dtype == array.dtype
     assert np.array_equal(found, array)
     assert np.shares_memory(found, np.frombuffer(body, np.uint8)) or n == 0
@@ -145,7 +145,7 @@ HOSTILE = {
 @pytest.mark.parametrize("body", HOSTILE.values(), ids=HOSTILE.keys())
 def test_a_hostile_npy_is_refused_before_anything_is_made(body: bytes) -> None:
     with pytest.raises(RequestError):
-        media.npy(body)
+        arrays.npy(body)
 
 
 @given(st.binary(max_size=200), st.integers(0, 150))
@@ -153,15 +153,15 @@ def test_no_npy_breaks_the_reader(noise: bytes, at: int) -> None:
     good = _npy()
     body = good[:at] + noise + good[at + len(noise) :]
     with contextlib.suppress(RequestError):
-        assert media.npy(body).shape[0] == 2
+        assert arrays.npy(body).shape[0] == 2
 
 
 @pytest.mark.parametrize(("dtype", "size"), [("f4", 24), ("f8", 48)])
 def test_raw_pairs_are_views_and_must_be_whole(dtype: str, size: int) -> None:
-    body = np.arange(5 * 6, dtype=media.DTYPES[dtype]).tobytes()
-    a, b = media.raw_pairs(body, dtype)
+    body = np.arange(5 * 6, dtype=arrays.DTYPES[dtype]).tobytes()
+    a, b = arrays.raw_pairs(body, dtype)
     assert a.shape == b.shape == (5, 3)
     assert b[0, 0] == 15
     assert np.shares_memory(a, np.frombuffer(body, np.uint8))
     with pytest.raises(MalformedError):
-        media.raw_pairs(body[: size - 1], dtype)
+        arrays.raw_pairs(body[: size - 1], dtype)

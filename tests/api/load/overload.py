@@ -17,6 +17,7 @@ import numpy as np
 
 from load.lines import Lines, Seen, due, head
 from load.running import PROGRAMS
+from phongbench_api.http import arrays
 from phongbench_api.http import media as wire
 
 #: points and lights of one request: some milliseconds of a core, half a megabyte of body, so that the cores are what is
@@ -48,7 +49,7 @@ def request_bytes(points: int = POINTS, lights: int = LIGHTS) -> bytes:
         + b"\r\n"
         for name, more, media, content in (
             ("request", "", wire.JSON, json.dumps(document).encode()),
-            ("vectors", '; filename="vectors.npy"', wire.NPY, wire.npy_bytes(np.stack([normals, normals]))),
+            ("vectors", '; filename="vectors.npy"', wire.NPY, arrays.npy_bytes(np.stack([normals, normals]))),
         )
     )
     body += f"--{_BOUNDARY}--\r\n".encode()

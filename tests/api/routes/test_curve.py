@@ -52,6 +52,14 @@ def test_beta_and_space_are_heard(client: TestClient) -> None:
     assert np.array_equal(half, curve(REGISTRY["lyon"], "cross", Setting(50.0, 8, "taylor", "half"), cosine))
 
 
+def test_a_spelling_is_its_parts_and_names_the_answer(client: TestClient) -> None:
+    by_parts, spelled = client.get(CURVE).json(), client.get("/v1/curve?formula=lyon:cross:8&alpha=50").json()
+    assert spelled == by_parts
+    assert spelled["name"] == "lyon:cross:8"
+    flat = client.get("/v1/curve?formula=lyon:cross:8:5.5&alpha=50").json()
+    assert (flat["name"], flat["beta"], flat["cutoff_degrees"]) == ("lyon:cross:8:5.5", 5.5, None)
+
+
 def test_csv_holds_the_same_numbers(client: TestClient) -> None:
     told = client.get(CURVE).json()
     table = list(csv.reader(io.StringIO(client.get(CURVE, headers={"accept": "text/csv"}).text)))

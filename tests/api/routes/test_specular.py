@@ -11,7 +11,7 @@ from phongbench.compiler.lowering import PRECISIONS
 from phongbench.formulas.kernel import highlights
 from phongbench.formulas.registry import REGISTRY, example
 from phongbench.formulas.spec import Setting
-from phongbench_api.http import media
+from phongbench_api.http import arrays, media
 from phongbench_api.work import evaluation
 
 QUERY = {"approximation": "lyon", "lambda": "cross", "gamma": "8", "alpha": "50"}
@@ -62,13 +62,13 @@ def test_half_space_is_compared_with_phong_at_twice_the_angle(client: TestClient
 @pytest.mark.parametrize("dtype", ["f4", "f8"])
 @pytest.mark.parametrize("n", [0, 1, 1000, 3 * evaluation.TILE + 5])
 def test_octets_npy_and_json_agree_bit_for_bit(client: TestClient, dtype: str, n: int) -> None:
-    pairs = directions(n).astype(media.DTYPES[dtype])
+    pairs = directions(n).astype(arrays.DTYPES[dtype])
     query = QUERY | {"precision": {"f4": "float32", "f8": "float64"}[dtype], "dtype": dtype}
     raw = client.post("/v1/specular", params=query, content=pairs.tobytes(), headers={"content-type": media.OCTETS})
     assert raw.status_code == 200, raw.text
     assert raw.headers["content-type"] == media.OCTETS
     assert raw.headers["phongbench-dtype"] == dtype
-    values = np.frombuffer(raw.content, media.DTYPES[dtype])
+    values = np.frombuffer(raw.content, arrays.DTYPES[dtype])
     setting = Setting(50.0, 8, "taylor")
     precision = PRECISIONS[query["precision"]]
     assert np.array_equal(
@@ -80,7 +80,7 @@ def test_octets_npy_and_json_agree_bit_for_bit(client: TestClient, dtype: str, n
     assert np.array_equal(np.load(io.BytesIO(npy.content)), values)
     asked = {"content-type": media.OCTETS, "accept": media.JSON}
     told = client.post("/v1/specular", params=query, content=pairs.tobytes(), headers=asked)
-    assert np.array_equal(np.array(told.json()["values"], media.DTYPES[dtype]), values)
+    assert np.array_equal(np.array(told.json()["values"], arrays.DTYPES[dtype]), values)
 
 
 def test_all_that_is_left_out_is_the_formulas_own_default(client: TestClient) -> None:
