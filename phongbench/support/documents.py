@@ -95,7 +95,7 @@ class Table:
 
     @contextmanager
     def located(self, key: str | None = None) -> Iterator[None]:
-        """Errors of the library raised inside are about the value of this table that they name, or `key`, or all of it."""
+        """Errors of the library raised inside are about the value here that they name, or `key`, or all of it."""
         try:
             yield
         except InputError as problem:
