@@ -20,7 +20,7 @@ from phongbench_reports.figures import FIGURES
 from phongbench_reports.figures.pictures import SECTIONS
 from phongbench_reports.page import Links, Section, render, style_sheet
 from phongbench_reports.plots import Plate, ink, svg_pair
-from phongbench_reports.second_process import Drawn, Found, beside, drawn
+from phongbench_reports.second_process import Drawn, Figures, beside, drawn
 from phongbench_reports.tables.behaviour import hostile, smoothness
 from phongbench_reports.tables.claims import claims
 from phongbench_reports.tables.mesh_edges import mesh_edges
@@ -40,7 +40,7 @@ BESIDE = {"meshes": ("mesh_edges", "How wide edges may be", mesh_edges)}
 
 
 def sections_of(
-    study: Study, theirs: Callable[[], Found] | None = None
+    study: Study, theirs: Callable[[], Figures] | None = None
 ) -> tuple[list[Section], dict[str, tuple[bytes, bytes]]]:
     """All sections in page order, and the SVGs (light, dark) of the figures among them.
 
@@ -82,17 +82,17 @@ def _answers(study: Study) -> list[Section]:
 
 
 def _figures(
-    study: Study, theirs: Callable[[], Found] | None
+    study: Study, theirs: Callable[[], Figures] | None
 ) -> tuple[dict[str, Section], dict[str, tuple[bytes, bytes]]]:
     """The figures in page order, with the tables beside them, and their SVGs."""
-    found: dict[str, Drawn] = {}
+    figures: dict[str, Drawn] = {}
     if theirs is not None:
-        found = {entry.name: drawn(study, entry) for entry in FIGURES if entry.name not in LATER}
-        found |= theirs()
+        figures = {entry.name: drawn(study, entry) for entry in FIGURES if entry.name not in LATER}
+        figures |= theirs()
     sections: dict[str, Section] = {}
     pictures: dict[str, tuple[bytes, bytes]] = {}
     for entry in FIGURES:
-        one = found.get(entry.name) or drawn(study, entry)
+        one = figures.get(entry.name) or drawn(study, entry)
         sections[entry.name] = Section(entry.name, entry.title, one.content)
         if entry.name in BESIDE:
             name, heading, table_of = BESIDE[entry.name]

@@ -6,29 +6,35 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-import numpy as np
 import pandas as pd
 
 from phongbench.analysis.front import CELL, front
 from phongbench.analysis.mesh_edges import lyon
+from phongbench.analysis.rows import at, ordered
 from phongbench.compiler.precisions import in_order
 from phongbench.results.runs import EXACT
+from phongbench.results.schema import TWIN
 
 if TYPE_CHECKING:
     from phongbench.results.runs import Run
 
 #: The exponents single-exponent figures prefer: the middle of the classic range, and where lengths begin to hurt.
 HEADLINE_ALPHA, STABILITY_ALPHA = 50.0, 128.0
-#: Rows of the timing table that are ceilings or checks, not highlights.
-CEILINGS = ("copy", "triad", "dot", "fma")
-TWIN = "aa-twin"
 
 
 def nearest(values: Sequence[float], wanted: float) -> float:
     """The value nearest to `wanted` on a log scale; the smaller of two equally near ones. Values must be positive."""
     return min(sorted(values), key=lambda value: abs(math.log(value / wanted)))
+
+
+def near(rows: pd.DataFrame, column: str, wanted: float) -> pd.DataFrame:
+    """The rows of the value that is nearest to the wanted one, see `nearest`, and those without a value."""
+    values = [float(value) for value in rows[column].dropna().unique()]
+    if not values:
+        return rows
+    return rows[rows[column].isna() | (rows[column] == nearest(values, wanted)).fillna(False)]
 
 
 def plain(rows: pd.DataFrame) -> pd.DataFrame:
@@ -48,15 +54,14 @@ class Study:
 
     @property
     def name(self) -> str:
-        """The run's name as its manifest tells it; written by users, so escape it."""
+        """The run's name as its manifest has it; written by users, so escape it."""
         return str(self.run.manifest.get("run", self.run.path.name))
 
     @cached_property
     def accuracy(self) -> pd.DataFrame:
         """All accuracy rows in a fixed order, so that the order of a file never shows."""
         keys = [*CELL, "alpha", "stratum", "perturbation", "length_error", "truth", "gated", "coverage"]
-        rows = plain(self.run.accuracy)
-        return rows.sort_values(keys, kind="stable").reset_index(drop=True)
+        return ordered(plain(self.run.accuracy), keys)
 
     @cached_property
     def timing(self) -> pd.DataFrame:
@@ -65,7 +70,7 @@ class Study:
         if rows.empty:
             return rows
         keys = ["working_set", "approximation", "lambda_form", "space", "gamma", "precision", "threads"]
-        return rows.sort_values(keys, kind="stable").reset_index(drop=True)
+        return ordered(rows, keys)
 
     @cached_property
     def alphas(self) -> list[float]:
@@ -75,9 +80,9 @@ class Study:
     @cached_property
     def precisions(self) -> list[str]:
         """The swept precisions, float32 first."""
-        found = in_order(set(self.accuracy["precision"]) - {EXACT})
-        first = [name for name in ("float32", "float16", "float64") if name in found]
-        return [*first, *(name for name in found if name not in first)]
+        swept = in_order(set(self.accuracy["precision"]) - {EXACT})
+        first = [name for name in ("float32", "float16", "float64") if name in swept]
+        return [*first, *(name for name in swept if name not in first)]
 
     @property
     def precision(self) -> str:
@@ -92,8 +97,8 @@ class Study:
     @cached_property
     def working_set(self) -> str:
         """The smallest working set that was timed, or "" without timing."""
-        found = set(self.timing["working_set"]) if len(self.timing) else set()
-        return next((name for name in ("l1", "l2", "memory") if name in found), "")
+        timed = set(self.timing["working_set"]) if len(self.timing) else set()
+        return next((name for name in ("l1", "l2", "memory") if name in timed), "")
 
     @cached_property
     def unit(self) -> pd.DataFrame:
@@ -113,16 +118,7 @@ class Study:
         """Lyon's rows on interpolated normals in a fixed order, see `edges.lyon`; empty for a run without the probe."""
         keys = ["mesh", "edge_degrees", "normals", "pair", *CELL, "alpha", "truth"]
         rows = plain(lyon(self.run.meshes))
-        return rows if rows.empty else rows.sort_values(keys, kind="stable").reset_index(drop=True)
-
-    def at(self, rows: pd.DataFrame, **wanted: Any) -> pd.DataFrame:
-        """The rows whose columns equal the wanted values; a tuple or list of values means any of them."""
-        mask = np.ones(len(rows), bool)
-        for column, value in wanted.items():
-            held = rows[column]
-            same = held.isin(list(value)) if isinstance(value, list | tuple) else held == value
-            mask &= same.to_numpy(bool, na_value=False)
-        return rows[mask]
+        return rows if rows.empty else ordered(rows, keys)
 
     def front(self, alpha: float, precision: str) -> pd.DataFrame:
         """The error/time front of formulas of (R, V) at one exponent in the smallest timed working set; kept.
@@ -143,11 +139,11 @@ class Study:
 
     @cached_property
     def _reflect(self) -> pd.DataFrame:
-        return self.at(self.unit, space="reflect")
+        return at(self.unit, space="reflect")
 
     @cached_property
     def twin_differs(self) -> list[str]:
-        """Working sets in which the A/A twin was told apart from itself: their speed claims are withheld."""
+        """Working sets in which the A/A twin differs from itself: their speed claims are withheld."""
         if self.timing.empty:
             return []
         twins = self.timing[(self.timing["approximation"] == TWIN) & (self.timing["verdict"] != "unresolved")]

@@ -84,27 +84,27 @@ def provenance(study: Study) -> list[tuple[str, str]]:
 
 def unmeasured(study: Study) -> list[str]:
     """Sentences on what this run cannot say, computed from what its rows lack."""
-    rows, told = study.accuracy, []
+    rows, sentences = study.accuracy, []
     lacking = [name for name in ("float32", "float16", "float64") if name not in study.precisions]
     if lacking:
-        told.append(f"Precision {listed(lacking)}.")
+        sentences.append(f"Precision {listed(lacking)}.")
     strata = [name for name in STRATA if name not in set(rows["stratum"].unique())]
     if strata:
-        told.append(f"Inputs of the {'stratum' if len(strata) == 1 else 'strata'} {listed(strata)}.")
+        sentences.append(f"Inputs of the {'stratum' if len(strata) == 1 else 'strata'} {listed(strata)}.")
     names = sorted(set(known_names()) - set(rows["approximation"].unique()))
     if names:
-        told.append(f"Formulas {listed(names)}.")
+        sentences.append(f"Formulas {listed(names)}.")
     if study.timing.empty:
-        told.append("Time: the run was made with --no-timing.")
+        sentences.append("Time: the run was made with --no-timing.")
     else:
         sets = [name for name in ("l1", "l2", "memory") if name not in set(study.timing["working_set"].unique())]
-        told += [f"Working sets {listed(sets)}."] if sets else []
+        sentences += [f"Working sets {listed(sets)}."] if sets else []
         threads = int(study.timing["threads"].max())
-        told.append(f"Time on more than {threads} thread{'s' * (threads > 1)}, on a GPU, or as latency of one value.")
+        sentences.append(f"Time on more than {threads} thread{'s' * (threads > 1)}, on a GPU, or of a single value.")
     if set(rows["coverage"].unique()) == {"sampled"}:
-        told.append("Certified maxima: every number is sampled, so a largest error is a lower bound of the true one.")
-    told.append(f"Exponents other than {listed(f'{alpha:g}' for alpha in study.alphas)}.")
-    return told
+        sentences.append("Proven maxima: a largest error of samples is a lower bound of the true one.")
+    sentences.append(f"Exponents other than {listed(f'{alpha:g}' for alpha in study.alphas)}.")
+    return sentences
 
 
 def _environment() -> Environment:

@@ -26,7 +26,7 @@ from phongbench_reports.plots import (
     sheet,
 )
 from phongbench_reports.reproduce import reproduce
-from phongbench_reports.text import listed, number, records, span
+from phongbench_reports.text import alpha_is, gamma_is, listed, number, records, span
 
 #: exponents of the rows of panels, or the measured ones nearest to them
 ALPHAS = (10.0, STABILITY_ALPHA, 1000.0)
@@ -72,7 +72,7 @@ def rows_of(study: Study) -> pd.DataFrame:
 
 
 def _envelope(part: pd.DataFrame) -> tuple[Any, Any]:
-    """The worst of our own surfaces at each edge that was asked for: their i-th finest belong together."""
+    """The worst of our own surfaces at each requested edge: their i-th finest belong together."""
     own = part[part["mesh"].isin(OWN)].sort_values(["mesh", "edge_degrees"], kind="stable")
     turn = own.groupby("mesh", sort=True).cumcount()
     each = own.groupby(turn)
@@ -149,7 +149,7 @@ def draw(study: Study) -> Plate | Absent:
     hollow = {"none": ""}.get(files, f"; hollow: {files if len(files) < LONG else 'files'}")
     footnote(
         figure,
-        f"lyon, γ\u00a0=\u00a0{int(data['gamma'].iloc[0])}; filled: worst of {listed(OWN)}{hollow}; dotted: the "
+        f"lyon, {gamma_is(data['gamma'].iloc[0])}; filled: worst of {listed(OWN)}{hollow}; dotted: the "
         f"formula's own error; below {LIMITS[0]:g} at the edge; {span(data['samples'])} samples each",
     )
     return Plate(figure, data, _sentence(study, data), _alt(data), _basis(data), _command(study, data))
@@ -160,7 +160,7 @@ def _words(axes: Axes, rows: pd.DataFrame, *, first: bool, left: bool, alpha: fl
         axes.set_title(form)
     if not left:
         return
-    axes.set_ylabel(f"α = {alpha:g}\n8-bit codes changed")
+    axes.set_ylabel(f"{alpha_is(alpha)}\n8-bit codes changed")
     look: dict[str, Any] = {"color": MUTED, "fontsize": 7.5, "transform": axes.get_yaxis_transform(), "va": "bottom"}
     axes.text(0.99, 1.0, "1 code", ha="right", **look)
     axes.text(0.99, float(rows["codes_renormalised"].max()), "own error", ha="right", **look)
@@ -190,7 +190,7 @@ def _sentence(study: Study, data: pd.DataFrame) -> str:
         wide = listed(f"{told(row['degrees'], row['relation'])} ({row['lambda_form']})" for row in mine)
         parts.append(f"{LOOKS[pair][0]}: {wide}")
     return (
-        f"At α\u00a0=\u00a0{alpha:g}, normals left raw change the highlight by at most one 8-bit code up to edges of "
+        f"At {alpha_is(alpha)}, normals left raw change the highlight by at most one 8-bit code up to edges of "
         f"{'; '.join(parts)}."
     )
 
@@ -203,7 +203,7 @@ def _alt(data: pd.DataFrame) -> str:
         lines = ", ".join(
             f"{row['lambda_form']} {row['pair']} {number(row['codes_changed'])}" for row in records(worst)
         )
-        parts.append(f"α = {alpha:g}: {lines}")
+        parts.append(f"{alpha_is(alpha)}: {lines}")
     return (
         "Log-log charts of the change by raw normals against the widest edge, one per exponent and lambda form. "
         f"Codes changed by edges up to 10 degrees: {'; '.join(parts)}."

@@ -12,12 +12,14 @@ from typing import Any
 import pandas as pd
 from matplotlib.axes import Axes
 
-from phongbench.scenes.picture_errors import name_of
+from phongbench.analysis.rows import ordered
+from phongbench.errors import PhongbenchError
+from phongbench.formulas.formula import Formula
 from phongbench_reports.cuts import Absent, Study, plain
 from phongbench_reports.figures import scene_images
 from phongbench_reports.plots import INK, MUTED, STYLES, Plate, end_labels, footnote, log_axis, sheet
 from phongbench_reports.table import Table
-from phongbench_reports.text import listed, number, records
+from phongbench_reports.text import INTERVAL, label, listed, number, ratio, records, share
 
 MISSING = Absent("No scene was drawn.", "Run with --scenes, or with --preset full.")
 #: pixels of a picture in the report: six of them and their page stay below 300 kB
@@ -41,11 +43,12 @@ def errors_of(study: Study) -> pd.DataFrame:
     rows = rows[rows["left_out"].isna()] if len(rows) else rows
     if rows.empty:
         return rows
-    named = rows.assign(formula=[_name(row) for row in records(rows)])
+    named = rows.assign(formula=[label(row) for row in records(rows)])
     times = study.run.scene_times
     times = times[times["kind"] == "formula"][["scene", "name", "seconds", "ratio", "ratio_low", "ratio_high"]]
-    both = named.merge(times.rename(columns={"name": "formula"}), on=["scene", "formula"], how="left")
-    return both.sort_values(["scene", "max_abs", "formula"], kind="stable").reset_index(drop=True)
+    times = times.assign(formula=times.pop("name").map(_spelled))
+    both = named.merge(times, on=["scene", "formula"], how="left")
+    return ordered(both, ["scene", "max_abs", "formula"])
 
 
 def differences(study: Study) -> Plate | Absent:
@@ -54,8 +57,8 @@ def differences(study: Study) -> Plate | Absent:
         return MISSING
     shown = scene_images.formulas(size=SIZE)
     data = pd.DataFrame(list(shown.facts))
-    told = [f"{row['formula']} is off by {row['max_codes']} codes at most" for row in records(data)]
-    sentence = f"On a card of spheres from α\u00a0=\u00a02 to 4096, {listed(told)}."
+    errors = [f"{row['formula']} is off by {row['max_codes']} codes at most" for row in records(data)]
+    sentence = f"On a card of spheres from α\u00a0=\u00a02 to 4096, {listed(errors)}."
     alt = (
         "Pictures of twelve spheres of growing shininess, drawn by three formulas, each beside its amplified "
         f"difference to exact Phong. {sentence}"
@@ -129,20 +132,17 @@ def errors(study: Study) -> Table | Absent:
     headings += ["highlight's area", *(["time / exact"] if timed else [])]
     body = []
     for row in records(data):
-        found = [row["scene"], row["formula"], number(row["max_codes"]), f"{100 * row['visible']:.3g}\u00a0%"]
-        found += [number(row[name]) for name in ("psnr", "flip", "energy", "highlight_area")]
-        if timed:
-            ends = f"({number(row['ratio_low'])} to {number(row['ratio_high'])})"
-            found.append("–" if pd.isna(row["ratio"]) else f"{number(row['ratio'])} {ends}")
-        body.append(tuple(map(str, found)))
+        line = [str(row["scene"]), row["formula"], number(row["max_codes"]), share(row["visible"])]
+        line += [number(row[name]) for name in ("psnr", "flip", "energy", "highlight_area")]
+        body.append((*line, *([ratio(row)] if timed else [])))
     unseen = data[data["max_codes"] == 0]
     slight = data[data["max_codes"] <= 1]
     sentence = (
         f"Of {len(data)} pictures {len(slight)} are off by one 8-bit code at most, {len(unseen)} by none; the most is "
         f"{int(data['max_codes'].max())} codes."
     )
-    told = f"{_basis(data)}; against exact Phong; times are those of whole pictures, rays included"
-    return Table(tuple(headings), tuple(body), data, sentence, told, frozenset(range(2, len(headings))))
+    basis = f"{_basis(data)}; against exact Phong; times are those of whole pictures, rays included, {INTERVAL}s"
+    return Table(tuple(headings), tuple(body), data, sentence, basis, frozenset(range(2, len(headings))))
 
 
 def saved(study: Study) -> Table | Absent:
@@ -165,8 +165,8 @@ def saved(study: Study) -> Table | Absent:
         f"bounded ones change a colour by {number(data['largest_change'].max())} at most."
     )
     deep = number(data["depth"].max())
-    told = f"{_basis(data)}; reflections are stopped at depth {deep}; lines that left something out, all in the CSV"
-    return Table(headings, body, data, sentence, told, frozenset({3, 4, 5, 6}))
+    basis = f"{_basis(data)}; reflections are stopped at depth {deep}; lines that left something out, all in the CSV"
+    return Table(headings, body, data, sentence, basis, frozenset({3, 4, 5, 6}))
 
 
 #: the sections, in page order
@@ -180,29 +180,23 @@ SECTIONS = (
 )
 
 
-def _name(row: dict[str, Any]) -> str:
-    """As the times name it: without what went without saying when it was drawn."""
-    usual = {"taylor", "none"}
-    form = None if row["lambda_form"] == "none" else row["lambda_form"]
-    gamma = None if row["gamma"] is None or row["gamma"] is pd.NA else int(row["gamma"])
-    beta = None if row["beta_policy"] in usual else row["beta_policy"]
-    return name_of({"approximation": row["approximation"], "lambda_form": form, "gamma": gamma, "beta": beta})
+def _spelled(name: str) -> str:
+    """A formula's name in the times as it is spelled now: runs made before wrote "lyon:dot:8 minimax"."""
+    try:
+        return str(Formula.parse(name.replace(" ", ":")))
+    except PhongbenchError:  # a user's own, which this process does not know
+        return name
 
 
 def _saved_row(row: dict[str, Any]) -> tuple[str, ...]:
-    told = f"{row['name']}".replace("_", " ")
-    if row["name"] == "cutoff":
-        told = f"reflections below {number(row['setting'])}"
+    cutoff = row["name"] == "cutoff"
+    name = f"reflections below {number(row['setting'])}" if cutoff else str(row["name"]).replace("_", " ")
     of, skipped = (int(row[name]) for name in ("of", "skipped"))
-    share = f"{100 * skipped / of:.3g}\u00a0%" if of else "–"
-    # skips are timed by leaving them out, cut-offs by putting them in
-    turned = row["name"] != "cutoff"
-    ratio, low, high = (float(row[name]) for name in ("ratio", "ratio_low", "ratio_high"))
-    ratio, low, high = (1 / ratio, 1 / high, 1 / low) if turned and ratio == ratio else (ratio, low, high)
-    times = f"{number(ratio)} ({number(low)} to {number(high)})" if ratio == ratio else "–"
+    if not cutoff:  # skips are timed by leaving them out, cut-offs by putting them in
+        row = row | {"ratio": 1 / row["ratio"], "ratio_low": 1 / row["ratio_high"], "ratio_high": 1 / row["ratio_low"]}
     bound = "exact" if row["kind"] == "exact" else number(row["bound"])
-    unit = f"{number(of)} {row['unit']}" if of else "–"
-    return (str(row["scene"]), told, unit, share, bound, number(row["largest_change"]), times)
+    part, unit = (share(skipped / of), f"{number(of)} {row['unit']}") if of else ("–", "–")
+    return (str(row["scene"]), name, unit, part, bound, number(row["largest_change"]), ratio(row))
 
 
 def _diagonal(axes: Axes, data: pd.DataFrame) -> None:

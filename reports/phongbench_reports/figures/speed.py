@@ -6,7 +6,9 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 
-from phongbench_reports.cuts import CEILINGS, TWIN, Absent, Study
+from phongbench.analysis.rows import at
+from phongbench.results.schema import CEILINGS, TWIN
+from phongbench_reports.cuts import Absent, Study, near
 from phongbench_reports.plots import BLUE, MUTED, SURFACE, Plate, footnote, named_ticks, sheet, steps_of_ten
 from phongbench_reports.text import label, listed, number, records, span
 
@@ -29,14 +31,10 @@ NUMBERS = [
 
 def rows_of(study: Study) -> pd.DataFrame:
     """Kernels of the working precision on the fewest threads; for formulas with squarings the gamma nearest to 8."""
-    rows = study.at(study.timing, precision=study.precision)
+    rows = at(study.timing, precision=study.precision)
     rows = rows[rows["lit"].isna()] if "lit" in rows else rows
     rows = rows[(rows["approximation"] != TWIN) & (rows["threads"] == rows["threads"].min())]
-    gammas = [int(gamma) for gamma in rows["gamma"].dropna().unique()]
-    if gammas:
-        near = min(gammas, key=lambda g: (abs(np.log2(g / 8)), g))
-        rows = rows[rows["gamma"].isna() | (rows["gamma"] == near).fillna(False)]
-    rows = rows.drop_duplicates(KEYS)
+    rows = near(rows, "gamma", 8).drop_duplicates(KEYS)
     names = [label(row | {"beta_policy": "none"}) for row in records(rows)]
     shown: pd.DataFrame = rows[[*KEYS, *NUMBERS]].assign(label=names).reset_index(drop=True)
     return shown
@@ -93,13 +91,13 @@ def draw(study: Study) -> Plate | Absent:
         _panel(axes, mine, names)
         axes.set_title(SETS[name])
         axes.set_xlabel("ns per element")
-    told = f"{span(data['rounds'])} rounds, {span(data['threads'])} thread"
+    rounds = f"{span(data['rounds'])} rounds, {span(data['threads'])} thread"
     footnote(
         figure,
         f"{study.precision}; dot: fastest clean epoch, line: to the median; "
-        f"hollow: at least {BOUND:.0%} of copy bandwidth; {told}",
+        f"hollow: at least {BOUND:.0%} of copy bandwidth; {rounds}",
     )
-    return Plate(figure, data, _sentence(study, data, sets), _alt(data, names, sets), told)
+    return Plate(figure, data, _sentence(study, data, sets), _alt(data, names, sets), rounds)
 
 
 def _sentence(study: Study, data: pd.DataFrame, sets: list[str]) -> str:
@@ -114,7 +112,7 @@ def _sentence(study: Study, data: pd.DataFrame, sets: list[str]) -> str:
     waits = int((large["bandwidth_fraction"] >= BOUND).sum())
     tail = f"; {SETS[sets[-1]]}, {waits} of {len(large)} kernels wait for memory, where the formula no longer matters"
     withheld = (
-        f"; the A/A twin was told apart in {listed(study.twin_differs)}, so speed claims are withheld"
+        f"; the A/A twin differs from itself in {listed(study.twin_differs)}, so speed claims are withheld"
         if study.twin_differs
         else ""
     )

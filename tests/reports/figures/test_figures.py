@@ -16,6 +16,7 @@ from matplotlib.figure import Figure
 
 import phongbench_reports
 from phongbench.analysis.front import front
+from phongbench.analysis.rows import at
 from phongbench.formulas import error_laws
 from phongbench_reports import figures, plots
 from phongbench_reports.build import csv_of
@@ -222,7 +223,7 @@ def _pixels(figure: Figure) -> Any:
 
 def test_a_front_is_made_once_and_is_that_of_the_rows(study: Study) -> None:
     found = study.front(study.alpha, study.precision)
-    rows = study.at(study.unit, space="reflect", precision=study.precision)
+    rows = at(study.unit, space="reflect", precision=study.precision)
     wanted = front(rows, study.timing, alpha=study.alpha, precision=study.precision, working_set=study.working_set)
     pd.testing.assert_frame_equal(found, wanted)
     assert study.front(study.alpha, study.precision) is found
