@@ -95,7 +95,7 @@ class _Painter:
 
 
 def _drawn(run: Run, stem: str) -> bytes:
-    from phongbench_reports.cuts import Study
+    from phongbench.analysis.rows import Rows
     from phongbench_reports.figures import FIGURES
     from phongbench_reports.plots import Plate, ink
 
@@ -103,7 +103,7 @@ def _drawn(run: Run, stem: str) -> bytes:
     if draw is None:
         raise NotFoundError("this figure exists as SVG only")
     with ink():
-        plate = draw(Study(run))
+        plate = draw(Rows(run))
         if not isinstance(plate, Plate):
             raise NotFoundError("the run holds no rows for this figure")
         out = io.BytesIO()

@@ -12,15 +12,16 @@ from urllib.parse import quote
 import numpy as np
 import pandas as pd
 
+from phongbench.analysis.rows import Rows
 from phongbench.support.atomic_files import write_bytes
 from phongbench.support.process import seldom_collected
 from phongbench.timing.measure import cores
-from phongbench_reports.cuts import Absent, Study
 from phongbench_reports.figures import FIGURES
 from phongbench_reports.figures.pictures import SECTIONS
 from phongbench_reports.page import Links, Section, render, style_sheet
 from phongbench_reports.plots import Plate, ink, svg_pair
 from phongbench_reports.second_process import Drawn, Figures, beside, drawn
+from phongbench_reports.table import Absent
 from phongbench_reports.tables.behaviour import hostile, smoothness
 from phongbench_reports.tables.claims import claims
 from phongbench_reports.tables.mesh_edges import mesh_edges
@@ -40,7 +41,7 @@ BESIDE = {"meshes": ("mesh_edges", "How wide edges may be", mesh_edges)}
 
 
 def sections_of(
-    study: Study, theirs: Callable[[], Figures] | None = None
+    study: Rows, theirs: Callable[[], Figures] | None = None
 ) -> tuple[list[Section], dict[str, tuple[bytes, bytes]]]:
     """All sections in page order, and the SVGs (light, dark) of the figures among them.
 
@@ -67,7 +68,7 @@ def sections_of(
     return [*answer, *figures.values(), strange, bad, smooth, *seen, judged, speed, dark, sure, inputs, names], pictures
 
 
-def _answers(study: Study) -> list[Section]:
+def _answers(study: Rows) -> list[Section]:
     """The verdicts: for both budgets, and for the other precisions."""
     (code, code_name), (fine, fine_name) = BUDGETS
     first = study.precision
@@ -82,7 +83,7 @@ def _answers(study: Study) -> list[Section]:
 
 
 def _figures(
-    study: Study, theirs: Callable[[], Figures] | None
+    study: Rows, theirs: Callable[[], Figures] | None
 ) -> tuple[dict[str, Section], dict[str, tuple[bytes, bytes]]]:
     """The figures in page order, with the tables beside them, and their SVGs."""
     figures: dict[str, Drawn] = {}
@@ -131,7 +132,7 @@ def build(run: Run, out: Path, *, single_file: bool = False, processes: int = 1)
     processes    int      from 2 on, where there are as many cores, another process draws some of the figures
     returns      Path     of index.html
     """
-    study = Study(run)
+    study = Rows(run)
     if min(processes, cores()) > 1:
         with beside(run.path, LATER) as theirs:
             sections, pictures = sections_of(study, theirs)

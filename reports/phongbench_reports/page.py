@@ -9,10 +9,10 @@ from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
-from phongbench_reports.cuts import Absent, Study
+from phongbench.analysis.rows import Rows
 from phongbench_reports.names import known_names
 from phongbench_reports.plots import Plate
-from phongbench_reports.table import Table
+from phongbench_reports.table import Absent, Table
 from phongbench_reports.tables.claims import ClaimTable
 from phongbench_reports.text import listed, number
 
@@ -75,14 +75,14 @@ def flat(tree: Mapping[str, Any], prefix: str = "") -> list[tuple[str, str]]:
     return rows
 
 
-def provenance(study: Study) -> list[tuple[str, str]]:
+def provenance(study: Rows) -> list[tuple[str, str]]:
     """Machine, versions, flags, seed, command and plan of the run, as rows of text."""
     manifest = study.run.manifest
     top = {key: manifest.get(key) for key in ("run", "state", "schema", "seed", "code")}
     return flat(top) + flat(manifest.get("provenance") or {}) + flat(manifest.get("plan") or {}, "plan.")
 
 
-def unmeasured(study: Study) -> list[str]:
+def unmeasured(study: Rows) -> list[str]:
     """Sentences on what this run cannot say, computed from what its rows lack."""
     rows, sentences = study.accuracy, []
     lacking = [name for name in ("float32", "float16", "float64") if name not in study.precisions]
@@ -125,7 +125,7 @@ def style_sheet() -> str:
     return environment.loader.get_source(environment, "style.css")[0]
 
 
-def render(study: Study, sections: list[Section], links: Links) -> str:
+def render(study: Rows, sections: list[Section], links: Links) -> str:
     """The page as HTML text; every string of the run is escaped by the template."""
     rows = study.accuracy
     facts = {

@@ -16,10 +16,11 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
+from phongbench.analysis.rows import Rows
 from phongbench.results import runs
-from phongbench_reports.cuts import Absent, Study
 from phongbench_reports.figures import FIGURES, Drawing
 from phongbench_reports.plots import Plate, ink, svg_pair
+from phongbench_reports.table import Absent
 
 #: not `-m`: what is pickled would be of __main__, which is another module over here
 _CHILD = f"import sys; from {__name__} import answer; sys.stdout.buffer.write(answer(*sys.argv[1:]))"
@@ -39,7 +40,7 @@ class Drawn:
     pair: tuple[bytes, bytes] | None
 
 
-def drawn(study: Study, entry: Drawing) -> Drawn:
+def drawn(study: Rows, entry: Drawing) -> Drawn:
     """One figure of a study; call it inside `ink`."""
     content = entry.draw(study)
     return Drawn(content, svg_pair(content.figure, entry.name) if isinstance(content, Plate) else None)
@@ -67,7 +68,7 @@ def _received(process: subprocess.Popen[bytes]) -> Figures:
 
 def answer(path: str, *names: str) -> bytes:
     """What the other process writes: what it drew of the run in this folder, by name."""
-    study, figures = Study(runs.load(Path(path))), {}
+    study, figures = Rows(runs.load(Path(path))), {}
     with ink():
         for entry in FIGURES:
             if entry.name in names:

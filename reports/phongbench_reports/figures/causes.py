@@ -5,11 +5,12 @@ from __future__ import annotations
 import pandas as pd
 from matplotlib.axes import Axes
 
-from phongbench.analysis.front import CELL
+from phongbench.analysis.rows import STABILITY_ALPHA, Rows
 from phongbench.inputs.length_errors import BY_NAME
-from phongbench_reports.cuts import STABILITY_ALPHA, Absent, Study
+from phongbench.results.schema import CELL
 from phongbench_reports.figures.measured import finished, lyon, setting_of
 from phongbench_reports.plots import FORMS, Plate, budget_lines, log_axis, sheet
+from phongbench_reports.table import Absent
 from phongbench_reports.text import BUDGETS, alpha_is, listed, number, percent, records
 
 #: Columns of the panels: (column, truth, title).
@@ -24,7 +25,7 @@ FLOOR = 1e-6
 _LIFT = {"dot": -0.2, "difference": 0.0, "cross": 0.2, "tan2": 0.36}
 
 
-def rows_of(study: Study) -> pd.DataFrame:
+def rows_of(study: Rows) -> pd.DataFrame:
     """Lyon with Taylor slope at one exponent and the gamma nearest to 64, every cause, both truths."""
     rows = lyon(
         study.accuracy,
@@ -51,7 +52,7 @@ def _panel(axes: Axes, rows: pd.DataFrame, causes: list[str], column: str) -> No
             axes.plot(sizes, heights, color=colour, marker=marker, linestyle="none", label=form)
 
 
-def draw(study: Study) -> Plate | Absent:
+def draw(study: Rows) -> Plate | Absent:
     """One line a cause, the largest length error on top; a dot for each lambda form; three measures side by side."""
     data = rows_of(study)
     if data.empty:

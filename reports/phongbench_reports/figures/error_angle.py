@@ -8,13 +8,13 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 
-from phongbench.analysis.front import CELL
-from phongbench.analysis.rows import at
-from phongbench_reports.cuts import Absent, Study, near
+from phongbench.analysis.rows import Rows, at, near
+from phongbench.results.schema import CELL
 from phongbench_reports.figures.measured import values
 from phongbench_reports.names import title
 from phongbench_reports.plots import INK, MUTED, STYLES, Plate, budget_lines, footnote, log_axis, sheet
 from phongbench_reports.reproduce import reproduce
+from phongbench_reports.table import Absent
 from phongbench_reports.text import BUDGETS, alpha_is, label, listed, number, records
 
 POINTS = 361
@@ -33,9 +33,9 @@ WANTED = (
 FLOOR = 1e-7
 
 
-def chosen(study: Study) -> pd.DataFrame:
+def chosen(study: Rows) -> pd.DataFrame:
     """The cells to draw at the headline exponent, at most one per style."""
-    rows = at(study.unit, alpha=study.alpha, precision=study.precision)
+    rows = at(study.highlight, alpha=study.alpha, precision=study.precision)
     rows = near(rows[rows["approximation"] != "phong"], "gamma", 8)
     picked = []
     for name, form, policy in WANTED:
@@ -48,7 +48,7 @@ def chosen(study: Study) -> pd.DataFrame:
     return frame.head(len(STYLES))
 
 
-def curves(study: Study, cells: pd.DataFrame) -> pd.DataFrame:
+def curves(study: Rows, cells: pd.DataFrame) -> pd.DataFrame:
     """Angle, value, exact value and error of every chosen cell: one row per point, up to where the lobe has ended."""
     widest = float(np.arccos(np.exp(-9.0 / study.alpha)))
     angle = np.linspace(0.0, widest, POINTS)
@@ -102,7 +102,7 @@ def _range(data: pd.DataFrame) -> tuple[float, float]:
     return min(low, -BUDGETS[0][0]) - room, max(high, BUDGETS[0][0]) + room
 
 
-def draw(study: Study) -> Plate | Absent:
+def draw(study: Rows) -> Plate | Absent:
     """Two panels over the angle at the headline exponent: approximation - exact, and its size on a log axis."""
     cells = chosen(study)
     data = curves(study, cells)
@@ -126,7 +126,7 @@ def draw(study: Study) -> Plate | Absent:
     return _described(study, figure, data, cells)
 
 
-def _described(study: Study, figure: Any, data: pd.DataFrame, cells: pd.DataFrame) -> Plate:
+def _described(study: Rows, figure: Any, data: pd.DataFrame, cells: pd.DataFrame) -> Plate:
     size = data["error"].abs()
     worst = data.loc[size.groupby(data["label"], sort=True).idxmax()]
     worst = worst.assign(size=worst["error"].abs()).sort_values(["size", "label"], ascending=[False, True])

@@ -6,12 +6,12 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 
-from phongbench.analysis.front import CELL
-from phongbench.analysis.rows import ordered
+from phongbench.analysis.rows import Rows, nearest, ordered
 from phongbench.formulas import error_laws
-from phongbench_reports.cuts import Absent, Study, nearest
+from phongbench.results.schema import CELL
 from phongbench_reports.figures.measured import finished, lyon
 from phongbench_reports.plots import STYLES, Plate, budget_lines, end_labels, log_axis, named_ticks, sheet
+from phongbench_reports.table import Absent
 from phongbench_reports.text import BUDGETS, alpha_is, gamma_is, label, listed, number, share
 
 #: Exponents drawn, the nearest ones of the run.
@@ -21,9 +21,9 @@ FORMS = ("dot", "difference", "cross")
 TRUSTED = 4
 
 
-def measured(study: Study) -> pd.DataFrame:
+def measured(study: Rows) -> pd.DataFrame:
     """Lyon rows with Taylor slope on unit vectors at the working precision, with the law beside the measured error."""
-    rows = lyon(study.unit, precision=study.precision, lambda_form=FORMS)
+    rows = lyon(study.highlight, precision=study.precision, lambda_form=FORMS)
     points = zip(rows["lambda_form"], rows["alpha"].astype(float), rows["gamma"].astype(float), strict=True)
     law = np.array([abs(error_laws.lyon_taylor(*point)) for point in points], dtype=np.float64)
     rows = rows.assign(law=law, off_by=rows["max_abs"] - law)
@@ -62,7 +62,7 @@ def _sentence(rows: pd.DataFrame, alphas: list[float]) -> str:
     return f"{start} The law is off by at most {share(relative.max(), 2)} over {len(away)} points ({where})."
 
 
-def draw(study: Study) -> Plate | Absent:
+def draw(study: Rows) -> Plate | Absent:
     """Points on the law, log-log, with both code budgets."""
     data = measured(study)
     if data.empty:

@@ -6,8 +6,8 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 
-from phongbench.analysis.rows import at
-from phongbench_reports.cuts import Absent, Study, nearest
+from phongbench.analysis.rows import Rows, at, nearest
+from phongbench_reports.figures.speed import SETS
 from phongbench_reports.plots import (
     BLUE,
     INK,
@@ -23,6 +23,7 @@ from phongbench_reports.plots import (
     sheet,
 )
 from phongbench_reports.reproduce import reproduce
+from phongbench_reports.table import Absent
 from phongbench_reports.text import BUDGETS, INTERVAL, alpha_is, basis, label, listed, number, records
 
 #: Exponents drawn, the nearest ones of the run: a wide lobe, the classic middle, a tight one.
@@ -36,7 +37,7 @@ LETTER = 0.0078
 LOOKS = {"on": (BLUE, BLUE, "o", 5.5), "unresolved": (ORANGE, SURFACE, "D", 4.0), "off": (MUTED, SURFACE, "o", 3.2)}
 
 
-def cells(study: Study) -> pd.DataFrame:
+def cells(study: Rows) -> pd.DataFrame:
     """Front cells of every drawn exponent, with alpha, and a name for each."""
     alphas = sorted({nearest(study.alphas, wanted) for wanted in ALPHAS})
     frame = pd.concat([study.front(a, study.precision).assign(alpha=a) for a in alphas], ignore_index=True)
@@ -102,7 +103,7 @@ def _name(axes: Axes, rows: pd.DataFrame) -> None:
         )
 
 
-def draw(study: Study) -> Plate | Absent:
+def draw(study: Rows) -> Plate | Absent:
     """One panel per exponent; error on a log axis, time as a ratio to exact Phong."""
     if study.timing.empty:
         return Absent("This run has no timing, so there is no front.", "Run again without --no-timing.")
@@ -135,14 +136,14 @@ def draw(study: Study) -> Plate | Absent:
     panels[0].legend(
         loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, fontsize=8, handletextpad=0.2, borderaxespad=0.1
     )
-    rows = at(study.unit, space="reflect", precision=study.precision, alpha=tuple(alphas))
-    source = f"{basis(rows)}; time: median ratio with its {INTERVAL}, {study.working_set}"
+    rows = at(study.highlight, space="reflect", precision=study.precision, alpha=tuple(alphas))
+    source = f"{basis(rows)}; time: median ratio with its {INTERVAL}, {SETS[study.working_set]}"
     footnote(figure, f"{study.precision}, unit vectors, formulas of (R, V); error ≤ 10⁻⁷ at the left edge; {source}")
     command = reproduce(study, rows).removesuffix(" --no-timing")
     return Plate(figure, data, _sentence(study, data), _alt(data), source, command)
 
 
-def _sentence(study: Study, data: pd.DataFrame) -> str:
+def _sentence(study: Rows, data: pd.DataFrame) -> str:
     if study.twin_differs:
         return "The A/A twin differs from itself in this run, so no speed claim is made from these points."
     parts = []

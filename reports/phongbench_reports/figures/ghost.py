@@ -8,11 +8,11 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 
-from phongbench.analysis.rows import at
-from phongbench_reports.cuts import Absent, Study
+from phongbench.analysis.rows import Rows, at
 from phongbench_reports.figures.measured import lyon, values
 from phongbench_reports.plots import BLUE, INK, MUTED, VERMILION, Plate, Vector, footnote, sheet
 from phongbench_reports.reproduce import reproduce
+from phongbench_reports.table import Absent
 from phongbench_reports.text import alpha_is, basis, label, number, share
 
 #: a wide lobe, or the measured one nearest to it: a narrow one's ghost is a thin line along the silhouette
@@ -24,7 +24,7 @@ ACROSS, DIFFUSE, BACKDROP = 320, (0.16, 0.30, 0.48), (0.05, 0.06, 0.08)
 RADIUS = 0.94
 
 
-def cell_of(study: Study) -> pd.DataFrame:
+def cell_of(study: Rows) -> pd.DataFrame:
     """The run's row of Lyon's ungated cross form beyond 90 degrees, at a wide lobe; empty if there is none."""
     rows = lyon(
         at(study.accuracy, precision=study.precision, stratum="grazing", gated=False),
@@ -58,7 +58,7 @@ def sphere(row: pd.Series, *, gated: bool) -> Vector:
     return picture
 
 
-def draw(study: Study) -> Plate | Absent:
+def draw(study: Rows) -> Plate | Absent:
     """The lobe over all angles with and without the test, and the two spheres."""
     cell = cell_of(study)
     if cell.empty:

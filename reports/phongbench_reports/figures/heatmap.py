@@ -10,11 +10,11 @@ from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm
 from matplotlib.patches import Rectangle
 
-from phongbench.analysis.front import CELL
-from phongbench.analysis.rows import forms_of, ordered
-from phongbench_reports.cuts import Absent, Study
+from phongbench.analysis.rows import Rows, forms_of, ordered
+from phongbench.results.schema import CELL
 from phongbench_reports.figures.measured import finished, lyon
 from phongbench_reports.plots import SURFACE, Plate, sheet
+from phongbench_reports.table import Absent
 from phongbench_reports.text import BUDGETS, number
 
 POLICIES = ("taylor", "minimax")
@@ -64,9 +64,9 @@ def _panel(axes: Axes, errors: pd.DataFrame) -> None:
     axes.set_xlabel("γ")
 
 
-def draw(study: Study) -> Plate | Absent:
+def draw(study: Rows) -> Plate | Absent:
     """One panel per slope; a frame and bold number mark cells within one 8-bit code."""
-    rows = lyon(study.unit, precision=study.precision, beta_policy=POLICIES)
+    rows = lyon(study.highlight, precision=study.precision, beta_policy=POLICIES)
     if rows.empty:
         return Absent("The run holds no lyon rows on unit vectors.", "Run with --only lyon.")
     rows = rows[rows["lambda_form"] == forms_of(rows)[0]]

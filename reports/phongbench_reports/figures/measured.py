@@ -9,11 +9,10 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from phongbench.analysis.rows import at
+from phongbench.analysis.rows import Rows, at, near
 from phongbench.formulas.formula import Formula
 from phongbench.formulas.lambda_forms import deficit_of_angle
 from phongbench.formulas.registry import REGISTRY
-from phongbench_reports.cuts import Study, near
 from phongbench_reports.plots import Plate, Vector, footnote
 from phongbench_reports.reproduce import reproduce
 from phongbench_reports.text import alpha_is, basis, gamma_is
@@ -46,12 +45,12 @@ def values(row: Mapping[str, Any] | pd.Series, cosine: Vector) -> Vector | None:
     return np.array([highlight(x) for x in coordinate.tolist()], dtype=np.float64)
 
 
-def setting_of(study: Study, data: pd.DataFrame) -> str:
+def setting_of(study: Rows, data: pd.DataFrame) -> str:
     """The gamma, exponent and precision of a figure that shows one of each: "lyon, γ = 8, α = 50, float32"."""
     return f"lyon, {gamma_is(data['gamma'].iloc[0])}, {alpha_is(data['alpha'].iloc[0])}, {study.precision}"
 
 
-def finished(study: Study, figure: Figure, data: pd.DataFrame, note: str, takeaway: str, alt: str) -> Plate:
+def finished(study: Rows, figure: Figure, data: pd.DataFrame, note: str, takeaway: str, alt: str) -> Plate:
     """The figure with its note, which says what the marks mean, its sample counts, and the command that repeats it."""
     footnote(figure, f"{note}; {basis(data)}")
     return Plate(figure, data, takeaway, alt, basis(data), reproduce(study, data))

@@ -10,8 +10,8 @@ import pandas as pd
 from matplotlib.axes import Axes
 
 from phongbench.analysis.mesh_edges import CODE, PAIRS, raw_lyon, reaches, told
+from phongbench.analysis.rows import STABILITY_ALPHA, Rows, nearest
 from phongbench.formulas.lambda_forms import LAMBDA_FORMS
-from phongbench_reports.cuts import STABILITY_ALPHA, Absent, Study, nearest
 from phongbench_reports.plots import (
     BLUE,
     GREEN,
@@ -26,6 +26,7 @@ from phongbench_reports.plots import (
     sheet,
 )
 from phongbench_reports.reproduce import reproduce
+from phongbench_reports.table import Absent
 from phongbench_reports.text import alpha_is, gamma_is, listed, number, records, span
 
 #: exponents of the rows of panels, or the measured ones nearest to them
@@ -57,15 +58,15 @@ COLUMNS = [
 ]
 
 
-def rows_of(study: Study) -> pd.DataFrame:
+def rows_of(study: Rows) -> pd.DataFrame:
     """One row per mesh, edge, form and kind of pair, at three exponents: what raw normals change, and whole errors."""
-    raw = raw_lyon(study.meshes)
+    raw = raw_lyon(study.lyon_meshes)
     if raw.empty:
         return raw
     wanted = {nearest(sorted(raw["alpha"].unique()), alpha) for alpha in ALPHAS}
     raw = raw[raw["alpha"].isin(wanted)]
     key = ["mesh", "edge_degrees", "pair", "lambda_form", "alpha"]
-    unit = raw_lyon(study.meshes, "renormalised")[[*key, "codes_8bit"]]
+    unit = raw_lyon(study.lyon_meshes, "renormalised")[[*key, "codes_8bit"]]
     both = raw.merge(unit, on=key, suffixes=("", "_renormalised"), how="left")
     both = both.assign(codes_changed=both["length_max"] / CODE, codes_raw=both["codes_8bit"])
     return both.rename(columns={"codes_8bit_renormalised": "codes_renormalised"})[COLUMNS].reset_index(drop=True)
@@ -108,7 +109,7 @@ def _panel(axes: Axes, rows: pd.DataFrame) -> list[tuple[float, float, str, str]
     return ends
 
 
-def draw(study: Study) -> Plate | Absent:
+def draw(study: Rows) -> Plate | Absent:
     """A row of panels per exponent, a panel per lambda form; lines are the ways in which a renderer makes its pair."""
     data = rows_of(study)
     if data.empty:
@@ -166,7 +167,7 @@ def _words(axes: Axes, rows: pd.DataFrame, *, first: bool, left: bool, alpha: fl
     axes.text(0.99, float(rows["codes_renormalised"].max()), "own error", ha="right", **look)
 
 
-def _command(study: Study, data: pd.DataFrame) -> str:
+def _command(study: Rows, data: pd.DataFrame) -> str:
     """The command that measures these rows again, with the run's own meshes."""
     meshes = [word for path in study.run.manifest.get("plan", {}).get("meshes", []) for word in ("--mesh", str(path))]
     plain = reproduce(study, data.assign(approximation="lyon", precision="float32"))
@@ -179,9 +180,9 @@ def _basis(data: pd.DataFrame) -> str:
     return f"{span(data['samples'])} samples a cell and edge, coverage: sampled{degenerate}"
 
 
-def _sentence(study: Study, data: pd.DataFrame) -> str:
+def _sentence(study: Rows, data: pd.DataFrame) -> str:
     """How wide edges may be for one code at the middle exponent, for each form and pair."""
-    found = reaches(study.meshes)
+    found = reaches(study.lyon_meshes)
     alpha = nearest(sorted(data["alpha"].unique()), STABILITY_ALPHA)
     found = found[found["alpha"] == alpha]
     parts = []

@@ -12,13 +12,12 @@ from typing import Any
 import pandas as pd
 from matplotlib.axes import Axes
 
-from phongbench.analysis.rows import ordered
+from phongbench.analysis.rows import Rows, ordered
 from phongbench.errors import PhongbenchError
 from phongbench.formulas.formula import Formula
-from phongbench_reports.cuts import Absent, Study, plain
 from phongbench_reports.figures import scene_images
 from phongbench_reports.plots import INK, MUTED, STYLES, Plate, end_labels, footnote, log_axis, sheet
-from phongbench_reports.table import Table
+from phongbench_reports.table import Absent, Table
 from phongbench_reports.text import INTERVAL, label, listed, number, ratio, records, share
 
 MISSING = Absent("No scene was drawn.", "Run with --scenes, or with --preset full.")
@@ -33,25 +32,25 @@ class Pictured:
 
     name: str
     title: str
-    make: Callable[[Study], Plate | Table | Absent]
+    make: Callable[[Rows], Plate | Table | Absent]
     folded: bool = False
 
 
-def errors_of(study: Study) -> pd.DataFrame:
+def errors_of(study: Rows) -> pd.DataFrame:
     """Rows of formulas that fit their scene, with their names and times over exact Phong's; empty without scenes."""
-    rows = plain(study.run.scenes)
+    rows = study.scenes
     rows = rows[rows["left_out"].isna()] if len(rows) else rows
     if rows.empty:
         return rows
     named = rows.assign(formula=[label(row) for row in records(rows)])
-    times = study.run.scene_times
+    times = study.scene_times
     times = times[times["kind"] == "formula"][["scene", "name", "seconds", "ratio", "ratio_low", "ratio_high"]]
     times = times.assign(formula=times.pop("name").map(_spelled))
     both = named.merge(times, on=["scene", "formula"], how="left")
     return ordered(both, ["scene", "max_abs", "formula"])
 
 
-def differences(study: Study) -> Plate | Absent:
+def differences(study: Rows) -> Plate | Absent:
     """The test card by three formulas, and the difference of each to exact Phong, amplified."""
     if errors_of(study).empty:
         return MISSING
@@ -66,9 +65,9 @@ def differences(study: Study) -> Plate | Absent:
     return Plate(scene_images.figure_of(shown, native=True), data, sentence, alt, shown.note, COMMAND)
 
 
-def reflections(study: Study) -> Plate | Absent:
+def reflections(study: Rows) -> Plate | Absent:
     """The chequerboard with 0 to 3 reflections in a row."""
-    rows = study.run.skips
+    rows = study.skips
     cut = rows[rows["name"] == "cutoff"] if len(rows) else rows
     if cut.empty:
         return MISSING
@@ -80,7 +79,7 @@ def reflections(study: Study) -> Plate | Absent:
     return Plate(scene_images.figure_of(shown, native=True), data, sentence, alt, shown.note, COMMAND)
 
 
-def interpolation(study: Study) -> Plate | Absent:
+def interpolation(study: Rows) -> Plate | Absent:
     """One sphere in triangles, flat, Gouraud and Phong shaded."""
     if errors_of(study).empty:
         return MISSING
@@ -92,7 +91,7 @@ def interpolation(study: Study) -> Plate | Absent:
     return Plate(scene_images.figure_of(shown, native=True), data, sentence, alt, shown.note, COMMAND)
 
 
-def lobe_law(study: Study) -> Plate | Absent:
+def lobe_law(study: Rows) -> Plate | Absent:
     """The largest error of each picture against the lobe's: what the scalar table promises, and what comes of it."""
     data = errors_of(study)
     data = data[(data["max_abs"] > 0) & (data["lobe_max"] > 0)] if len(data) else data
@@ -122,7 +121,7 @@ def lobe_law(study: Study) -> Plate | Absent:
     return Plate(figure, data, _law_sentence(data), _law_alt(data), _basis(data), COMMAND)
 
 
-def errors(study: Study) -> Table | Absent:
+def errors(study: Rows) -> Table | Absent:
     """The error of the picture and its time, for each formula and scene."""
     data = errors_of(study)
     if data.empty:
@@ -145,12 +144,12 @@ def errors(study: Study) -> Table | Absent:
     return Table(tuple(headings), tuple(body), data, sentence, basis, frozenset(range(2, len(headings))))
 
 
-def saved(study: Study) -> Table | Absent:
+def saved(study: Rows) -> Table | Absent:
     """The ledger of every scene: what was left out, what that changes, and the time without each skip."""
-    rows = plain(study.run.skips)
+    rows = study.skips
     if rows.empty:
         return MISSING
-    times = study.run.scene_times
+    times = study.scene_times
     times = times[times["kind"].isin(["skip", "cutoff"])]
     key = ["scene", "name", "setting", "depth"]
     data = rows.merge(
@@ -211,9 +210,9 @@ def _diagonal(axes: Axes, data: pd.DataFrame) -> None:
     axes.text(0.004, 1 / 255, "1/255", color=MUTED, fontsize=7.5, va="bottom", transform=axes.get_yaxis_transform())
 
 
-def _of_half_space(study: Study) -> set[str]:
+def _of_half_space(study: Rows) -> set[str]:
     """Formulas that exist for (N, H) only, by the run's own rows: a user's own is in no registry of ours."""
-    spaces = plain(study.run.accuracy[["approximation", "space"]].drop_duplicates())
+    spaces = study.accuracy[["approximation", "space"]].drop_duplicates()
     reflect = set(spaces.loc[spaces["space"] == "reflect", "approximation"])
     return set(spaces["approximation"]) - reflect if reflect else {"blinn"}
 

@@ -5,18 +5,18 @@ from __future__ import annotations
 import pandas as pd
 from matplotlib.axes import Axes
 
-from phongbench.analysis.front import CELL
-from phongbench.analysis.rows import ordered
+from phongbench.analysis.rows import STABILITY_ALPHA, Rows, nearest, ordered
 from phongbench.compiler.precisions import in_order
-from phongbench_reports.cuts import STABILITY_ALPHA, Absent, Study, nearest
+from phongbench.results.schema import CELL
 from phongbench_reports.figures.measured import finished, lyon
 from phongbench_reports.plots import FORMS, Plate, budget_lines, end_labels, log_axis, sheet
+from phongbench_reports.table import Absent
 from phongbench_reports.text import alpha_is, gamma_is, listed, number, records
 
 
-def rows_of(study: Study) -> pd.DataFrame:
+def rows_of(study: Rows) -> pd.DataFrame:
     """Lyon with Taylor slope and the gamma nearest to 32, unit vectors, every precision of the run."""
-    measured = study.unit[study.unit["rounding_max"].notna()]  # float64's rounding is not measured
+    measured = study.highlight[study.highlight["rounding_max"].notna()]  # float64's rounding is not measured
     columns = [*CELL, "alpha", "rounding_max", "max_abs", "model_max", "samples", "coverage"]
     rows = lyon(measured, gamma=32, lambda_form=tuple(FORMS))[columns]
     return ordered(rows, ["precision", "lambda_form", "alpha"])
@@ -33,7 +33,7 @@ def _panel(axes: Axes, rows: pd.DataFrame) -> list[tuple[float, float, str, str]
     return ends
 
 
-def draw(study: Study) -> Plate | Absent:
+def draw(study: Rows) -> Plate | Absent:
     """Rounding part of the error against alpha, log-log, both code budgets."""
     data = rows_of(study)
     if data.empty:

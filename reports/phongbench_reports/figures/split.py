@@ -6,11 +6,11 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 
-from phongbench.analysis.front import CELL
-from phongbench.analysis.rows import at, ordered
-from phongbench_reports.cuts import Absent, Study, near
+from phongbench.analysis.rows import Rows, at, near, ordered
+from phongbench.results.schema import CELL
 from phongbench_reports.figures.measured import finished
 from phongbench_reports.plots import BLUE, GREEN, GRID, VERMILION, Plate, Vector, budget_lines, log_axis, sheet
+from phongbench_reports.table import Absent
 from phongbench_reports.text import alpha_is, label, listed, number, percent, records
 
 PARTS = {
@@ -23,7 +23,7 @@ LIMITS = (1e-8, 10.0)
 SHOWN = 3
 
 
-def rows_of(study: Study) -> pd.DataFrame:
+def rows_of(study: Rows) -> pd.DataFrame:
     """One row per formula and precision at the headline exponent, one vector about 1 % too long; Taylor slopes."""
     rows = at(study.lengths, alpha=study.alpha, perturbation="a", gated=True)
     rows = rows[(rows["length_error"] > 0) & ~rows["beta_policy"].isin(["minimax", "energy"])]
@@ -74,7 +74,7 @@ def _shares(axes: Axes, rows: pd.DataFrame, y: Vector) -> None:
         left = left + share
 
 
-def draw(study: Study) -> Plate | Absent:
+def draw(study: Rows) -> Plate | Absent:
     """Per precision two panels: the size of the three parts, and what share of their sum each is."""
     data = rows_of(study)
     if data.empty:

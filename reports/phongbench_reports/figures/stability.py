@@ -9,18 +9,18 @@ import pandas as pd
 from matplotlib.axes import Axes
 
 from phongbench.analysis import length_sensitivity
-from phongbench.analysis.front import CELL
-from phongbench.analysis.rows import ordered
-from phongbench_reports.cuts import STABILITY_ALPHA, Absent, Study, nearest
+from phongbench.analysis.rows import STABILITY_ALPHA, Rows, nearest, ordered
+from phongbench.results.schema import CELL
 from phongbench_reports.figures.measured import finished, lyon, setting_of
 from phongbench_reports.plots import FORMS, MUTED, SURFACE, Plate, budget_lines, end_labels, log_axis, sheet
+from phongbench_reports.table import Absent
 from phongbench_reports.text import alpha_is, listed, number, records
 
 #: How the lengths err, as the perturbation column names it, and in words.
 WAYS = {"a": "one vector", "both": "both alike", "opposite": "both, opposite"}
 
 
-def rows_of(study: Study) -> pd.DataFrame:
+def rows_of(study: Rows) -> pd.DataFrame:
     """Lyon with Taylor slope at one exponent and one gamma on vectors of the wrong length."""
     rows = lyon(
         study.lengths[study.lengths["length_error"] != 0.0],
@@ -79,7 +79,7 @@ def _column(upper: Axes, lower: Axes, rows: pd.DataFrame, way: str) -> dict[str,
     return ends
 
 
-def draw(study: Study) -> Plate | Absent:
+def draw(study: Rows) -> Plate | Absent:
     """Upper row: what the lengths alone change, with the law; lower row: the whole error against the true angle."""
     data = rows_of(study)
     if data.empty:

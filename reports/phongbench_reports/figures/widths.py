@@ -5,22 +5,22 @@ from __future__ import annotations
 import pandas as pd
 from matplotlib.axes import Axes
 
-from phongbench.analysis.front import CELL
-from phongbench.analysis.rows import ordered
+from phongbench.analysis.rows import Rows, ordered
 from phongbench.compiler.precisions import in_order
-from phongbench_reports.cuts import Absent, Study
+from phongbench.results.schema import CELL
 from phongbench_reports.figures.measured import finished, lyon
 from phongbench_reports.plots import STYLES, Plate, budget_lines, end_labels, log_axis, sheet
+from phongbench_reports.table import Absent
 from phongbench_reports.text import alpha_is, gamma_is, listed, number, records
 
 #: Lambda forms that get a panel, in order.
 SHOWN = ("dot", "difference", "cross")
 
 
-def rows_of(study: Study) -> pd.DataFrame:
+def rows_of(study: Rows) -> pd.DataFrame:
     """Lyon with Taylor slope at the headline exponent on unit vectors: every form, gamma and precision."""
     columns = [*CELL, "alpha", "max_abs", "model_max", "rounding_max", "samples", "coverage"]
-    rows = lyon(study.unit, alpha=study.alpha, lambda_form=SHOWN)[columns]
+    rows = lyon(study.highlight, alpha=study.alpha, lambda_form=SHOWN)[columns]
     rows = ordered(rows, ["lambda_form", "precision", "gamma"])
     best = rows.groupby(["lambda_form", "precision"])["max_abs"].transform("min")
     return rows.assign(best=rows["max_abs"] == best)
@@ -50,7 +50,7 @@ def _panel(axes: Axes, rows: pd.DataFrame, precisions: tuple[str, ...]) -> list[
     return ends
 
 
-def draw(study: Study) -> Plate | Absent:
+def draw(study: Rows) -> Plate | Absent:
     """One panel a lambda form, one line a precision; a ring around each line's best gamma."""
     data = rows_of(study)
     if data["gamma"].nunique() < 2:

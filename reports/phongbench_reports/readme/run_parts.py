@@ -11,18 +11,18 @@ import pandas as pd
 
 from phongbench.analysis.claims import judge
 from phongbench.analysis.claims.claim import UNMEASURED
-from phongbench.analysis.rows import at
+from phongbench.analysis.rows import Rows, at, nearest
 from phongbench.errors import InputError
 from phongbench.formulas.formula import Formula
 from phongbench.formulas.shader_code import export
 from phongbench.inputs.plan import preset
 from phongbench.results.runs import Run
 from phongbench.results.schema import BASELINE, CEILINGS, TWIN
-from phongbench_reports.cuts import Absent, Study, nearest
 from phongbench_reports.figures import front as front_figure
 from phongbench_reports.figures import speed as speed_figure
 from phongbench_reports.plots import Plate, ink, svg_pair
 from phongbench_reports.readme.markdown import picture, slim, table
+from phongbench_reports.table import Absent
 from phongbench_reports.tables.verdict import verdict as verdict_table
 from phongbench_reports.text import BUDGETS, INTERVAL, alpha_is, number, ratio, records
 
@@ -43,7 +43,7 @@ class _Cut:
     worst: pd.DataFrame
 
 
-def verdict(study: Study) -> str:
+def verdict(study: Rows) -> str:
     """The report's verdict table within 1/255, at a few exponents."""
     budget, name = BUDGETS[0]
     content = verdict_table(study, study.precision, budget, name)
@@ -56,7 +56,7 @@ def verdict(study: Study) -> str:
     return f"{table(content.headings, rows, right=content.numeric)}\n\n{content.takeaway}\n({content.basis}.)"
 
 
-def shader(study: Study) -> str:
+def shader(study: Rows) -> str:
     """The verdict for one exponent as shader code."""
     content = verdict_table(study, study.precision, *BUDGETS[0])
     best = {} if isinstance(content, Absent) else records(at(content.data, alpha=study.alpha))[0]
@@ -76,11 +76,11 @@ def claims(run: Run) -> str:
     return f"{table(('claim', 'verdict', 'result'), lines)}{rest}"
 
 
-def front(study: Study) -> tuple[str, dict[str, bytes]]:
+def front(study: Rows) -> tuple[str, dict[str, bytes]]:
     """The front at one exponent as a picture for light and dark pages, and the two files it shows."""
     run, rows = study.run, at(study.accuracy, alpha=study.alpha)
     with ink():
-        plate = front_figure.draw(Study(cast(Run, _Cut(run.path, run.manifest, rows, run.timing, run.worst))))
+        plate = front_figure.draw(Rows(cast(Run, _Cut(run.path, run.manifest, rows, run.timing, run.worst))))
         if isinstance(plate, Absent):
             raise InputError(plate.reason.rstrip("."), str(run.path), plate.fix.rstrip("."))
         light, dark = map(slim, svg_pair(plate.figure, "front"))
@@ -88,7 +88,7 @@ def front(study: Study) -> tuple[str, dict[str, bytes]]:
     return picture("front", plate), files
 
 
-def speed(study: Study) -> str:
+def speed(study: Rows) -> str:
     """Times as ratios to exact Phong for each working set; of most formulas the cheapest lambda form only."""
     rows = speed_figure.rows_of(study)
     rows = rows[~rows["approximation"].isin(CEILINGS)]
@@ -123,7 +123,7 @@ def speed(study: Study) -> str:
     return f"{shown}\n\n{sentence} {_twin(study)}\n({note})"
 
 
-def _twin(study: Study) -> str:
+def _twin(study: Rows) -> str:
     """How the baseline compared with itself: what an interval of this run is worth."""
     twins = at(study.timing, approximation=TWIN, precision=study.precision, working_set=study.working_set)
     results = " and ".join(f"{_ratio(row)}: {row['verdict']}" for row in records(twins))

@@ -6,10 +6,9 @@ from collections.abc import Collection
 
 import pandas as pd
 
-from phongbench.analysis.rows import ordered
-from phongbench_reports.cuts import Absent, Study, near
+from phongbench.analysis.rows import Rows, near, ordered
 from phongbench_reports.figures.measured import lyon
-from phongbench_reports.table import Table
+from phongbench_reports.table import Absent, Table
 from phongbench_reports.text import alpha_is, label, number, records
 
 #: Short words for outcomes, as the cells of the table show them; what is well is quiet.
@@ -27,9 +26,9 @@ BAD = ("nan", "infinite", "above-one", "negative")
 KEY = ["approximation", "lambda_form", "space", "precision", "gated"]
 
 
-def hostile(study: Study) -> Table | Absent:
+def hostile(study: Rows) -> Table | Absent:
     """A row for each formula and form in the headline precision, a column for each case; all precisions in the CSV."""
-    rows = study.run.behaviour
+    rows = study.behaviour
     if rows.empty:
         return Absent("Hostile inputs were not tried.", "Run with the probe hostile, which every preset holds.")
     rows = ordered(rows, [*KEY, "alpha", "case"])
@@ -60,7 +59,7 @@ def hostile(study: Study) -> Table | Absent:
     return Table(("formula", *cases), tuple(body), rows, sentence, basis)
 
 
-def nearest_precision(study: Study, rows: pd.DataFrame) -> str:
+def nearest_precision(study: Rows, rows: pd.DataFrame) -> str:
     """The study's own precision where the rows have it, else the first one that they have."""
     held = set(rows["precision"])
     return study.precision if study.precision in held else sorted(held)[0]
@@ -69,12 +68,12 @@ def nearest_precision(study: Study, rows: pd.DataFrame) -> str:
 def worst(outcomes: Collection[str]) -> str:
     """The word for the worst of some outcomes; a dash where the case does not arise."""
     order = ["nan", "infinite", "above-one", "negative", "saturates", "value", "refused"]
-    return WORDS[min(outcomes, key=order.index)] if outcomes else "–"
+    return WORDS[min(outcomes, key=order.index)] if len(outcomes) else "–"
 
 
-def smoothness(study: Study) -> Table | Absent:
+def smoothness(study: Rows) -> Table | Absent:
     """Lyon's lobes at the headline exponent, form by form and gamma by gamma: rises in each precision, and the edge."""
-    rows = study.run.smoothness
+    rows = study.smoothness
     if rows.empty:
         return Absent("Smoothness was not measured.", "Run with the probe smoothness, which every preset holds.")
     rows = ordered(rows, [*KEY, "alpha", "gamma", "beta_policy"])

@@ -10,11 +10,12 @@ from typing import Any
 import pandas as pd
 
 from phongbench.analysis.claims import SIGNS, VERDICTS, Judgement, judge
+from phongbench.analysis.rows import Rows
 from phongbench.errors import InputError
-from phongbench_reports.cuts import Absent, Study
 from phongbench_reports.figures import FIGURES
 from phongbench_reports.figures.pictures import SECTIONS
 from phongbench_reports.reproduce import reproduce
+from phongbench_reports.table import Absent
 from phongbench_reports.text import label, listed, missing, number
 
 #: verdict -> how a sentence on one claim, and on several, says it
@@ -95,7 +96,7 @@ class ClaimTable:
     basis: str
 
 
-def claims(study: Study) -> ClaimTable | Absent:
+def claims(study: Rows) -> ClaimTable | Absent:
     """All claims, judged by the rows of the run."""
     try:
         judged = judge(study.run)
@@ -108,7 +109,7 @@ def claims(study: Study) -> ClaimTable | Absent:
     return ClaimTable(tuple(_entry(study, one) for one in judged), _data(judged), sentence, basis)
 
 
-def _entry(study: Study, one: Judgement) -> Entry:
+def _entry(study: Rows, one: Judgement) -> Entry:
     claim = one.as_dict()
     rows = [row for row in claim["evidence"] if row["table"] == "accuracy"]
     command = reproduce(study, pd.DataFrame(rows).convert_dtypes()) if rows else ""

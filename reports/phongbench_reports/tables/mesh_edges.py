@@ -7,19 +7,19 @@ from itertools import product
 import pandas as pd
 
 from phongbench.analysis.mesh_edges import PAIRS, reaches, told
+from phongbench.analysis.rows import Rows
 from phongbench.formulas.lambda_forms import LAMBDA_FORMS
-from phongbench_reports.cuts import Absent, Study
 from phongbench_reports.figures.meshes import LOOKS
-from phongbench_reports.table import Table
+from phongbench_reports.table import Absent, Table
 from phongbench_reports.text import alpha_is, gamma_is, records, span
 
 #: kind of pair -> a short name
 WAYS = {"classic": "classic R", "lengthwise": "lengthwise R", "half": "(N,\u00a0H)"}
 
 
-def mesh_edges(study: Study) -> Table | Absent:
+def mesh_edges(study: Rows) -> Table | Absent:
     """A row per exponent, a column per way to make the pair and lambda form: the widest edge within one code."""
-    data = reaches(study.meshes)
+    data = reaches(study.lyon_meshes)
     if data.empty:
         return Absent("The run holds no lyon rows on interpolated normals.", "Run with --probe meshes.")
     forms = [form for form in LAMBDA_FORMS if (data["lambda_form"] == form).any()]
@@ -33,10 +33,9 @@ def mesh_edges(study: Study) -> Table | Absent:
         (f"{alpha:g}", *(edges.get((alpha, *way), "–") for way in columns)) for alpha in sorted(data["alpha"].unique())
     )
     headings = ("α", *(f"{WAYS[pair]} · {form}" for pair, form in columns))
-    basis = (
-        f"lyon, {gamma_is(data['gamma'].iloc[0])}, float32, on every mesh; {span(study.meshes['samples'])} samples a "
-        "cell and edge; between two measured edges along a power law"
-    )
+    samples = f"{span(study.lyon_meshes['samples'])} samples a cell and edge"
+    lyon = f"lyon, {gamma_is(data['gamma'].iloc[0])}, float32"
+    basis = f"{lyon}, on every mesh; {samples}; between two measured edges along a power law"
     return Table(headings, rows, data, _sentence(data), basis, frozenset(range(len(headings))))
 
 

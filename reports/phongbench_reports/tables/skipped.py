@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import pandas as pd
 
-from phongbench_reports.cuts import Absent, Study
-from phongbench_reports.table import Table
+from phongbench.analysis.rows import Rows
+from phongbench_reports.table import Absent, Table
 from phongbench_reports.text import INTERVAL, interval, listed, number, records, share, span
 
 PLAIN, SKIP = "-plain", "-skip"
 _KEY = ["formula", "lambda_form", "gamma", "working_set", "lit"]
 
 
-def skipped(study: Study) -> Table | Absent:
+def skipped(study: Rows) -> Table | Absent:
     """Ratios to exact Phong of the plain and the skipping kernel at each lit share; both give the same bits."""
     timing = study.timing
     rows = timing[timing["lit"].notna()] if "lit" in timing else timing.head(0)
@@ -34,7 +34,7 @@ def skipped(study: Study) -> Table | Absent:
         )
         for row in records(data)
     )
-    headings = ("formula", "lit", "working set", "plain", "interval", "skipping", "interval")
+    headings = ("formula", "lit", "working set", "plain", INTERVAL, "skipping", INTERVAL)
     return Table(headings, body, data, _sentence(data, certain), _basis(rows), frozenset(range(3, 7)))
 
 
@@ -55,4 +55,4 @@ def _sentence(data: pd.DataFrame, certain: pd.DataFrame) -> str:
 
 def _basis(rows: pd.DataFrame) -> str:
     pairs = "the same pairs, the lit ones lying together"
-    return f"time / exact Phong on {pairs}, with its {INTERVAL}; bit-identical values; {span(rows['rounds'])} rounds"
+    return f"time / exact Phong on {pairs}; bit-identical values; {span(rows['rounds'])} rounds"

@@ -7,9 +7,8 @@ from typing import Any
 import pandas as pd
 
 from phongbench.accuracy.probes.consistency import UNIT_STRATA, VECTORS
-from phongbench.analysis.rows import at
-from phongbench_reports.cuts import Absent, Study
-from phongbench_reports.table import Table
+from phongbench.analysis.rows import Rows, at
+from phongbench_reports.table import Absent, Table
 from phongbench_reports.text import alpha_is, label, missing, number, records, share
 
 #: What tells laws apart; with the precision, cells.
@@ -19,7 +18,7 @@ SHOWN_GAMMA, SHOWN_SLOPES = 8, ("none", "taylor")
 MEASURED = ("sampled", "searched", "exhaustive")
 
 
-def sureness(study: Study) -> Table | Absent:
+def sureness(study: Rows) -> Table | Absent:
     """Sampled, searched, exhaustive and certified maxima side by side, and the re-check of the truth."""
     data = maxima(study)
     if data.empty or not data[["searched", "exhaustive", "certified"]].notna().any().any():
@@ -47,7 +46,7 @@ def sureness(study: Study) -> Table | Absent:
     return Table(headings, body, data, _sentence(study, data), basis, frozenset(range(1, 7)))
 
 
-def maxima(study: Study) -> pd.DataFrame:
+def maxima(study: Rows) -> pd.DataFrame:
     """One row per cell: its largest errors by coverage, that of the formula alone, and the certified bound of that."""
     rows = study.accuracy
     rows = rows[rows["gated"].astype(bool) & (rows["truth"] == "angle") & (rows["perturbation"] == "none")]
@@ -70,7 +69,7 @@ def _largest(rows: pd.DataFrame, key: list[str], metric: str, name: str) -> pd.D
     return rows.groupby(key, dropna=False, observed=True)[metric].max().rename(name).reset_index()
 
 
-def _headline(study: Study, data: pd.DataFrame) -> pd.DataFrame:
+def _headline(study: Rows, data: pd.DataFrame) -> pd.DataFrame:
     """Each formula and form once, at one exponent: Taylor's slope, and gamma 8 if there is one."""
     mine = at(data, precision=study.precision, alpha=study.alpha, space="reflect", beta_policy=SHOWN_SLOPES)
     order = mine.assign(away=(mine["gamma"].astype(float) - SHOWN_GAMMA).abs())
@@ -84,7 +83,7 @@ def _gap(bound: Any, measured: Any) -> str:
     return f"{100 * (bound / measured - 1):.2f}\u00a0%"
 
 
-def _sentence(study: Study, data: pd.DataFrame) -> str:
+def _sentence(study: Rows, data: pd.DataFrame) -> str:
     violations = study.run.manifest.get("violations") or []
     agreement = (
         f"{len(violations)} contradiction{'s' * (len(violations) > 1)} between rows: a bug, see the top of the page"
@@ -98,7 +97,7 @@ def _sentence(study: Study, data: pd.DataFrame) -> str:
     return f"{agreement}. {_recheck(study)}".strip()
 
 
-def _recheck(study: Study) -> str:
+def _recheck(study: Rows) -> str:
     facts = (study.run.manifest.get("probes") or {}).get("recheck")
     if not facts:
         return ""

@@ -7,13 +7,13 @@ from typing import Any
 
 import pandas as pd
 
-from phongbench.analysis.front import CELL, Choice, choose
-from phongbench.analysis.rows import at
+from phongbench.analysis.front import Choice, choose
+from phongbench.analysis.rows import Rows, at
 from phongbench.results.runs import strongest
-from phongbench_reports.cuts import Absent, Study
+from phongbench.results.schema import CELL
 from phongbench_reports.names import title
 from phongbench_reports.reproduce import reproduce
-from phongbench_reports.table import Table
+from phongbench_reports.table import Absent, Table
 from phongbench_reports.text import INTERVAL, alpha_is, basis, interval, label, number, records
 
 #: Rows of a long table that the page shows; the CSV holds all.
@@ -43,18 +43,18 @@ def _rival(choice: Choice, *, withheld: bool) -> str:
     return f"{label(choice.runner_up)} ({how})"
 
 
-def verdict(study: Study, precision: str, budget: float, name: str) -> Table | Absent:
+def verdict(study: Rows, precision: str, budget: float, name: str) -> Table | Absent:
     """For each swept exponent the cheapest formula within the budget, with its time against exact Phong.
 
     budget   float   largest absolute error allowed
     name     str     the budget in words, "1/255"
     """
-    if not len(at(study.unit, precision=precision, space="reflect")):
+    if not len(at(study.highlight, precision=precision, space="reflect")):
         return Absent(f"Nothing was measured at {precision}.", f"Run with --precision {precision}.")
     if study.timing.empty or not (study.timing["precision"] == precision).any():
         return _accuracy_only(study, precision, budget, name)
     withheld = bool(study.twin_differs)
-    candidates = at(study.unit, space="reflect", precision=precision)
+    candidates = at(study.highlight, space="reflect", precision=precision)
     rows, data = [], []
     for alpha in sorted(candidates["alpha"].unique()):
         choice = choose(study.front(float(alpha), precision), budget)
@@ -93,10 +93,10 @@ def _verdict_sentence(data: pd.DataFrame, name: str, *, withheld: bool) -> str:
     return f"{start}; the largest gain is {number(1 / float(best['ratio']))} times, {where}."
 
 
-def _accuracy_only(study: Study, precision: str, budget: float, name: str) -> Table:
+def _accuracy_only(study: Rows, precision: str, budget: float, name: str) -> Table:
     """The verdict without times: what fits, the fewest squarings that fit, what errs least; not what is cheapest."""
     rows, data = [], []
-    unit = at(study.unit, precision=precision, space="reflect")
+    unit = at(study.highlight, precision=precision, space="reflect")
     for alpha in study.alphas:
         cells = unit[(unit["alpha"] == alpha) & (unit["approximation"] != "phong")]
         cells = cells.sort_values(["max_abs", *CELL], kind="stable")
@@ -118,7 +118,7 @@ def _accuracy_only(study: Study, precision: str, budget: float, name: str) -> Ta
     return Table(headings, tuple(rows), pd.DataFrame(data), sentence, note, frozenset({0, 2, 4}))
 
 
-def census(study: Study) -> Table | Absent:
+def census(study: Rows) -> Table | Absent:
     """Counts of values above 1, negative, not finite or left out, per formula, form, precision and stratum."""
     keys = ["approximation", "lambda_form", "space", "precision", "gated", "stratum"]
     present = [column for column in COUNTS if column in study.accuracy.columns]
@@ -161,12 +161,12 @@ def _vector(row: dict[str, Any], letter: str) -> str:
     return ", ".join(str(row[f"{letter}{axis}"]) for axis in "xyz")
 
 
-def worst(study: Study) -> Table | Absent:
+def worst(study: Rows) -> Table | Absent:
     """The worst input of each formula and form as C99 hex floats, with the command that finds it again.
 
     The page prefers gated unit vectors, where a formula's own faults lie: wrong lengths err beyond all measure.
     """
-    rows = study.run.worst
+    rows = study.worst
     if rows.empty:
         return Absent("This run kept no worst inputs.", "Run again; they are kept with every accuracy row.")
     ranked = rows.sort_values(["error", *CELL, "alpha", "stratum", "rank"], key=_by_size, kind="stable")
@@ -194,10 +194,10 @@ def _by_size(column: pd.Series) -> pd.Series:
     return -column.abs() if column.name == "error" else column
 
 
-def formulas(study: Study) -> Table:
+def formulas(study: Rows) -> Table:
     """The formulas of the run with their titles: what the short names of figures stand for."""
     names: Sequence[str] = sorted(study.accuracy["approximation"].unique())
-    cells = study.unit[study.unit["precision"] == study.precision].drop_duplicates(["alpha", *CELL])
+    cells = study.highlight[study.highlight["precision"] == study.precision].drop_duplicates(["alpha", *CELL])
     per_name = cells.groupby("approximation").size()
     rows = tuple((name, *title(name), number(int(per_name.get(name, 0)))) for name in names)
     headings = ("name", "title", "kind", "formula", "source", "cells")
