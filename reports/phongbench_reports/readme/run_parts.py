@@ -62,8 +62,7 @@ def shader(study: Rows) -> str:
     best = {} if isinstance(content, Absent) else records(at(content.data, alpha=study.alpha))[0]
     if not best.get("approximation"):
         return f"No formula is within {BUDGETS[0][1]} at {alpha_is(study.alpha)}."
-    formula = Formula.of_row(best)
-    written = export.shader(formula.spec(), formula.lambda_form, formula.setting(study.alpha))
+    written = export.shader(Formula.of_row(best), study.alpha)
     return f"```glsl\n{written.text}```"
 
 

@@ -56,7 +56,12 @@ def hostile(study: Rows) -> Table | Absent:
         f"{precision}; ok: a value in range that is not merely 0 or 1 by force, or the exact one; 0 or 1: held there, "
         "where the exact value is another or undefined; all precisions in the CSV"
     )
-    return Table(("formula", *cases), tuple(body), rows, sentence, basis)
+    return Table(("formula", *map(_heading, cases)), tuple(body), rows, sentence, basis)
+
+
+def _heading(case: str) -> str:
+    """The case with a minus sign, and an equation that no line end tears apart."""
+    return case.replace(" = -", "\u00a0=\u00a0−")
 
 
 def nearest_precision(study: Rows, rows: pd.DataFrame) -> str:

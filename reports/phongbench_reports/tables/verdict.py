@@ -11,6 +11,7 @@ from phongbench.analysis.front import Choice, choose
 from phongbench.analysis.rows import Rows, at
 from phongbench.results.runs import strongest
 from phongbench.results.schema import CELL
+from phongbench_reports.figures.speed import SETS
 from phongbench_reports.names import title
 from phongbench_reports.reproduce import reproduce
 from phongbench_reports.table import Absent, Table
@@ -67,7 +68,7 @@ def verdict(study: Rows, precision: str, budget: float, name: str) -> Table | Ab
         data.append(_verdict_row(alpha, choice))
     headings = ("α", "formula", "error, 8-bit codes", "ns / element", "faster than exact", INTERVAL, "runner-up")
     source = f"{basis(candidates)}; formulas of (N, H), right for coplanar vectors only, are left out"
-    source = f"{precision}, {study.working_set} working set; {source}"
+    source = f"{precision}, vectors {SETS[study.working_set]}; {source}; unresolved: the intervals overlap"
     frame = pd.DataFrame(data)
     sentence = _verdict_sentence(frame, name, withheld=withheld)
     return Table(headings, tuple(rows), frame, sentence, source, frozenset({0, 2, 3, 4, 5}))
