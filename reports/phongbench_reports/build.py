@@ -14,8 +14,7 @@ import pandas as pd
 
 from phongbench.analysis.rows import Rows
 from phongbench.support.atomic_files import write_bytes
-from phongbench.support.process import seldom_collected
-from phongbench.timing.measure import cores
+from phongbench.support.process import cores, seldom_collected
 from phongbench_reports.figures import FIGURES
 from phongbench_reports.figures.pictures import SECTIONS
 from phongbench_reports.page import Links, Section, render, style_sheet

@@ -80,12 +80,12 @@ def label(row: Mapping[str, Any] | pd.Series) -> str:
     return str(Formula.of_row(unsaid | dict(row)))
 
 
-def alpha_is(alpha: float) -> str:
+def alpha_is(alpha: Any) -> str:
     """ "α = 50", which no line end tears apart."""
     return f"α\u00a0=\u00a0{alpha:g}"
 
 
-def gamma_is(gamma: float) -> str:
+def gamma_is(gamma: Any) -> str:
     """ "γ = 8", which no line end tears apart."""
     return f"γ\u00a0=\u00a0{int(gamma)}"
 

@@ -101,7 +101,7 @@ def _figure(here: Service, name: str, stem: str, kind: str) -> tuple[bytes, str]
 
 
 def _drawn(run: Run, stem: str) -> bytes:
-    from phongbench.analysis.rows import Rows  # late: they bring matplotlib
+    from phongbench.analysis.rows import Rows
     from phongbench_reports.figures import FIGURES
     from phongbench_reports.plots import Plate, ink
 

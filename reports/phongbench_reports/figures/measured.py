@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -30,7 +29,7 @@ def lyon(rows: pd.DataFrame, *, alpha: float | None = None, gamma: int | None = 
     return rows if gamma is None else near(rows, "gamma", gamma)
 
 
-def values(row: Mapping[str, Any] | pd.Series, cosine: Vector) -> Vector | None:
+def values(row: Any, cosine: Vector) -> Vector | None:
     """The row's formula in float64 at these cosines between R and V; None where this process does not know it.
 
     The scalar body runs as plain Python: compiling it takes longer than a few hundred calls. A user's own approximation
