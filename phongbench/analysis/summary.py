@@ -5,7 +5,7 @@ from typing import Any
 
 import pandas as pd
 
-from phongbench.analysis.mesh_edges import reaches, told
+from phongbench.analysis.mesh_edges import in_words, reaches
 from phongbench.results.runs import Run
 
 #: the exponent at which one line tells of raw normals, or the measured one nearest to it
@@ -49,7 +49,7 @@ def _raw_normals(edges: list[dict[str, Any]]) -> dict[str, str]:
         return {}
     alpha = min((row["alpha"] for row in cross), key=lambda a: abs(math.log(a / _EDGES_ALPHA)))
     ways = {"classic": "R = 2(L.N)N-L", "lengthwise": "R = 2(N.L)N-(N.N)L", "half": "(N, H)"}
-    found = {row["pair"]: told(row["degrees"], row["relation"]) for row in cross if row["alpha"] == alpha}
+    found = {row["pair"]: in_words(row["degrees"], row["relation"]) for row in cross if row["alpha"] == alpha}
     far = ", ".join(f"{found[pair]} with {name}" for pair, name in ways.items() if pair in found)
     return {"raw normals": f"at alpha {alpha:g} change the cross form by one 8-bit code from edges of {far}"}
 

@@ -49,7 +49,7 @@ def test_a_twin_told_apart_withholds_every_claim_of_speed() -> None:
     for key in "fh":
         found = judged(key, timing=rows, accuracy=accuracy([{}]))
         assert found["verdict"] == "not measured"
-        assert "identical code apart in l2" in found["because"]
+        assert "Identical code differed in time in l2" in found["because"]
 
 
 def test_without_times_the_claims_of_speed_name_the_flag() -> None:
