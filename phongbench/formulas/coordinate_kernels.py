@@ -46,7 +46,7 @@ def values_kernel(spec: Approximation, precision: Precision, known: tuple[tuple[
     precision  the working precision: arrays are of its carrier
     known      pairs (name, value) of the kernel's arguments that are known when compiling, e.g. (("n", 3),)
     """
-    return _values_kernel(spec.kernel, wiring(spec), precision, known)
+    return _values_kernel(spec.kernel, _wiring(spec), precision, known)
 
 
 def coordinates(precision: Precision, a: Array, b: Array) -> Array:
@@ -71,16 +71,17 @@ def fill_values(address: int, coordinate: Array, gate: Array, coefficients: Arra
     values_at(address, coordinate)(coordinate, gate, coefficients, table, out)
 
 
-def wiring(spec: Approximation) -> tuple[str, ...]:
+def _wiring(spec: Approximation) -> tuple[str, ...]:
     """The kernel's run-time arguments after the coordinate, as names of the loop: c0, c1, ... and table."""
     names = {name: f"c{i}" for i, name in enumerate(spec.scalars)} | {"table": "table"}
     return tuple(names[a] for a in spec.arguments if a in names)
 
 
-def _bound(kernel: Body, wired: tuple[str, ...], precision: Precision, known: tuple[tuple[str, int], ...]) -> Body:
+@cache
+def _bound(kernel: Body, wiring: tuple[str, ...], precision: Precision, known: tuple[tuple[str, int], ...]) -> Body:
     """The lowered kernel as a function of (coordinate, c0, c1, c2, c3, table), whatever it takes of these."""
     namespace: dict[str, Any] = {"__name__": __name__, "kernel": lower(kernel, precision, **dict(known))}
-    text = f"def bound(x, c0, c1, c2, c3, table): return kernel({', '.join(('x', *wired))})"
+    text = f"def bound(x, c0, c1, c2, c3, table): return kernel({', '.join(('x', *wiring))})"
     exec(compile(text, f"<{kernel.__module__}.bound>", "exec"), namespace)
     bound: Callable[..., Any] = jit.inline(namespace["bound"])
     return bound
@@ -88,9 +89,9 @@ def _bound(kernel: Body, wired: tuple[str, ...], precision: Precision, known: tu
 
 @cache
 def _values_kernel(
-    kernel: Body, wired: tuple[str, ...], precision: Precision, known: tuple[tuple[str, int], ...]
+    kernel: Body, wiring: tuple[str, ...], precision: Precision, known: tuple[tuple[str, int], ...]
 ) -> Any:
-    bound, zero = _bound(kernel, wired, precision, known), precision.constant(0.0)
+    bound, zero = _bound(kernel, wiring, precision, known), precision.constant(0.0)
 
     def values(coordinate: Array, gate: Array, coefficients: Array, table: Array, out: Array) -> None:
         c0, c1, c2, c3 = coefficients[0], coefficients[1], coefficients[2], coefficients[3]
@@ -106,18 +107,10 @@ def bound_parts(
     spec: Approximation, form: str, precision: Precision, known: tuple[tuple[str, int], ...]
 ) -> tuple[Body, Body]:
     """For loops of other shapes: the kernel as a function of (coordinate, c0, c1, c2, c3, table), and the coordinate as
-    one of the six components, both compiled into whatever calls them.
+    one of the six components, both compiled into whatever calls them; the same two for all formulas of a kernel.
     """
-    return parts_of(spec.kernel, wiring(spec), form, precision, known)
-
-
-@cache
-def parts_of(
-    kernel: Body, wired: tuple[str, ...], form: str, precision: Precision, known: tuple[tuple[str, int], ...]
-) -> tuple[Body, Body]:
-    """As `bound_parts`, of a scalar kernel and its wiring: formulas that differ in their slope only share the code."""
     body = lambda_forms.dot if form == "none" else lambda_forms.LAMBDA_FORMS[form]
-    return _bound(kernel, wired, precision, known), lower(body, precision)
+    return _bound(spec.kernel, _wiring(spec), precision, known), lower(body, precision)
 
 
 @cache

@@ -33,7 +33,7 @@ async def shader(request: Request, parameters: Annotated[ShaderParameters, Query
 
     def work(_cancelled: object) -> export.Shader:
         here.kernels.compile_curve(lobe, FLOAT32)
-        return export.shader(lobe.spec, lobe.form, lobe.setting, parameters.language)
+        return export.shader(lobe.formula, lobe.alpha, parameters.language)
 
     cost = SECONDS + here.kernels.curve_cost(lobe, export.ANGLES, FLOAT32)
     return await here.admission.run(request, cost, work, partial(_answer, media_type), spans)

@@ -133,14 +133,7 @@ def curve(
     holds them, and exact Phong is of the true angle between those.
     """
     spec, form, setting = lobe.spec, lobe.form, lobe.setting
-    if precision is FLOAT64 and not length_error:
-        cosine = np.cos(np.radians(angle))
-        value = curves.curve(spec, form, setting, cosine)
-        exact = curves.exact(setting.alpha, cosine)
-    else:
-        value, exact = curves.lobe(
-            spec, form, setting, angle, precision=precision, perturbation=perturbation, length_error=length_error
-        )
+    value, exact = curves.against_exact(spec, form, setting, angle, precision, perturbation, length_error)
     error = value - exact
     size = np.where(np.isfinite(error), np.abs(error), np.inf)
     worst = int(size.argmax())

@@ -22,7 +22,8 @@ from phongbench.scenes import picture_errors
 from phongbench.scenes.render import render
 from phongbench.scenes.scene import Scene
 from phongbench.scenes.scene_files import examples, read_scene
-from phongbench.timing.interleaved import ROUNDS, in_turn, over
+from phongbench.timing.interleaved import clocked, interleaved
+from phongbench.timing.statistics import MIN_ROUNDS
 
 #: pictures of studies with at least so many samples
 SIZES = {1 << 17: (640, 360), 1 << 14: (320, 180), 0: (64, 36)}
@@ -41,7 +42,7 @@ def measure(context: ProbeContext) -> Mapping[str, pd.DataFrame]:
     times: list[dict[str, Any]] = []
     for scene in scenes:
         wishes: dict[str, Any] = {"size": size(plan), "threads": context.jobs}
-        rows = picture_errors.compare(scene, chosen, rounds=0, registry=context.registry, **wishes)
+        rows = picture_errors.compare(scene, chosen, registry=context.registry, **wishes)
         errors += [_row(scene, plan, row, context.registry) for row in rows]
         context.advance(share / 4)
         if plan.timing:
@@ -69,7 +70,7 @@ def seconds(plan: Plan, jobs: int) -> float:
     """What the probe is expected to take; compiled, on a quiet machine."""
     width, height = size(plan)
     each = _SCENE_SECONDS + _MEGAPIXEL_SECONDS * width * height / 1e6 / jobs
-    return 5 + len(examples()) * each * (ROUNDS if plan.timing else 1)
+    return 5 + len(examples()) * each * (MIN_ROUNDS if plan.timing else 1)
 
 
 def size(plan: Plan) -> tuple[int, int]:
@@ -127,11 +128,9 @@ def _row(
 
 def _times(scene: Scene, fitting: list[Specular], plan: Plan, wishes: dict[str, Any]) -> list[dict[str, Any]]:
     """Times of the pictures of formulas that fit the scene, rays included, over that of exact Phong."""
-    fitting = [Specular(), *fitting]
-    calls = [partial(render, scene, specular=formula, **wishes) for formula in fitting]
-    for call in calls:
-        call()
-    seconds = in_turn(calls, seed=plan.seed)
+    exact = Specular()
+    calls = {formula: clocked(partial(render, scene, specular=formula, **wishes)) for formula in (exact, *fitting)}
+    times = interleaved(calls, warm=1, seed=plan.seed)
     width, height = size(plan)
     return [
         {
@@ -143,9 +142,9 @@ def _times(scene: Scene, fitting: list[Specular], plan: Plan, wishes: dict[str, 
             "against": "phong",
             "elements": width * height,
             "depth": scene.picture.depth,
-            **over(seconds, n, 0),
+            **times.row(formula, exact),
         }
-        for n, formula in enumerate(fitting)
+        for formula in calls
     ]
 
 
