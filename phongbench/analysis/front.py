@@ -1,8 +1,8 @@
 """Error/time front with uncertainty, and the cheapest formula for an error budget.
 
 A *cell* here is one formula at one precision. Its error comes from accuracy rows at the requested alpha, its time from
-timing rows; time depends neither on alpha nor on the beta policy, so the join leaves both out. Ratios are time over time of
-exact Phong in the same run, with a 99 % interval.
+timing rows; time depends neither on alpha nor on the beta policy, so the join leaves both out. Ratios are over the time
+of exact Phong in the same run, with a 99 % interval.
 """
 
 from __future__ import annotations
