@@ -97,6 +97,6 @@ def test_blinn_is_faster_at_infinity_where_the_whole_interval_says_so(rows: Any,
     found = judged("f", scene_times=table("scene_times", rows), accuracy=accuracy([{}]))
     assert found["verdict"] == verdict
     if verdict == "not measured":
-        assert "told identical shading apart" in found["because"]
+        assert "Identical shading differed in time" in found["because"]
     else:
         assert len(found["evidence"]) == len(found["conditions"]) == 2 * len(rows) // 3
