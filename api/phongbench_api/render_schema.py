@@ -9,7 +9,7 @@ from phongbench.formulas.spec import GAMMA
 from phongbench.inputs import meshes
 from phongbench.scenes import scene
 from phongbench.scenes.mesh_objects import COARSEST, FINEST_AFAR, SMOOTH
-from phongbench.scenes.requests import THRIFTS
+from phongbench.scenes.requests import SKIPS
 from phongbench.scenes.scene_files import BRIGHTEST, examples
 from phongbench.support.documents import LARGEST
 from phongbench_api import rendering
@@ -130,7 +130,7 @@ _REQUEST = _object(
         "shadows": _FLAG,
         "specular": {"anyOf": [_FORMULA, _SPECULAR]},
         "model": _named(*MODELS),
-        "skip": _named(*THRIFTS) | {"description": "what may be left out; exact: what changes no bit"},
+        "skip": _named(*SKIPS) | {"description": "what may be left out; exact: what changes no bit"},
         "compare": _FLAG | {"description": "draw exact Phong too"},
     },
     "scene",

@@ -19,11 +19,11 @@ from phongbench.benchmarks.scene_peers import PEERS, Entry, Peer, Wishes, agreem
 from phongbench.benchmarks.skip_gains import quartiles
 from phongbench.compiler.precisions import Array
 from phongbench.errors import InputError, MeasurementError
-from phongbench.formulas.formula import Specular, specular_of
 from phongbench.scenes import picture_errors
 from phongbench.scenes.render import render
-from phongbench.scenes.render_to_file import Wish
+from phongbench.scenes.render_to_file import RenderOptions
 from phongbench.scenes.scene import Mesh, Scene
+from phongbench.shading.specular_term import EXACT
 from phongbench.support.progress import Progress
 
 OURS, PLAIN = "phongbench", "plain NumPy"
@@ -99,7 +99,7 @@ def _ours(scene: Scene, wishes: Wishes) -> _Entrant:
 
     def once() -> float:
         done["last"] = render(
-            scene, specular=Specular(), size=wishes.size, depth=wishes.depth, shadows=wishes.shadows, supersampling=1
+            scene, specular=EXACT, size=wishes.size, depth=wishes.depth, shadows=wishes.shadows, supersampling=1
         )
         return float(done["last"].seconds["total"])
 
@@ -190,33 +190,33 @@ def _row(e: _Entrant, ours: _Entrant, truth: Array) -> dict[str, Any]:
     }
 
 
-def measure(wish: Wish, progress: Progress = _SILENT) -> dict[str, Any]:
+def measure(options: RenderOptions, progress: Progress = _SILENT) -> dict[str, Any]:
     """What each skip saves in a scene, and our tracer beside a plain one and peers, where those can draw the scene."""
-    scene = wish.read()
+    scene = options.read()
     told: dict[str, Any] = {"scene": scene.name}
-    told["skips"] = skip_gains.skips(scene, progress=progress, **wish.arguments(), **_formula(wish))
+    told["skips"] = skip_gains.skips(scene, progress=progress, **options.arguments(), **_formula(options))
     told["tracers"], told["absent"] = [], []
     if not _beyond_the_plain(scene):
-        told["tracers"], told["absent"] = tracers(scene, progress=progress, **wish.arguments())
+        told["tracers"], told["absent"] = tracers(scene, progress=progress, **options.arguments())
     return told
 
 
-def judge(wish: Wish, progress: Progress = _SILENT) -> dict[str, Any]:
+def judge(options: RenderOptions, progress: Progress = _SILENT) -> dict[str, Any]:
     """Every usual and own formula's picture beside that of exact Phong, or that of the one formula asked for."""
-    scene = wish.read()
-    usual = (*picture_errors.USUAL, *picture_errors.own(wish.registry))
-    asked = usual if wish.specular is None else (specular_of(wish.specular),)
-    arguments = {name: value for name, value in wish.arguments().items() if name != "model"}
+    scene = options.read()
+    usual = (*picture_errors.USUAL, *picture_errors.own(options.registry))
+    asked = usual if (formula := options.formula) is None else (formula,)
+    arguments = {name: value for name, value in options.arguments().items() if name != "model"}
     rows = picture_errors.compare(scene, asked, progress=progress, **arguments)
     drawn = [{k: v for k, v in row.items() if k != "left_out"} for row in rows if not row["left_out"]]
-    if wish.specular is not None and not drawn:
+    if options.specular is not None and not drawn:
         raise InputError(rows[0]["left_out"], None, "ask for another formula, or leave --specular away")
-    left_out = [{"formula": picture_errors.name_of(row), "why": row["left_out"]} for row in rows if row["left_out"]]
+    left_out = [{"formula": row["formula"], "why": row["left_out"]} for row in rows if row["left_out"]]
     return {"scene": scene.name, "formulas": drawn, "left_out": left_out}
 
 
-def _formula(wish: Wish) -> dict[str, Any]:
-    return {} if wish.specular is None else {"specular": specular_of(wish.specular)}
+def _formula(options: RenderOptions) -> dict[str, Any]:
+    return {} if options.specular is None else {"specular": options.formula}
 
 
 def _beyond_the_plain(scene: Scene) -> bool:

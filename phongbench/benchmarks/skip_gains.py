@@ -30,7 +30,7 @@ def skips(scene: Scene, *, rounds: int = ROUNDS, progress: Progress = _SILENT, *
     pictures: dict[str, Any] = {}
 
     def once(name: str) -> Rendered:
-        done = render(scene, thrift=chosen[name], **wishes)
+        done = render(scene, skips=chosen[name], **wishes)
         progress.advance()
         return done
 

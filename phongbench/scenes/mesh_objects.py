@@ -9,12 +9,12 @@ import numpy as np
 
 from phongbench.compiler.precisions import Array
 from phongbench.errors import InputError
-from phongbench.formulas.formula import Specular
 from phongbench.inputs import meshes, obj_files
 from phongbench.inputs.mtl_files import Material as Named
 from phongbench.inputs.mtl_files import read_mtl
-from phongbench.scenes.scene import MOST_TRIANGLES, Material, Mesh
-from phongbench.shading.lighting import Material as Reflection
+from phongbench.scenes.scene import MOST_TRIANGLES, Mesh, SurfaceMaterial
+from phongbench.shading.lighting import Material
+from phongbench.shading.specular_term import EXACT, formula_for
 from phongbench.support.documents import Table
 
 SMOOTH = ("normals", "colours", "none")
@@ -26,7 +26,7 @@ FINEST_AFAR = 1.0
 _SINGULAR = 1e-6
 
 
-def read_mesh(table: Table, materials: list[Material], material: int | None, folder: Path | None) -> Mesh:
+def read_mesh(table: Table, materials: list[SurfaceMaterial], material: int | None, folder: Path | None) -> Mesh:
     """The mesh that a document's object describes.
 
     materials  those of the scene; the ones of the OBJ's MTL are appended
@@ -93,7 +93,7 @@ def _rotation(degrees: Iterable[float]) -> Array:
 
 
 def _from_file(
-    table: Table, materials: list[Material], material: int | None, folder: Path | None
+    table: Table, materials: list[SurfaceMaterial], material: int | None, folder: Path | None
 ) -> tuple[Array, Array, Array, Array]:
     """Vertices, faces, normals and each face's material, of an OBJ."""
     name = table.text("file")
@@ -109,7 +109,7 @@ def _from_file(
         return _with_materials(path, materials)
 
 
-def _with_materials(path: Path, materials: list[Material]) -> tuple[Array, Array, Array, Array]:
+def _with_materials(path: Path, materials: list[SurfaceMaterial]) -> tuple[Array, Array, Array, Array]:
     """As `_from_file`, by trimesh, which sorts the faces by material; the numbers come from the MTL itself.
 
     trimesh keeps colours in 8 bits.
@@ -162,12 +162,12 @@ def _name(text: str) -> str:
     return "-".join(text.split())
 
 
-def _index(named: Named, materials: list[Material]) -> int:
+def _index(named: Named, materials: list[SurfaceMaterial]) -> int:
     """Where the material stands in the scene's list, which it is appended to if it is new."""
-    new = Material(named.name, Reflection.of(named))
+    new = SurfaceMaterial(named.name, Material.of(named))
     if new not in materials:
         try:
-            Specular().resolved("phong", new.reflection.highlight_exponent)
+            formula_for(EXACT, new.reflection)
         except InputError as problem:  # a shininess near 0
             raise InputError(f"material {named.name!r}: {problem.what}", None, problem.fix) from problem
         materials.append(new)

@@ -12,7 +12,8 @@ from typing import Any
 import pandas as pd
 from matplotlib.axes import Axes
 
-from phongbench.scenes.picture_errors import name_of
+from phongbench.formulas.formula import Formula
+from phongbench.formulas.registry import REGISTRY
 from phongbench_reports.cuts import Absent, Study, plain
 from phongbench_reports.figures import scene_images
 from phongbench_reports.plots import INK, MUTED, STYLES, Plate, end_labels, footnote, log_axis, sheet
@@ -181,12 +182,9 @@ SECTIONS = (
 
 
 def _name(row: dict[str, Any]) -> str:
-    """As the times name it: without what went without saying when it was drawn."""
-    usual = {"taylor", "none"}
-    form = None if row["lambda_form"] == "none" else row["lambda_form"]
-    gamma = None if row["gamma"] is None or row["gamma"] is pd.NA else int(row["gamma"])
-    beta = None if row["beta_policy"] in usual else row["beta_policy"]
-    return name_of({"approximation": row["approximation"], "lambda_form": form, "gamma": gamma, "beta": beta})
+    """As the times name it; the table of scenes tells no space."""
+    spec = REGISTRY.get(row["approximation"])
+    return str(Formula.of_row({**row, "space": spec.spaces[0] if spec else "reflect"}))
 
 
 def _saved_row(row: dict[str, Any]) -> tuple[str, ...]:
