@@ -6,7 +6,6 @@ from typing import Annotated, Any
 from pydantic import BaseModel, ConfigDict, Field, GetCoreSchemaHandler
 from pydantic_core import CoreSchema, core_schema
 
-from phongbench.analysis import front
 from phongbench.compiler.lowering import PRECISIONS
 from phongbench.formulas import slopes
 from phongbench.formulas.lambda_forms import LAMBDA_FORMS
@@ -14,6 +13,7 @@ from phongbench.formulas.registry import REGISTRY
 from phongbench.formulas.shader_code.languages import LANGUAGES
 from phongbench.formulas.spec import ALPHA, GAMMA, SPACES
 from phongbench.inputs.strata import STRATUM_NAMES
+from phongbench.results.schema import ERROR_METRICS
 from phongbench.timing import measure
 
 
@@ -131,7 +131,7 @@ class FrontAsk(Ask):
     """A run's error/time front."""
 
     alpha: Alphas = Field(description="one exponent, several, or a range: errors are the worst over them")
-    metric: Annotated[str, OneOf(front.METRICS)] = Field("max_abs", description="column of the accuracy rows")
+    metric: Annotated[str, OneOf(ERROR_METRICS)] = Field("max_abs", description="column of the accuracy rows")
     stratum: Annotated[str, OneOf(STRATUM_NAMES)] = Field("highlight", description="which inputs")
     precision: PrecisionName = "float32"
     working_set: Annotated[str, OneOf(measure.WORKING_SETS)] = Field("l1", description="whose times")

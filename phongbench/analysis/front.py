@@ -15,32 +15,14 @@ import numpy.typing as npt
 import pandas as pd
 
 from phongbench.analysis.exponents import Exponents
-from phongbench.analysis.kernel_times import KERNEL, WHOLE_POWER, timed, timed_precision, times_at, times_of
+from phongbench.analysis.kernel_times import WHOLE_POWER, timed, timed_precision, times_at, times_of
 from phongbench.errors import InputError, UnknownNameError
 from phongbench.formulas.formula import cell_name
 from phongbench.results.provenance import fingerprint_machine
 from phongbench.results.runs import Run, intact, strongest
+from phongbench.results.schema import CELL, ERROR_METRICS, INPUT, KERNEL
 
-#: What names a cell of the front.
-CELL = ["approximation", "lambda_form", "space", "beta_policy", "gamma", "precision"]
-#: Error metrics a front can be asked for: columns of accuracy.parquet, smaller is better.
-METRICS = [
-    "max_abs",
-    "mean_abs",
-    "rms",
-    "p50_abs",
-    "p99_abs",
-    "p999_abs",
-    "max_above",
-    "max_below",
-    "codes_8bit",
-    "model_max",
-    "length_max",
-    "rounding_max",
-]
 COLUMNS = [*CELL, "error", "ns", "ratio", "ratio_low", "ratio_high", "state"]
-#: What names an input to a cell.
-INPUT = ["alpha", "stratum", "perturbation", "length_error"]
 
 
 @dataclass(frozen=True)
@@ -73,14 +55,14 @@ def errors_at(
     accuracy   rows as in accuracy.parquet
     alpha      one that the run swept, or several: a cell's error is its worst over those of the run's that are asked
                about, and a cell that takes only some of them is left out
-    metric     of METRICS; the errors are in its unit
+    metric     of schema.ERROR_METRICS; the errors are in its unit
     stratum    of unit vectors
     precision  a name that the rows know; of fixed point and others that are emulated, too
     truth      angle or given; of unit vectors they differ by the rounding of their lengths only
     Raises UnknownNameError, listing the known ones, and InputError for an alpha that was not measured.
     """
-    if metric not in METRICS:
-        raise UnknownNameError("metric", metric, METRICS)
+    if metric not in ERROR_METRICS:
+        raise UnknownNameError("metric", metric, ERROR_METRICS)
     for column, wanted in (("stratum", stratum), ("precision", precision), ("truth", truth)):
         known = sorted(accuracy[column].astype(str).unique())
         if wanted not in known:

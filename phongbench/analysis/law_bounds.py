@@ -14,12 +14,12 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from phongbench.analysis import front
 from phongbench.analysis.exponents import Exponents
 from phongbench.analysis.kernel_times import multiplications
 from phongbench.compiler.lowering import precision_named
 from phongbench.errors import InputError
 from phongbench.formulas import error_laws
+from phongbench.results.schema import CELL
 
 #: without times, work is counted: operations from vectors to each coordinate (the gate on a.b > 0 included), what a
 #: logarithm or an exponential takes, and what the laws' formulas add
@@ -68,7 +68,7 @@ def cells(wish: Wish, notes: list[str]) -> pd.DataFrame:
         "instead of timed, and only Lyon's own slope, the classic Gaussian and exact powers have laws. "
         f"{measure.capitalize()}"
     )
-    columns = [*front.CELL, "error", "ratio"]
+    columns = [*CELL, "error", "ratio"]
     ends = sorted({low, *wish.alpha.values, high})
     found = pd.DataFrame([dict(zip(columns, row, strict=True)) for row in _lawful(wish, ends)], columns=columns)
     unknown = found["error"].isna()

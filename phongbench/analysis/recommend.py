@@ -27,7 +27,7 @@ from phongbench.formulas.registry import REGISTRY
 from phongbench.formulas.spec import SPACES, Setting
 from phongbench.results import runs
 from phongbench.results.runs import DEFAULT_ROOT, Run
-from phongbench.results.schema import TWIN
+from phongbench.results.schema import CELL, INPUT, TWIN
 
 #: strata of unit vectors that a budget must hold on; the last is the search's, which looks at nearly unit ones
 STRATA = ("highlight", "uniform", "peak", "vectors")
@@ -139,9 +139,9 @@ def _by_run(run: Run, wish: Wish, notes: list[str]) -> pd.DataFrame:
     if rows.empty:
         _refuse(run, wish, accuracy)
     rows = _inputs(run, rows, wish, notes)
-    bad = rows.groupby(front.CELL, dropna=False, observed=True)["nonfinite"].transform("sum") > 0
+    bad = rows.groupby(CELL, dropna=False, observed=True)["nonfinite"].transform("sum") > 0
     rows = front.whole_or_any(rows[~bad & rows["max_abs"].notna()], wish.alpha)
-    columns = [*front.CELL, *front.INPUT, "max_abs", "samples", "coverage"]
+    columns = [*CELL, *INPUT, "max_abs", "samples", "coverage"]
     worst = front.worst_of(rows[columns].rename(columns={"max_abs": "error"}))
     worst = worst[[_applies(row, wish.alpha) for row in front.records(worst)]]
     worst = worst.merge(_bounds(accuracy, vouching), on=_LAW, how="left")
@@ -154,7 +154,7 @@ def _by_run(run: Run, wish: Wish, notes: list[str]) -> pd.DataFrame:
     return cells if front.of_this_machine(run) else cells.assign(ns=np.nan)
 
 
-_LAW = [name for name in front.CELL if name != "precision"]
+_LAW = [name for name in CELL if name != "precision"]
 
 
 def _bounds(accuracy: pd.DataFrame, alphas: tuple[float, ...]) -> pd.DataFrame:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from phongbench import __version__
 from phongbench.compiler.precisions import Array
 from phongbench.errors import InputError, StorageError
-from phongbench.support.atomic_files import storage, write_whole
+from phongbench.support.atomic_files import storage, write_bytes
 
 #: light whose encoding is a straight line, and the weights of luminance (IEC 61966-2-1, ITU-R BT.709)
 _LINEAR, _LUMINANCE = 0.0031308, np.array([0.2126, 0.7152, 0.0722])
@@ -165,9 +165,7 @@ def save(path: Path, picture: Array) -> None:
     """
     check_writable(path)
     data = _AS[path.suffix.lower()](picture)
-    with storage(path):
-        path.parent.mkdir(parents=True, exist_ok=True)
-        write_whole(path, lambda temporary: _write_bytes(temporary, data))
+    write_bytes(path, data)
 
 
 def png(picture: Array) -> bytes:
@@ -178,10 +176,6 @@ def png(picture: Array) -> bytes:
     data = BytesIO()
     Image.fromarray(picture if picture.dtype == np.uint8 else codes(picture)).save(data, "PNG", optimize=False)
     return data.getvalue()
-
-
-def _write_bytes(path: Path, data: bytes) -> None:
-    path.write_bytes(data)
 
 
 def exr(picture: Array) -> bytes:

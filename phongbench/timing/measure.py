@@ -22,15 +22,14 @@ import pandas as pd
 from phongbench.compiler import jit
 from phongbench.compiler.lowering import FLOAT32, Precision, precision_named
 from phongbench.errors import InputError, MeasurementError, UnknownNameError
-from phongbench.results.schema import BASELINE
-from phongbench.timing import skip_kernels, table, timed_kernels
+from phongbench.results.schema import BASELINE, TIMING
+from phongbench.timing import skip_kernels, timed_kernels
 from phongbench.timing.blocks import WORKING_SETS, Block
 from phongbench.timing.machine_lock import machine_lock
 from phongbench.timing.session import Laboratory, Progress
-from phongbench.timing.table import COLUMNS
 from phongbench.timing.timed_kernels import Contender, Subject, subjects
 
-__all__ = ["COLUMNS", "WORKING_SETS", "Progress", "Subject", "check", "compile_all", "cores", "measure", "subjects"]
+__all__ = ["WORKING_SETS", "Progress", "Subject", "check", "compile_all", "cores", "measure", "subjects"]
 
 
 def cores() -> int:
@@ -63,13 +62,13 @@ def measure(
     problems        receives what made a kernel's row void; without it the first problem is raised at the end
     notes           receives what the budget was too small for
     locked          True if the caller holds the machine's lock
-    returns         DataFrame with COLUMNS, one row per kernel and working set; void kernels have none
+    returns         the table TIMING, one row per kernel and working set; void kernels have none
     Raises InputError where the budget cannot give the rounds an interval needs, saying what can; LockedError while
     another timing runs.
     """
     check(budget_seconds, working_sets, threads)
     if not timed:
-        return table.frame([])
+        return TIMING.frame()
     found: list[MeasurementError] = []
     with nullcontext() if locked else machine_lock():
         groups = list(_compile_all(timed, found))
@@ -85,7 +84,7 @@ def measure(
         problems.extend(found)
     if notes is not None:
         notes.extend(laboratory.notes)
-    return table.frame(rows)
+    return TIMING.frame(rows)
 
 
 def check(budget: float, working_sets: Sequence[str], threads: Sequence[int]) -> None:

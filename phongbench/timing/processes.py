@@ -20,6 +20,7 @@ from phongbench.errors import BudgetError, InputError, MeasurementError, Phongbe
 from phongbench.formulas.registry import REGISTRY
 from phongbench.formulas.spec import Setting
 from phongbench.formulas.user_files import registry_with
+from phongbench.results.schema import TIMING
 from phongbench.timing import measure as timing
 from phongbench.timing import table as readout
 from phongbench.timing.machine_lock import machine_lock
@@ -107,7 +108,7 @@ def _in_a_process(task: dict[str, Any]) -> tuple[dict[str, Any], pd.DataFrame]:
         raise BudgetError(what, told["needed"], where, fix)
     if "refused" in told:
         raise InputError(*told["refused"])
-    return told, pd.read_parquet(io.BytesIO(table)).astype(readout.TYPES)
+    return told, pd.read_parquet(io.BytesIO(table)).astype(TIMING.types)
 
 
 def _work(task: dict[str, Any]) -> bytes:

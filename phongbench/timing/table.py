@@ -7,53 +7,10 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from phongbench.results.schema import BASELINE, COPY, DOT, TRIAD, TWIN
+from phongbench.results.schema import BASELINE, COPY, DOT, TIMING, TRIAD, TWIN
 from phongbench.timing.rounds import Readings
 from phongbench.timing.statistics import Interval, sign_interval, verdict
 from phongbench.timing.timed_kernels import Contender
-
-#: columns of timing.parquet as contract.md fixes them, then ours
-COLUMNS = [
-    "approximation",
-    "lambda_form",
-    "space",
-    "beta_policy",
-    "gamma",
-    "precision",
-    "working_set",
-    "elements",
-    "threads",
-    "ns_min",
-    "ns_median",
-    "ratio",
-    "ratio_low",
-    "ratio_high",
-    "verdict",
-    "dot_ratio",
-    "bandwidth_fraction",
-    "rounds",
-    "contaminated",
-    "repeats",
-    "compile_ms",
-    "lit",
-    "processes",
-]
-_NUMBERS = (
-    "ns_min",
-    "ns_median",
-    "ratio",
-    "ratio_low",
-    "ratio_high",
-    "dot_ratio",
-    "bandwidth_fraction",
-    "compile_ms",
-    "lit",
-)
-_COUNTS = ("elements", "threads", "rounds", "contaminated", "repeats", "processes")
-TYPES = dict.fromkeys(COLUMNS, "str") | dict.fromkeys(_NUMBERS, "float64") | dict.fromkeys(_COUNTS, "int64")
-TYPES["gamma"] = "Int64"
-#: what identifies a row
-KEY = ["approximation", "lambda_form", "space", "beta_policy", "gamma", "precision", "working_set", "threads", "lit"]
 
 
 def analyse(timed: Sequence[Contender], readings: Readings, per_epoch: int) -> list[dict[str, Any]]:
@@ -107,11 +64,6 @@ def withheld(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
     return [row if row["approximation"] == TWIN else {**row, "verdict": "unresolved"} for row in rows]
 
 
-def frame(rows: list[dict[str, Any]]) -> pd.DataFrame:
-    """The table of these rows, with its types even where it is empty."""
-    return pd.DataFrame(rows, columns=COLUMNS).astype(TYPES)
-
-
 def merged(frames: Sequence[pd.DataFrame]) -> pd.DataFrame:
     """One row per kernel from the tables of several processes, each with its own placement in memory.
 
@@ -122,10 +74,10 @@ def merged(frames: Sequence[pd.DataFrame]) -> pd.DataFrame:
     """
     everything = pd.concat(frames, ignore_index=True)
     rows = []
-    for _, same in everything.groupby(KEY, dropna=False, sort=False):
+    for _, same in everything.groupby(TIMING.key, dropna=False, sort=False):
         if len(same) == len(frames):
             rows.append(_one(same))
-    return frame(withheld(rows))
+    return TIMING.frame(withheld(rows))
 
 
 def _one(same: pd.DataFrame) -> dict[str, Any]:

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import base64
-import contextlib
-import os
 from collections.abc import Callable, Mapping
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 from urllib.parse import quote
@@ -13,7 +12,7 @@ from urllib.parse import quote
 import numpy as np
 import pandas as pd
 
-from phongbench.errors import StorageError
+from phongbench.support.atomic_files import write_bytes
 from phongbench.support.process import seldom_collected
 from phongbench.timing.measure import cores
 from phongbench_reports.cuts import Absent, Study
@@ -103,6 +102,10 @@ def _figures(
     return sections, pictures
 
 
+#: a report is made again where a machine went down meanwhile: waiting for the disk would be most of the time of writing
+_write = partial(write_bytes, sync=False)
+
+
 def csv_of(frame: pd.DataFrame) -> bytes:
     """The frame as UTF-8 CSV with unix line ends and nine significant digits: enough for any float32."""
     floats = {name: _as_text(frame[name]) for name in frame.columns if frame[name].dtype == np.float64}
@@ -116,21 +119,6 @@ def _as_text(column: pd.Series) -> list[str]:
 
 def _data_address(media: str, content: bytes) -> str:
     return f"data:{media};base64,{base64.b64encode(content).decode('ascii')}"
-
-
-def write(path: Path, content: bytes) -> None:
-    """Puts a file in place whole or not at all."""
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        temporary.write_bytes(content)
-        temporary.replace(path)
-    except OSError as error:
-        with contextlib.suppress(OSError):
-            temporary.unlink(missing_ok=True)
-        raise StorageError(
-            f"cannot write the report: {error.strerror}", str(path), "free space or choose another --out"
-        ) from error
 
 
 @seldom_collected()
@@ -161,7 +149,7 @@ def build(run: Run, out: Path, *, single_file: bool = False, processes: int = 1)
         figures = {name: (f"figures/{quote(name)}.svg", f"figures/{quote(name)}-dark.svg") for name in pictures}
         links = Links("", figures, {name: f"data/{quote(name)}.csv" for name in sheets})
         _write_parts(out, pictures, sheets, [section.name for section in sections])
-    write(index, render(study, sections, links).encode("utf-8"))
+    _write(index, render(study, sections, links).encode("utf-8"))
     return index
 
 
@@ -174,13 +162,13 @@ def _write_parts(
     out: Path, pictures: Mapping[str, tuple[bytes, bytes]], sheets: Mapping[str, bytes], names: list[str]
 ) -> None:
     """Style sheet, figures and CSVs; those of sections that are absent now are taken away."""
-    write(out / "style.css", style_sheet().encode("utf-8"))
+    _write(out / "style.css", style_sheet().encode("utf-8"))
     for name in names:
         files = {out / "data" / f"{name}.csv": sheets.get(name)}
         light, dark = pictures.get(name, (None, None))
         files |= {out / "figures" / f"{name}.svg": light, out / "figures" / f"{name}-dark.svg": dark}
         for path, content in files.items():
             if content is not None:
-                write(path, content)
+                _write(path, content)
             else:
                 path.unlink(missing_ok=True)

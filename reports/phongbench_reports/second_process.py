@@ -22,7 +22,7 @@ from phongbench_reports.figures import FIGURES, Drawing
 from phongbench_reports.plots import Plate, ink, svg_pair
 
 #: not `-m`: what is pickled would be of __main__, which is another module over here
-_CHILD = "import sys; from phongbench_reports import helper; sys.stdout.buffer.write(helper.answer(*sys.argv[1:]))"
+_CHILD = f"import sys; from {__name__} import answer; sys.stdout.buffer.write(answer(*sys.argv[1:]))"
 #: name of a figure -> what was drawn
 Found = Mapping[str, "Drawn"]
 

@@ -14,11 +14,11 @@ from phongbench.formulas.registry import specs_of
 from phongbench.formulas.spec import Approximation
 from phongbench.formulas.user_files import load_file
 from phongbench.testing import CHECKS
-from phongbench_reports.readme import __main__
+from phongbench_reports.readme.parts import NAMES
 
 ROOT = Path(__file__).resolve().parents[2]
 README, CONTRIBUTING = ROOT / "README.md", ROOT / "CONTRIBUTING.md"
-GENERATED = set(__main__.NAMES)
+GENERATED = set(NAMES)
 MARKED = re.compile(r"<!-- generated: (\w+) -->(.*?)<!-- /generated: (\w+) -->", re.DOTALL)
 TINY = ("--alpha", "10", "--gamma", "8", "--precision", "float32", "--samples", "2000")
 

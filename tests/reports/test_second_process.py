@@ -29,7 +29,7 @@ def stored(run: Any, tmp_path_factory: pytest.TempPathFactory) -> runs.Run:
     files = {}
     for name in TABLES:
         frame = getattr(run, name)
-        whole = frame.reindex(columns=[*frame.columns, *(c for c in schema.COLUMNS[name] if c not in frame)])
+        whole = frame.reindex(columns=[*frame.columns, *(c for c in schema.TABLES[name].names if c not in frame)])
         files[f"{name}.parquet"] = runs.write_table(folder, name, whole)
     known = {"schema": runs.SCHEMA, "plan": preset("quick").as_dict(), "code": "", "provenance": {}, "seed": 1}
     runs.write_manifest(folder, {**run.manifest, **known, "state": "complete", "files": files})
@@ -59,6 +59,12 @@ def test_the_answer_of_the_other_process_holds_what_was_asked(stored: runs.Run) 
             assert found[entry.name].content.takeaway == own.content.takeaway
             pd.testing.assert_frame_equal(found[entry.name].content.data, own.content.data)
     assert list(found) == names
+
+
+def test_another_process_draws_what_was_asked_of_it(stored: runs.Run) -> None:
+    names = [FIGURES[0].name, FIGURES[-1].name]
+    with beside(stored.path, names) as theirs:
+        assert list(theirs()) == names
 
 
 def test_two_processes_write_the_same_bytes_as_one(

@@ -16,7 +16,7 @@ import pyarrow.parquet as pq
 from starlette.requests import Request
 from starlette.responses import Response
 
-from phongbench.results.schema import ACCURACY_KEY, COLUMNS
+from phongbench.results.schema import TABLES
 from phongbench_api.http import media as wire
 from phongbench_api.http.problems import NotFoundError, RequestError
 from phongbench_api.runs import table_cache
@@ -31,22 +31,11 @@ PAGE = 0.05
 VALUE = 4e-7
 _USUAL_COLUMNS = 32
 _PIECE = 1000
-#: columns that name a row, besides those that name an accuracy row
-_ALSO = (
-    "coverage",
-    "working_set",
-    "threads",
-    "verdict",
-    "rank",
-    "mesh",
-    "edge_degrees",
-    "normals",
-    "pair",
-    "case",
-    "outcome",
-)
 #: what a request may filter by, per table
-KEYS = {table: tuple(c for c in columns if c in ACCURACY_KEY or c in _ALSO) for table, columns in COLUMNS.items()}
+KEYS = {
+    name: [column for column in table.names if column in (*table.key, "verdict", "outcome")]
+    for name, table in TABLES.items()
+}
 _MOST_FILTERS = 64
 
 

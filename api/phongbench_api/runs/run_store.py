@@ -11,6 +11,7 @@ from pydantic import BaseModel, Field
 from phongbench.errors import CorruptRunError, InputError
 from phongbench.results import runs as results
 from phongbench.results.runs import MANIFEST, RUN_ID, Run
+from phongbench.results.schema import TABLES
 from phongbench_api.http.problems import NotFoundError
 
 _UNKNOWN = "no run of that id is stored here"
@@ -98,7 +99,7 @@ class Store:
         return found
 
     def _stamp(self, path: Path) -> object:
-        names = (MANIFEST, *(f"{table}.parquet" for table in results.TABLES))
+        names = (MANIFEST, *(f"{table}.parquet" for table in TABLES))
         return tuple(_state(path / name) for name in names)
 
 

@@ -24,7 +24,7 @@ from phongbench.compiler.precisions import Array
 from phongbench.errors import PhongbenchError
 from phongbench.formulas.spec import ALPHA, Approximation, Setting
 from phongbench.inputs.plan import Cell, Plan
-from phongbench.results.schema import BEHAVIOUR_COLUMNS
+from phongbench.results.schema import BEHAVIOUR
 
 OUTCOMES = ("value", "saturates", "nan", "infinite", "above-one", "negative", "refused")
 #: the setting that cells are chosen near
@@ -141,7 +141,7 @@ def measure(context: ProbeContext) -> Mapping[str, pd.DataFrame]:
     keys = tables.of_cells(sweep, table["cell"].to_numpy(np.int64))
     frame = pd.concat([keys, table.drop(columns="cell")], axis=1)
     frame["alpha"], frame["beta"] = table["own_alpha"].to_numpy(), table["own_beta"].to_numpy()
-    return {"behaviour": frame[list(BEHAVIOUR_COLUMNS)]}
+    return {"behaviour": frame[BEHAVIOUR.names]}
 
 
 def _asked(spec: Approximation, cell: Cell) -> Iterator[tuple[Any, ...]]:

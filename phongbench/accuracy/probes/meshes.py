@@ -28,7 +28,7 @@ from phongbench.inputs import meshes
 from phongbench.inputs.meshes import Surface
 from phongbench.inputs.obj_files import load
 from phongbench.inputs.plan import Cell, Plan
-from phongbench.results.schema import MESH_COLUMNS
+from phongbench.results.schema import MESHES
 
 #: widest edges of the tessellations, in degrees, and the upper ends of the classes of a file's triangles
 EDGES = (1.0, 2.0, 3.0, 5.0, 7.5, 10.0, 15.0, 20.0, 30.0)
@@ -79,7 +79,7 @@ def measure(context: ProbeContext) -> dict[str, pd.DataFrame]:
     cells = list(_cells(plan, context))
     if not cells:
         context.note(f"no exponent in {ALPHAS[0]:g} .. {ALPHAS[1]:g} was asked for, so no mesh is measured")
-        return {"meshes": pd.DataFrame(columns=list(MESH_COLUMNS))}
+        return {"meshes": MESHES.frame()}
     work = _groups(cells, context)
     tasks = list(_tasks(plan, context.note))
     share, measured = 1 / max(len(tasks), 1), []
@@ -202,7 +202,7 @@ def _numbers(sets: list[tuple[str, str, tuple[int, ...]]], errors: list[ErrorAcc
     cells, sizes = [c for _, _, each in sets for c in each], [truths * len(each) for _, _, each in sets]
     whole = ErrorAccumulator.stacked(errors)
     columns: dict[str, Any] = {"cell": np.repeat(cells, truths), "truth": np.tile(np.arange(truths), len(cells))}
-    columns |= {name: METRICS[name].of(whole) for name in _NUMBERS}
+    columns |= {name: METRICS[name](whole) for name in _NUMBERS}
     columns["normals"], columns["pair"] = (
         _taken(names, np.repeat(np.arange(len(sets)), sizes)) for names in ([s[0] for s in sets], [s[1] for s in sets])
     )
@@ -264,7 +264,7 @@ def _frame(numbers: pd.DataFrame, cells: list[Cell], context: ProbeContext) -> p
     frame["gamma"] = pd.array([s.gamma for s in settings], dtype="Int64")[position]
     frame["beta"] = np.array(betas, np.float64)[position]
     frame["gated"] = np.array([c.gated for c in cells], bool)[position]
-    return frame[list(MESH_COLUMNS)]
+    return frame[MESHES.names]
 
 
 def _taken(values: Any, index: NDArray[np.int64]) -> Any:

@@ -17,7 +17,7 @@ from phongbench.formulas.formula import Formula
 from phongbench.formulas.registry import REGISTRY
 from phongbench.formulas.spec import Approximation
 from phongbench.inputs.plan import Plan
-from phongbench.results.schema import SCENE_COLUMNS, SCENE_TIME_COLUMNS, SKIP_COLUMNS
+from phongbench.results.schema import SCENE_TIMES, SCENES, SKIPS
 from phongbench.scenes import picture_errors
 from phongbench.scenes.render import render
 from phongbench.scenes.scene import Scene
@@ -29,7 +29,6 @@ from phongbench.timing.interleaved import ROUNDS, in_turn, over
 SIZES = {1 << 17: (640, 360), 1 << 14: (320, 180), 0: (64, 36)}
 #: what a picture takes on one thread, without timing: seconds a scene, and a megapixel more
 _SCENE_SECONDS, _MEGAPIXEL_SECONDS = 2.0, 40.0
-_NUMBERS = ("max_abs", "mean_abs", "rms", "psnr", "visible", "flip", "energy", "highlight_area", "lobe_max")
 
 
 def measure(context: ProbeContext) -> Mapping[str, pd.DataFrame]:
@@ -59,7 +58,12 @@ def measure(context: ProbeContext) -> Mapping[str, pd.DataFrame]:
         times += directional_lights.measure(plan)
     context.advance(share)
     _tell(context, errors)
-    return {"scenes": _errors(errors), "skips": _skips(saved), "scene_times": _all_times(times), "far": polygons}
+    return {
+        "scenes": SCENES.frame(errors),
+        "skips": SKIPS.frame(saved),
+        "scene_times": SCENE_TIMES.frame(times),
+        "far": polygons,
+    }
 
 
 def seconds(plan: Plan, jobs: int) -> float:
@@ -140,19 +144,3 @@ def _times(scene: Scene, fitting: list[Formula], plan: Plan, options: dict[str, 
         }
         for n, formula in enumerate(fitting)
     ]
-
-
-def _errors(rows: list[dict[str, Any]]) -> pd.DataFrame:
-    frame = pd.DataFrame(rows, columns=list(SCENE_COLUMNS))
-    kinds = dict.fromkeys(_NUMBERS, "float64") | {"gamma": "Int64", "max_codes": "Int64", "left_out": "str"}
-    return frame.astype(kinds)
-
-
-def _skips(rows: list[dict[str, Any]]) -> pd.DataFrame:
-    kinds = {"of": "Int64", "skipped": "Int64", "setting": "float64"}
-    return pd.DataFrame(rows, columns=list(SKIP_COLUMNS)).astype(kinds)
-
-
-def _all_times(rows: list[dict[str, Any]]) -> pd.DataFrame:
-    kinds = dict.fromkeys(("setting", "seconds", "ratio", "ratio_low", "ratio_high"), "float64")
-    return pd.DataFrame(rows, columns=list(SCENE_TIME_COLUMNS)).astype(kinds)

@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from phongbench.benchmarks import scene_bench, skip_gains
+from phongbench.benchmarks import scene_bench
 from phongbench.benchmarks.false_alarms import ALLOWED, Alarms
-from phongbench.scenes.scene_files import read_scene
-from phongbench.support.progress import Progress
-from phongbench_reports.readme.run_parts import table
+from phongbench_reports.readme.markdown import table
+from phongbench_reports.readme.measurements import RACE, SCENES, SIZE, Wall
 from phongbench_reports.text import listed, number
 
 
@@ -48,19 +47,28 @@ def alarms(found: Sequence[Alarms]) -> str:
     return f"{shown}\n\nAllowed is {100 * ALLOWED:.3g} %: {'kept' if good else 'not kept'}."
 
 
-#: scenes whose skips are measured, with the depth of reflections; and what the plain tracer is raced on
-SCENES = {"many-lights": 2, "chequerboard": 5, "tessellation": 1, "test-card": 1, "torus": 1}
-RACE, DEPTH, SIZE, LARGE = "chequerboard", 3, (1280, 720), (1920, 1080)
-
-
-def measured_scenes(progress: Progress) -> dict[str, Any]:
-    """What leaving out saves in every shipped scene, and our tracer beside others."""
-    skips = {
-        name: skip_gains.skips(read_scene(name), rounds=5, size=SIZE, depth=depth, progress=progress)
-        for name, depth in SCENES.items()
-    }
-    tracers, absent = scene_bench.tracers(read_scene(RACE), rounds=3, size=LARGE, depth=DEPTH, progress=progress)
-    return {"skips": skips, "tracers": tracers, "absent": absent}
+def throughput(rates: Mapping[str, float], walls: Sequence[Wall] = ()) -> str:
+    """Evaluations a second of the sweep beside plain NumPy's, and the wall times of the study, where measured."""
+    plain, ours = rates["numpy_evaluations_per_second"], rates["evaluations_per_second"]
+    lines = [
+        ("plain NumPy", f"{number(round(plain / 1e6, 1))} million", "1"),
+        ("phongbench", f"{number(round(ours / 1e6))} million", f"{number(rates['ratio'])}"),
+    ]
+    shown = table(("sweep", "evaluations per second and core", "/ NumPy"), lines, right=(1, 2))
+    if not walls:
+        return shown
+    size = walls[0].document
+    stages = ("accuracy", "timing", "report")
+    times = [
+        (wall.name, *(f"{wall.document['seconds'][stage]:.1f} s" for stage in stages), f"{wall.seconds:.1f} s")
+        for wall in walls
+    ]
+    told = (
+        f"The quick study, {number(size['cells'])} cells and {number(round(size['evaluations'] / 1e9, 1))} billion "
+        "evaluations, as a command: cold with no kernel compiled yet, warm the same command again."
+    )
+    seconds = table(("kernel cache", *stages, "the whole command"), times, right=range(1, len(stages) + 2))
+    return f"{shown}\n\n{told}\n\n{seconds}"
 
 
 def scenes(found: Mapping[str, Any]) -> str:

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import html
-import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, cast
@@ -23,29 +21,14 @@ from phongbench_reports.cuts import CEILINGS, HEADLINE_ALPHA, TWIN, Absent, Stud
 from phongbench_reports.figures import front as front_figure
 from phongbench_reports.figures import speed as speed_figure
 from phongbench_reports.plots import Plate, ink, svg_pair
+from phongbench_reports.readme.markdown import picture, slim, table
 from phongbench_reports.tables.verdict import verdict as verdict_table
 from phongbench_reports.text import BUDGETS, number, records
 
-#: where the pictures lie, seen from README.md
-PICTURES = Path("reports/pictures")
 #: exponents of the verdict table, the nearest ones of the run; the report has them all
 ALPHAS = (10.0, 20.0, 50.0, 100.0, 200.0, 1000.0)
 _CACHES = (("L1", "l1"), ("L2", "l2"), ("last level", "last"))
 _PACKAGES = ("Python", "NumPy", "numba", "llvmlite", "phongbench")
-
-
-@dataclass(frozen=True)
-class Wall:
-    """What the study took as a command, from start to exit of its process.
-
-    name      str                cold or warm
-    document  what `phongbench run --json` printed
-    seconds   float              wall time of the process
-    """
-
-    name: str
-    document: Mapping[str, Any]
-    seconds: float
 
 
 @dataclass(frozen=True)
@@ -57,13 +40,6 @@ class _Cut:
     accuracy: pd.DataFrame
     timing: pd.DataFrame
     worst: pd.DataFrame
-
-
-def table(headings: Sequence[str], rows: Sequence[Sequence[str]], *, right: Sequence[int] = ()) -> str:
-    """A Markdown table; columns numbered in `right` are set right-aligned."""
-    rule = ["--:" if index in right else "---" for index in range(len(headings))]
-    lines = [headings, rule, *([cell.replace("|", "\\|") for cell in row] for row in rows)]
-    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
 
 
 def verdict(study: Study) -> str:
@@ -116,28 +92,6 @@ def front(study: Study) -> tuple[str, dict[str, bytes]]:
     return picture("front", plate), files
 
 
-def picture(name: str, plate: Plate) -> str:
-    """HTML that shows the light or the dark file as the reader's page is, with its takeaway below."""
-    lines = (
-        "<picture>",
-        f'  <source media="(prefers-color-scheme: dark)" srcset="{PICTURES}/{name}-dark.svg">',
-        f'  <img alt="{html.escape(plate.alt)}" src="{PICTURES}/{name}.svg">',
-        "</picture>",
-    )
-    return "\n".join(lines) + f"\n\n{plate.takeaway}"
-
-
-def slim(svg: bytes) -> bytes:
-    """The picture with coordinates of two digits after the point, which no eye tells apart, and one line each."""
-
-    def tag(found: re.Match[str]) -> str:
-        short = re.sub(r"-?\d+\.\d{3,}", lambda n: f"{float(n[0]):.2f}".rstrip("0").rstrip("."), found[0])
-        return re.sub(r"\s*\n\s*", " ", short)
-
-    text = re.sub(r"<[^!?][^>]*>", tag, svg.decode("utf-8"))
-    return text.encode("utf-8")
-
-
 def speed(study: Study) -> str:
     """Times as ratios to exact Phong for each working set; of most formulas the cheapest lambda form only."""
     rows = speed_figure.rows_of(study)
@@ -184,30 +138,6 @@ def _interval(row: Mapping[str, Any]) -> str:
     if row["approximation"] == "phong":
         return "1"
     return f"{number(row['ratio'])} ({number(row['ratio_low'])} to {number(row['ratio_high'])})"
-
-
-def throughput(rates: Mapping[str, float], walls: Sequence[Wall] = ()) -> str:
-    """Evaluations a second of the sweep beside plain NumPy's, and the wall times of the study, where measured."""
-    plain, ours = rates["numpy_evaluations_per_second"], rates["evaluations_per_second"]
-    lines = [
-        ("plain NumPy", f"{number(round(plain / 1e6, 1))} million", "1"),
-        ("phongbench", f"{number(round(ours / 1e6))} million", f"{number(rates['ratio'])}"),
-    ]
-    shown = table(("sweep", "evaluations per second and core", "/ NumPy"), lines, right=(1, 2))
-    if not walls:
-        return shown
-    size = walls[0].document
-    stages = ("accuracy", "timing", "report")
-    times = [
-        (wall.name, *(f"{wall.document['seconds'][stage]:.1f} s" for stage in stages), f"{wall.seconds:.1f} s")
-        for wall in walls
-    ]
-    told = (
-        f"The quick study, {number(size['cells'])} cells and {number(round(size['evaluations'] / 1e9, 1))} billion "
-        "evaluations, as a command: cold with no kernel compiled yet, warm the same command again."
-    )
-    seconds = table(("kernel cache", *stages, "the whole command"), times, right=range(1, len(stages) + 2))
-    return f"{shown}\n\n{told}\n\n{seconds}"
 
 
 def machine(run: Run) -> str:

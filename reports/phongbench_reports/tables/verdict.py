@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import pandas as pd
 
-from phongbench.analysis.front import CELL, Choice, choose
+from phongbench.analysis.front import Choice, choose
 from phongbench.results.runs import strongest
+from phongbench.results.schema import CELL
 from phongbench_reports.cuts import Absent, Study
 from phongbench_reports.names import title
 from phongbench_reports.reproduce import reproduce
@@ -204,8 +205,3 @@ def formulas(study: Study) -> Table:
     headings = ("name", "title", "kind", "formula", "source", "cells")
     data = pd.DataFrame(rows, columns=list(headings))
     return Table(headings, rows, data, f"{len(names)} formulas were measured.", "", frozenset({5}), frozenset({0, 3}))
-
-
-def named_csvs(tables: Iterable[tuple[str, Table | Absent]]) -> dict[str, pd.DataFrame]:
-    """CSV name -> frame, for the tables that have rows."""
-    return {name: table.data for name, table in tables if isinstance(table, Table)}

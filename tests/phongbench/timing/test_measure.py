@@ -17,6 +17,7 @@ from phongbench.errors import InputError, LockedError, MeasurementError, Unknown
 from phongbench.formulas.registry import REGISTRY
 from phongbench.formulas.spec import Setting
 from phongbench.results.machine import Caches
+from phongbench.results.schema import TIMING
 from phongbench.timing import blocks, measure, rounds, session, skip_kernels, table, timed_kernels
 from phongbench.timing import budget as pacing
 from phongbench.timing.machine_lock import LOCK_NAME, machine_lock
@@ -159,7 +160,7 @@ def test_no_working_set_and_impossible_thread_counts_are_refused() -> None:
 def test_a_study_of_float16_alone_has_an_empty_table() -> None:
     rows = measure.measure([], budget_seconds=1)
     assert rows.empty
-    assert list(rows.columns) == measure.COLUMNS
+    assert list(rows.columns) == TIMING.names
 
 
 # what a row says, from kernels of known duration

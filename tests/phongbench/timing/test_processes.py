@@ -13,7 +13,8 @@ from phongbench.errors import InputError, MeasurementError
 from phongbench.formulas.registry import REGISTRY
 from phongbench.formulas.spec import Setting
 from phongbench.formulas.user_files import load_file
-from phongbench.timing import measure, processes
+from phongbench.results.schema import TIMING
+from phongbench.timing import processes
 from phongbench.timing.timed_kernels import Subject
 
 LYON = Subject(REGISTRY["lyon"], "dot", Setting(50.0, 8, "taylor"), FLOAT32)
@@ -39,7 +40,7 @@ def test_two_processes_are_merged_into_one_table() -> None:
         problems=[],
         progress=lambda *now: told.append(now),
     )
-    assert list(rows.columns) == measure.COLUMNS
+    assert list(rows.columns) == TIMING.names
     assert set(rows["processes"]) == {2}
     assert "lyon" in set(rows["approximation"])
     assert told == [(1, 2, "process 1 of 2"), (2, 2, "process 2 of 2")]

@@ -16,7 +16,11 @@ from phongbench.inputs.plan import preset
 from phongbench.results import provenance
 from phongbench.study.run import run_study
 from phongbench_reports.cuts import Study
-from phongbench_reports.readme import __main__, bench_parts, run_parts
+from phongbench_reports.readme import bench_parts, measurements, parts, run_parts
+from phongbench_reports.readme.__main__ import main
+from phongbench_reports.readme.fill import fill
+from phongbench_reports.readme.markdown import slim
+from phongbench_reports.readme.measurements import Measurements, Wall
 
 RATES = {"evaluations_per_second": 5.1e8, "numpy_evaluations_per_second": 1.05e7, "ratio": 48.57}
 
@@ -74,10 +78,10 @@ PICTURES = {
     ],
     "absent": [{"tracer": "pyvista", "why": "not installed; pip install pyvista brings it"}],
 }
-BESIDE = {"scenes": "of scenes", "service": "of the service"}
+MEASURED = Measurements(COMPARED, ALARMS, PICTURES, "of the service")
 DOCUMENT = {"cells": 5000, "evaluations": 23_456_000_000, "seconds": {"accuracy": 30.04, "timing": 8, "report": 2.5}}
 EMPTY = (
-    "before\n" + "\n".join(f"<!-- generated: {n} -->\n<!-- /generated: {n} -->\nbetween" for n in __main__.NAMES) + "\n"
+    "before\n" + "\n".join(f"<!-- generated: {n} -->\n<!-- /generated: {n} -->\nbetween" for n in parts.NAMES) + "\n"
 )
 
 
@@ -104,24 +108,18 @@ def lines_of(part: str) -> list[list[str]]:
 
 
 def test_every_part_is_filled_and_the_rest_stays(made: Any, checkout: Path) -> None:
-    __main__.fill(
-        checkout,
-        made,
-        COMPARED,
-        ALARMS,
-        BESIDE,
-        [run_parts.Wall("cold", DOCUMENT, 45.0), run_parts.Wall("warm", DOCUMENT, 25.0)],
-    )
+    walls = [Wall("cold", DOCUMENT, 45.0), Wall("warm", DOCUMENT, 25.0)]
+    fill(checkout, made, replace(MEASURED, walls=walls))
     text = (checkout / "README.md").read_text()
-    assert all(__main__.parts_of(text).values())
-    assert "float highlight(vec3 r, vec3 v)" in __main__.parts_of(text)["shader"]
-    assert __main__.problems(checkout) == []
+    assert all(parts.parts_of(text).values())
+    assert "float highlight(vec3 r, vec3 v)" in parts.parts_of(text)["shader"]
+    assert parts.problems(checkout) == []
     assert re.sub(r"(?s)(<!-- generated: \w+ -->\n).*?(<!-- /)", r"\1\2", text) == EMPTY
 
 
 def test_the_same_rows_give_the_same_bytes(made: Any, checkout: Path) -> None:
     def written() -> list[bytes]:
-        __main__.fill(checkout, made, COMPARED, ALARMS, BESIDE)
+        fill(checkout, made, MEASURED)
         return [file.read_bytes() for file in sorted(checkout.rglob("*")) if file.is_file()]
 
     assert written() == written()
@@ -147,21 +145,21 @@ def test_pictures_are_small_and_well_formed_and_exist_for_light_and_dark(made: A
     shown, files = run_parts.front(Study(made))
     assert set(files) == {"front.svg", "front-dark.svg"}
     for name, content in files.items():
-        assert len(content) <= __main__.LARGEST_PICTURE
+        assert len(content) <= parts.LARGEST_PICTURE
         assert ET.fromstring(content).tag.endswith("svg")
         assert f"reports/pictures/{name}" in shown
     assert files["front.svg"] != files["front-dark.svg"]
 
 
 def test_shortening_keeps_what_is_written_in_a_picture() -> None:
-    short = run_parts.slim(b'<svg><path d="M 1.23456 -0.00012\n L 2 3.5"/>\n<text x="0.5000">0.00392</text></svg>')
+    short = slim(b'<svg><path d="M 1.23456 -0.00012\n L 2 3.5"/>\n<text x="0.5000">0.00392</text></svg>')
     assert short == b'<svg><path d="M 1.23 -0 L 2 3.5"/>\n<text x="0.5">0.00392</text></svg>'
 
 
 def test_throughput_tells_rates_and_wall_times_where_they_were_measured() -> None:
-    assert ["phongbench", "510 million", "48.6"] in lines_of(run_parts.throughput(RATES))
-    assert "cold" not in run_parts.throughput(RATES)
-    part = run_parts.throughput(RATES, [run_parts.Wall("cold", DOCUMENT, 45.04)])
+    assert ["phongbench", "510 million", "48.6"] in lines_of(bench_parts.throughput(RATES))
+    assert "cold" not in bench_parts.throughput(RATES)
+    part = bench_parts.throughput(RATES, [Wall("cold", DOCUMENT, 45.04)])
     assert ["cold", "30.0 s", "8.0 s", "2.5 s", "45.0 s"] in lines_of(part)
 
 
@@ -175,7 +173,7 @@ def test_the_machine_is_named_and_no_path_or_host(made: Any) -> None:
 def test_a_run_without_timing_is_refused_and_changes_nothing(made: Any, checkout: Path) -> None:
     silent = replace(made, timing=pd.DataFrame(columns=made.timing.columns))
     with pytest.raises(InputError, match="no timing"):
-        __main__.fill(checkout, silent, COMPARED, ALARMS, BESIDE)
+        fill(checkout, silent, MEASURED)
     assert [file.name for file in checkout.rglob("*")] == ["README.md"]
     assert (checkout / "README.md").read_text() == EMPTY
 
@@ -183,23 +181,23 @@ def test_a_run_without_timing_is_refused_and_changes_nothing(made: Any, checkout
 @pytest.mark.parametrize("text", ["", EMPTY.replace("<!-- /generated: speed -->", ""), EMPTY + EMPTY])
 def test_lost_or_doubled_marks_are_refused(text: str) -> None:
     with pytest.raises(InputError, match="generated parts"):
-        __main__.filled(text, dict.fromkeys(__main__.NAMES, "new"))
+        parts.filled(text, dict.fromkeys(parts.NAMES, "new"))
 
 
 def test_check_tells_what_is_empty_and_exits_with_1(checkout: Path) -> None:
-    found = CliRunner().invoke(__main__.main, ["--check", "--root", str(checkout)])
+    found = CliRunner().invoke(main, ["--check", "--root", str(checkout)])
     assert found.exit_code == 1
-    assert found.stderr.count("is empty") == len(__main__.NAMES)
+    assert found.stderr.count("is empty") == len(parts.NAMES)
     assert (checkout / "README.md").read_text() == EMPTY
 
 
 def test_check_misses_a_picture_that_is_shown(checkout: Path) -> None:
-    (checkout / "README.md").write_text(__main__.filled(EMPTY, dict.fromkeys(__main__.NAMES, '<img src="gone.svg">')))
-    assert __main__.problems(checkout) == ["gone.svg is shown and not there"]
+    (checkout / "README.md").write_text(parts.filled(EMPTY, dict.fromkeys(parts.NAMES, '<img src="gone.svg">')))
+    assert parts.problems(checkout) == ["gone.svg is shown but does not exist"]
 
 
 def test_a_folder_without_readme_is_refused_in_a_line(tmp_path: Path) -> None:
-    found = CliRunner().invoke(__main__.main, ["--check", "--root", str(tmp_path)])
+    found = CliRunner().invoke(main, ["--check", "--root", str(tmp_path)])
     assert found.exit_code == 1
     assert "run it in a checkout" in found.stderr
 
@@ -222,16 +220,25 @@ def test_a_stored_run_fills_the_readme(
     run_study(plan, folder)
     monkeypatch.setattr("phongbench.benchmarks.kernel_bench.bench", lambda **_: COMPARED)
     monkeypatch.setattr("phongbench.benchmarks.false_alarms.count", lambda *_, **__: ALARMS)
-    monkeypatch.setattr(bench_parts, "measured_scenes", lambda *_: PICTURES)
-    monkeypatch.setattr(__main__, "service", lambda: BESIDE["service"])
-    found = CliRunner().invoke(__main__.main, ["--run", str(folder), "--root", str(checkout)])
+    monkeypatch.setattr(measurements, "measured_scenes", lambda *_: PICTURES)
+    monkeypatch.setattr(measurements, "service", lambda _: "of the service")
+    load = checkout / "tests" / "api" / "load"
+    load.mkdir(parents=True)
+    (load / "__main__.py").touch()
+    found = CliRunner().invoke(main, ["--run", str(folder), "--root", str(checkout)])
     assert found.exit_code == 0, found.output
-    assert "lyon" in __main__.parts_of((checkout / "README.md").read_text())["verdict"]
+    assert "lyon" in parts.parts_of((checkout / "README.md").read_text())["verdict"]
 
 
 def test_a_study_that_fails_is_told_with_its_exit_code(tmp_path: Path) -> None:
     with pytest.raises(MeasurementError, match="exit code 2"):
-        __main__.study_as_command("cold", tmp_path / "cold", tmp_path / "cache", ["--alpha", "-1"])
+        measurements.study_as_command("cold", tmp_path / "cold", tmp_path / "cache", ["--alpha", "-1"])
+
+
+def test_the_load_program_is_looked_for_before_anything_is_measured(checkout: Path) -> None:
+    found = CliRunner().invoke(main, ["--run", "latest", "--root", str(checkout)])
+    assert found.exit_code == 1
+    assert "the load program is not there" in found.stderr
 
 
 def test_peers_are_told_as_ratios_and_the_absent_by_name() -> None:

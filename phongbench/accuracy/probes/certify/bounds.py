@@ -30,8 +30,7 @@ from phongbench.formulas.lambda_forms import deficit_of_angle
 from phongbench.formulas.registry import REGISTRY
 from phongbench.formulas.spec import Approximation, Setting
 from phongbench.inputs.plan import Plan
-from phongbench.results.runs import EXACT
-from phongbench.results.schema import ACCURACY_COLUMNS
+from phongbench.results.schema import ACCURACY, EXACT
 
 #: a bound this close to a found error is tight: 0.2 %
 TIGHT = 1.002
@@ -69,7 +68,7 @@ def measure(context: ProbeContext) -> Mapping[str, pd.DataFrame]:
         context.note(
             f"{left} of {len(wanted)} laws have no certified bound: their bodies take numbers apart bit by bit"
         )
-    return {"accuracy": pd.DataFrame(rows, columns=list(ACCURACY_COLUMNS))} if rows else {}
+    return {"accuracy": ACCURACY.frame(rows)} if rows else {}
 
 
 def seconds(plan: Plan, jobs: int) -> float:
@@ -200,4 +199,4 @@ def _row(formula: Formula, alpha: float, beta: float, largest_error: float) -> d
     }
     counts = dict.fromkeys(("nonfinite", "above_one", "negative", "excluded"), 0)
     metrics = {"max_abs": largest_error, "model_max": largest_error, "codes_8bit": 255 * largest_error}
-    return dict.fromkeys(ACCURACY_COLUMNS, np.nan) | cell | counts | metrics
+    return dict.fromkeys(ACCURACY.names, np.nan) | cell | counts | metrics

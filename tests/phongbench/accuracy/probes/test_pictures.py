@@ -77,7 +77,7 @@ def test_a_picture_errs_by_no_more_than_its_lobe_promises(found):
     assert len(drawn) > 8
     assert (drawn["max_abs"] <= 1.001 * drawn["lobe_max"] + 1e-6).all()
     assert (drawn["psnr"] > 20).all()
-    assert list(rows.columns) == list(schema.SCENE_COLUMNS)
+    assert list(rows.columns) == schema.SCENES.names
 
 
 def test_on_the_test_card_the_law_is_met_and_not_only_kept(two_scenes, tiny):
@@ -221,7 +221,7 @@ def test_with_timing_every_formula_and_skip_has_a_time(two_scenes, tiny):
     shading = times[times["kind"] == "shading"]
     assert set(shading["name"]) == {"phong", directional_lights.TWIN, "blinn-phong"}
     assert (times["ratio_low"] <= times["ratio"]).all()
-    assert list(times.columns) == list(schema.SCENE_TIME_COLUMNS)
+    assert list(times.columns) == schema.SCENE_TIMES.names
 
 
 # a run

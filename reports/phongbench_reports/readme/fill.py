@@ -1,0 +1,40 @@
+"""Fills README.md: every part is made first and all is written last, so a failure leaves README and pictures alone."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from phongbench.errors import InputError
+from phongbench.results.runs import Run
+from phongbench.support.atomic_files import write_bytes
+from phongbench_reports.cuts import Study
+from phongbench_reports.readme import bench_parts, parts, run_parts
+from phongbench_reports.readme.markdown import PICTURES
+from phongbench_reports.readme.measurements import Measurements
+
+
+def fill(root: Path, run: Run, measured: Measurements) -> None:
+    """Write the generated parts and the pictures from a finished run and what was measured beside it."""
+    study = Study(run)
+    front, files = run_parts.front(study)
+    bodies = {
+        "verdict": run_parts.verdict(study),
+        "front": front,
+        "shader": run_parts.shader(study),
+        "claims": run_parts.claims(run),
+        "speed": run_parts.speed(study),
+        "peers": bench_parts.peers(measured.compared),
+        "alarms": bench_parts.alarms(measured.alarms),
+        "throughput": bench_parts.throughput(measured.compared["sweep"], measured.walls),
+        "scenes": bench_parts.scenes(measured.scenes),
+        "service": measured.service,
+        "machine": run_parts.machine(run),
+    }
+    most = parts.LARGEST_PICTURE
+    large = [f"{name}: {len(content)} bytes" for name, content in files.items() if len(content) > most]
+    if large:
+        raise InputError(f"a picture is too large: {', '.join(large)}", str(PICTURES), f"at most {most}")
+    text = parts.filled(parts.read(root), bodies)
+    for name, content in files.items():
+        write_bytes(root / PICTURES / name, content)
+    write_bytes(root / parts.README, text.encode("utf-8"))

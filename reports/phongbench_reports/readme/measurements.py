@@ -1,0 +1,114 @@
+"""What the README tells beside a run: measured here, on this machine, while nothing else runs."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from phongbench.benchmarks import false_alarms, kernel_bench, scene_bench, skip_gains
+from phongbench.errors import InputError, MeasurementError
+from phongbench.results import runs
+from phongbench.scenes.scene_files import read_scene
+from phongbench.support.progress import Progress
+
+#: seconds for the rounds with the peers, and how often the twin is measured
+PEER_SECONDS, REPEATS = 20.0, 200
+#: scenes whose skips are measured, with the depth of reflections; and what the plain tracer is compared on
+SCENES = {"many-lights": 2, "chequerboard": 5, "tessellation": 1, "test-card": 1, "torus": 1}
+RACE, DEPTH, SIZE, LARGE = "chequerboard", 3, (1280, 720), (1920, 1080)
+
+
+@dataclass(frozen=True)
+class Wall:
+    """What the study took as a command, from start to exit of its process.
+
+    name      str                cold or warm
+    document  what `phongbench run --json` printed
+    seconds   float              wall time of the process
+    """
+
+    name: str
+    document: Mapping[str, Any]
+    seconds: float
+
+
+@dataclass(frozen=True)
+class Measurements:
+    """Everything beside the run.
+
+    compared  result of `kernel_bench.bench`: peers, and the sweep's throughput
+    alarms    result of `false_alarms.count`
+    scenes    result of `measured_scenes`
+    service   the tables of the load test, as Markdown
+    walls     wall times of the study; none where a finished run was given
+    """
+
+    compared: Mapping[str, Any]
+    alarms: Sequence[false_alarms.Alarms]
+    scenes: Mapping[str, Any]
+    service: str
+    walls: Sequence[Wall] = ()
+
+
+def measure(programs: Path, say: Callable[[str], None], walls: Sequence[Wall] = ()) -> Measurements:
+    """Measure everything, one after the other.
+
+    programs  the folder of the load program
+    say       is told what comes next
+    """
+    say("peers, and the sweep against plain NumPy")
+    compared = kernel_bench.bench(budget_seconds=PEER_SECONDS)
+    say("false alarms of the timing")
+    alarms = false_alarms.count(REPEATS, working_sets=("l1", "l2", "memory"))
+    say("scenes")
+    scenes = measured_scenes(Progress())
+    say("the service under load")
+    return Measurements(compared, alarms, scenes, service(programs), walls)
+
+
+def study_as_command(name: str, folder: Path, cache: Path, extra: Sequence[str] = ()) -> Wall:
+    """Run the quick study in a process of its own, with its kernels cached in `cache`."""
+    command = [sys.executable, "-m", "phongbench", "run", "--preset", "quick", "--out", str(folder), "--json", *extra]
+    environment = {**os.environ, "PHONGBENCH_CACHE": str(cache)}
+    started = time.perf_counter()
+    done = subprocess.run(command, check=False, stdout=subprocess.PIPE, cwd=folder.parent, env=environment)
+    seconds = time.perf_counter() - started
+    if done.returncode:
+        raise MeasurementError(
+            f"the {name} study ended with exit code {done.returncode}", "phongbench run", "see above"
+        )
+    return Wall(name, json.loads(done.stdout), seconds)
+
+
+def load_programs(root: Path) -> Path:
+    """The folder that holds the load program, which only a checkout has; InputError elsewhere."""
+    programs = root / "tests" / "api"
+    if not (programs / "load" / "__main__.py").is_file():
+        raise InputError("the load program is not there", str(programs / "load"), "run it in a checkout")
+    return programs
+
+
+def service(programs: Path) -> str:
+    """The tables of the load program in this folder, as `make bench-api` prints them."""
+    command = [sys.executable, "-m", "load", "--runs", str(runs.DEFAULT_ROOT.resolve())]
+    done = subprocess.run(command, cwd=programs, check=False, stdout=subprocess.PIPE, text=True)
+    if done.returncode:
+        raise MeasurementError(f"it ended with exit code {done.returncode}", str(programs / "load"), "see above")
+    return done.stdout
+
+
+def measured_scenes(progress: Progress) -> dict[str, Any]:
+    """What leaving out saves in every shipped scene, and our tracer beside others."""
+    skips = {
+        name: skip_gains.skips(read_scene(name), rounds=5, size=SIZE, depth=depth, progress=progress)
+        for name, depth in SCENES.items()
+    }
+    tracers, absent = scene_bench.tracers(read_scene(RACE), rounds=3, size=LARGE, depth=DEPTH, progress=progress)
+    return {"skips": skips, "tracers": tracers, "absent": absent}
