@@ -193,7 +193,7 @@ def _row(e: _Entrant, ours: _Entrant, truth: Array) -> dict[str, Any]:
 def measure(options: RenderOptions, progress: Progress = _SILENT) -> dict[str, Any]:
     """What each skip saves in a scene, and our tracer beside a plain one and peers, where those can draw the scene."""
     scene = options.read()
-    told: dict[str, Any] = {"scene": scene.name}
+    told: dict[str, Any] = {"scene": scene.name, "notes": list(scene.notes)}
     told["skips"] = skip_gains.skips(scene, progress=progress, **options.arguments(), **_formula(options))
     told["tracers"], told["absent"] = [], []
     if not _beyond_the_plain(scene):
@@ -212,7 +212,7 @@ def judge(options: RenderOptions, progress: Progress = _SILENT) -> dict[str, Any
     if options.specular is not None and not drawn:
         raise InputError(rows[0]["left_out"], None, "ask for another formula, or leave --specular away")
     left_out = [{"formula": row["formula"], "why": row["left_out"]} for row in rows if row["left_out"]]
-    return {"scene": scene.name, "formulas": drawn, "left_out": left_out}
+    return {"scene": scene.name, "notes": list(scene.notes), "formulas": drawn, "left_out": left_out}
 
 
 def _formula(options: RenderOptions) -> dict[str, Any]:

@@ -6,7 +6,7 @@ from typing import Any
 
 import click
 
-from phongbench.cli.common import JSON, facts, grid, show
+from phongbench.cli.common import JSON, facts, grid, notes, show
 
 
 class Size(click.ParamType[Any]):
@@ -93,6 +93,7 @@ def render(
     wanted = render_to_file.RenderOptions(scene, registry=registry_with(files), **options)
     with TerminalProgress(quiet=as_json) as progress:
         answer = action(wanted, progress)
+    notes(answer.get("notes", ()), quiet=as_json)
     _show(answer, as_json)
 
 

@@ -91,7 +91,7 @@ class Formula:
         if parts:
             slope = _slope(parts.pop(0))
         if parts:
-            raise InputError(f"{text!r} has a part too many: {parts[0]!r}", None, _EXAMPLE)
+            raise InputError(f"there are more parts than {name} takes", None, _EXAMPLE)
         if at and recipe not in RECIPES:
             raise UnknownNameError("recipe", recipe, RECIPES)
         return cls.of(name, form, gamma, slope, RECIPES.get(recipe), registry=registry)
@@ -169,47 +169,3 @@ def _slope(text: str) -> str | float:
         return float(text)
     except ValueError:
         return text
-
-
-# what Formula replaces; to be deleted once nobody reads it
-
-
-def specular_of(text: str) -> "Specular":
-    """A formula written as NAME, NAME:FORM or NAME:FORM:GAMMA, e.g. lyon:difference:8.
-
-    Raises InputError for more than that; whether it fits a material's shininess is seen when it is shaded.
-    """
-    name, *rest = text.split(":")
-    if len(rest) > 2:
-        raise InputError(
-            "a formula has no more than three parts", None, "write NAME:FORM:GAMMA, e.g. lyon:difference:8"
-        )
-    form, gamma = (*rest, None, None)[:2]
-    if gamma is not None and not re.fullmatch("[0-9]{1,6}", gamma):
-        raise InputError("gamma is not a whole number below a million", None, "write e.g. lyon:difference:8")
-    return Specular(name, form or None, None if gamma is None else int(gamma))
-
-
-def cell_name(cell: Mapping[str, Any]) -> str:
-    """A cell's name for people: "lyon, cross, gamma 8, minimax"; Taylor slopes and reflect space go without saying."""
-    form = [cell["lambda_form"]] if cell["lambda_form"] != "none" else []
-    gamma = [] if pd.isna(cell["gamma"]) else [f"gamma {int(cell['gamma'])}"]
-    policy = [cell["beta_policy"]] if cell["beta_policy"] not in ("none", "taylor") else []
-    half = ["half space"] if cell["space"] == "half" else []
-    return ", ".join([str(cell["approximation"]), *form, *gamma, *policy, *half])
-
-
-@dataclass(frozen=True)
-class Specular:
-    """Which formula stands for the specular term.
-
-    approximation  str                 its name in the registry
-    lambda_form    str | None          "dot", "difference", "cross", "tan2"; None takes the formula's first
-    gamma          int | None          a power of two, for formulas that have one
-    beta           str | float | None  a policy, or the slope itself; None takes the formula's first policy
-    """
-
-    approximation: str = "phong"
-    lambda_form: str | None = None
-    gamma: int | None = None
-    beta: str | float | None = None

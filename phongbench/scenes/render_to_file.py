@@ -101,7 +101,7 @@ def draw(options: RenderOptions, progress: Progress = _SILENT) -> dict[str, Any]
         "specular": (formula or EXACT).spelled(options.registry),
         "picture": str(out),
     }
-    facts |= done.as_dict()
+    facts |= {"notes": list(scene.notes), **done.as_dict()}
     facts["seconds"] = {"preparing": preparing, **facts["seconds"]}
     facts["mrays_per_second"] = round(done.rays / done.seconds["total"] / 1e6, 3)
     if not options.compare:

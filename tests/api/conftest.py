@@ -127,7 +127,7 @@ def client_of(client: TestClient, runs: Path) -> Callable[..., TestClient]:
     def make(**settings: Any) -> TestClient:
         app = create_app(replace(Settings(runs=runs), **settings))
         app.state.service.kernels = client.app.state.service.kernels  # type: ignore[attr-defined]
-        app.state.service.office.open = True
+        app.state.service.admission.open = True
         return TestClient(app, base_url="http://localhost")
 
     return make

@@ -20,7 +20,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from phongbench.formulas.formula import cell_name
+from phongbench.formulas.formula import Formula
 from phongbench.results.schema import CASE, COVERAGES, EXACT
 
 #: strata of unit vectors: samples of the domain that the search covers
@@ -99,4 +99,4 @@ def _larger(
 
 def _named(row: Mapping[Any, Any]) -> str:
     where = f"{row['precision']}, stratum {row['stratum']}" + ("" if row["gated"] else ", ungated")
-    return f"{cell_name(row)} at alpha {row['alpha']:g} in {where}"
+    return f"{Formula.of_row(row)} at alpha {row['alpha']:g} in {where}"

@@ -133,7 +133,8 @@ def _tasks(plan: Plan, note: Callable[[str], None]) -> Iterator[Callable[[], Par
     for path in plan.meshes:
         surface = load(path)
         parts, folded = file_parts(surface)
-        told = [*surface.notes, *([f"left out, edges wider than {WIDEST:g} degrees: {folded}"] if folded else [])]
+        told = [*surface.remarks, *surface.notes]
+        told += [f"left out, edges wider than {WIDEST:g} degrees: {folded}"] if folded else []
         note(f"{surface.name}: {len(surface.faces)} triangles" + "".join(f"; {sentence}" for sentence in told))
         for part in parts:
             yield partial(_same, part)
