@@ -74,7 +74,7 @@ def _check_places(lights: Sequence[Light], viewer: Viewer, precision: Precision)
     for where, position in places:
         if position is not None and max(map(abs, position)) > limit:
             what = f"beyond {limit:g}, where squares cannot be computed"
-            raise InputError(what, f"{where}.position", "come nearer, or use float64")
+            raise InputError(what, where, "come nearer, or use float64")
 
 
 def _plan(

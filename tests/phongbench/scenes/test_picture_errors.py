@@ -30,9 +30,3 @@ def test_a_formula_that_does_not_fit_the_scene_is_left_out_and_told() -> None:
     (row,) = picture_errors.compare(read_scene("chequerboard"), [Formula.of("integer-power")], rounds=1, size=(16, 9))
     assert "materials." in row["left_out"]
     assert "max_abs" not in row
-
-
-def test_a_formula_is_named_as_the_command_line_writes_it() -> None:
-    row = {"approximation": "lyon", "lambda_form": "dot", "gamma": 8, "beta": "minimax"}
-    assert picture_errors.name_of(row) == "lyon:dot:8 minimax"
-    assert picture_errors.name_of(row | {"beta": None, "gamma": None}) == "lyon:dot"
