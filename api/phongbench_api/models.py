@@ -14,7 +14,7 @@ from phongbench.formulas.shader_code.languages import LANGUAGES
 from phongbench.formulas.spec import ALPHA, GAMMA, SPACES
 from phongbench.inputs.strata import STRATUM_NAMES
 from phongbench.results.schema import ERROR_METRICS
-from phongbench.timing import measure
+from phongbench.timing.blocks import WORKING_SETS
 
 
 class OneOf:
@@ -137,7 +137,7 @@ class FrontParameters(Parameters):
     metric: Annotated[str, OneOf(ERROR_METRICS)] = Field("max_abs", description="column of the accuracy rows")
     stratum: Annotated[str, OneOf(STRATUM_NAMES)] = Field("highlight", description="which inputs")
     precision: PrecisionName = "float32"
-    working_set: Annotated[str, OneOf(measure.WORKING_SETS)] = Field("l1", description="whose times")
+    working_set: Annotated[str, OneOf(WORKING_SETS)] = Field("l1", description="whose times")
     space: SpaceName = "reflect"
 
 
@@ -149,7 +149,7 @@ class RecommendParameters(Parameters):
     length_error: Budget | None = Field(None, description="how wrong vector lengths may be: 0.01 is up to 1 %")
     precision: PrecisionName = "float32"
     space: SpaceName = "reflect"
-    working_set: Annotated[str, OneOf(measure.WORKING_SETS)] = "l1"
+    working_set: Annotated[str, OneOf(WORKING_SETS)] = "l1"
     run: RunName | None = Field(None, description="which run answers; left out: the newest with times, or the laws")
 
 

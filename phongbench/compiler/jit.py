@@ -108,7 +108,7 @@ def cache_folder() -> Path:
         folder.mkdir(parents=True, exist_ok=True)
         tempfile.TemporaryFile(dir=folder).close()
     except OSError as problem:
-        folder = Path(tempfile.gettempdir()) / f"phongbench-{os.getuid()}" / folder.name
+        folder = Path(tempfile.gettempdir()) / f"phongbench-{getattr(os, 'getuid', int)()}" / folder.name
         folder.mkdir(parents=True, exist_ok=True, mode=0o700)
         warnings.warn(f"cannot write the kernel cache ({problem}); using {folder}", RuntimeWarning, stacklevel=2)
     _forget_old(folder)

@@ -5,8 +5,9 @@ gamma = 2**n the exponent an approximation is evaluated with, beta its slope. An
 the law gives its extreme over lambda in [0, 1]: positive where the approximation is too dark. Every function takes
 floats or arrays (they broadcast) and returns a float64 array of the broadcast shape, or a float for floats.
 
-Each law states where it holds and how closely; `tests/phongbench/test_laws.py` holds it to that on a dense float64
-grid. They are model laws: formulas in exact arithmetic. float32 rounding adds at most about alpha * 2**-25.
+Each law states where it holds and how closely; tests/phongbench/formulas/test_error_laws.py holds it to that on a
+dense float64 grid. They are model laws: formulas in exact arithmetic. float32 rounding adds at most about
+alpha * 2**-25.
 
 Source  all follow from Lyon's form, Apple Technical Report 43 (1993), by expansion in 1/gamma and 1/alpha; the numeric
         constants are fits to the dense grid of the tests.
@@ -116,31 +117,6 @@ def minimax_beta(alpha: Numbers, gamma: Numbers) -> Numbers:
     return (alpha + minimax_offset(alpha)) / (gamma + minimax_offset(gamma))
 
 
-def energy_beta(alpha: Numbers, gamma: Numbers) -> Numbers:
-    """Slope that keeps the integral of the lobe over directions; `dot` form, unit vectors.
-
-    alpha    float > 0    exact exponent
-    gamma    float >= 1   exponent of the approximation
-    returns  float > 0    (alpha + 1) / (gamma + 1); exact while it is >= 1, where the lobe ends before 90 degrees
-    """
-    return (alpha + 1.0) / (gamma + 1.0)
-
-
-def smallest_gamma(alpha: float, max_error: float, *, limit: int = 256) -> int | None:
-    """Law 4: smallest power of two whose law-1 error is within `max_error`, or None up to `limit`.
-
-    alpha      float >= 5   exact exponent
-    max_error  float > 0    absolute budget, 1/255 for one 8-bit code
-    limit      int          largest gamma tried; the error grows again beyond gamma = alpha
-    """
-    gamma = 2
-    while gamma <= limit:
-        if abs(float(lyon_taylor_dot(alpha, float(gamma)))) <= max_error:
-            return gamma
-        gamma *= 2
-    return None
-
-
 def dot_peak(alpha: Numbers, gamma: Numbers, e: Numbers, d: Numbers) -> Numbers:
     """Law 8: value at a = b of Lyon's formula at beta = alpha / gamma, `dot` form, for vectors of wrong length.
 
@@ -221,14 +197,6 @@ def cut_kink(alpha: float, gamma: int, beta: float, step: float) -> float:
     """
     cut = math.acos(1.0 - 1.0 / beta)
     return float((beta * (math.cos(cut - step) - math.cos(cut))) ** gamma / step**2 / alpha)
-
-
-def difference_turns_quadratic(alpha: Numbers) -> Numbers:
-    """Length error of one vector, 2/(e alpha) = 0.736/alpha, from which `difference` errs most at the peak.
-
-    Below it the change is linear in the length error, above it quadratic.
-    """
-    return 2.0 / math.e / alpha
 
 
 def length_crossover(alpha: Numbers) -> Numbers:

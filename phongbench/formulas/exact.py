@@ -163,21 +163,6 @@ def exact_angle(
         return phong_of_angle(u, v, alpha, half_space)
 
 
-def exact_given(
-    a: Sequence[Any] | NDArray[Any],
-    b: Sequence[Any] | NDArray[Any],
-    alpha: float,
-    half_space: bool = False,
-    digits: int = 50,
-) -> Any:
-    """max(0, a.b)^alpha of the vectors as they are, by mpmath: the slow obvious twin. Arguments as `exact_angle`."""
-    import mpmath
-
-    with mpmath.workdps(digits):
-        u, v = [mpmath.mpf(float(c)) for c in a], [mpmath.mpf(float(c)) for c in b]
-        return phong_of_cosine(product(u, v), alpha, half_space)
-
-
 # the twins' bodies, for numbers of any kind that keep enough digits
 
 

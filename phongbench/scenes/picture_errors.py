@@ -50,21 +50,18 @@ def compare(
     scene: Scene,
     formulas: Iterable[Formula] = USUAL,
     *,
-    rounds: int = 3,
     progress: Progress = _SILENT,
     registry: Registry = REGISTRY,
     **options: Any,
 ) -> list[dict[str, Any]]:
-    """A row for each formula: its picture's error, what the lobe's error promised, and its time over exact Phong's.
+    """A row for each formula: its picture's error, and what the lobe's error promised.
 
-    rounds   pictures of each that are timed, in turn with exact Phong's; the time is all of a picture, rays included;
-             0: none is, and seconds and ratio are None
     registry the approximations that formulas and materials may name
     options   of `render`: size, depth, ...
     returns  rows of formula (its spelling), approximation, lambda_form, gamma, beta; the fields of PictureError;
-             `lobe_error`, a bound on a pixel's error from the lobe's error, the lights and the materials; seconds and
-             ratio; `left_out`, why a formula could not be drawn, in which case there are no numbers: it does not fit a
-             material, a user's own raises, or its picture is not finite
+             `lobe_error`, a bound on a pixel's error from the lobe's error, the lights and the materials; `left_out`,
+             why a formula could not be drawn, in which case there are no numbers: it does not fit a material, a user's
+             own raises, or its picture is not finite
     """
     chosen = list(formulas)
     progress.stage(f"formulas of {scene.name}", len(chosen))
@@ -80,25 +77,18 @@ def compare(
             "beta": formula.slope,
         }
         try:
-            rows.append(row | _measured(scene, formula, exact.picture, rounds, options))
+            rows.append(row | _errors(scene, formula, exact.picture, options))
         except InputError as problem:
             rows.append(row | {"left_out": f"{problem.where}: {problem.what}" if problem.where else problem.what})
         progress.advance()
     return rows
 
 
-def _measured(scene: Scene, formula: Formula, exact: Array, rounds: int, options: dict[str, Any]) -> dict[str, Any]:
+def _errors(scene: Scene, formula: Formula, exact: Array, options: dict[str, Any]) -> dict[str, Any]:
     picture = render(scene, specular=formula, skips=SceneSkips.exact(), **options).picture
-    own: list[float] = []
-    plain: list[float] = []
-    for _ in range(rounds):
-        own.append(render(scene, specular=formula, **options).seconds["total"])
-        plain.append(render(scene.exact(), specular=EXACT, **options).seconds["total"])
     return {
         **images.compare(exact, picture).as_dict(),
         "lobe_error": lobe_error(scene, formula, options["registry"]),
-        "seconds": min(own, default=None),
-        "ratio": float(np.median(np.divide(own, plain))) if own else None,
         "left_out": None,
     }
 

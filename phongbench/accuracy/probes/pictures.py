@@ -23,7 +23,8 @@ from phongbench.scenes.render import render
 from phongbench.scenes.scene import Scene
 from phongbench.scenes.scene_files import examples, read_scene
 from phongbench.shading.specular_term import EXACT
-from phongbench.timing.interleaved import ROUNDS, in_turn, over
+from phongbench.timing.interleaved import clocked, interleaved
+from phongbench.timing.statistics import MIN_ROUNDS
 
 #: pictures of studies with at least so many samples
 SIZES = {1 << 17: (640, 360), 1 << 14: (320, 180), 0: (64, 36)}
@@ -42,7 +43,7 @@ def measure(context: ProbeContext) -> Mapping[str, pd.DataFrame]:
     times: list[dict[str, Any]] = []
     for scene in scenes:
         options: dict[str, Any] = {"size": size(plan), "threads": context.jobs}
-        rows = picture_errors.compare(scene, chosen, rounds=0, registry=context.registry, **options)
+        rows = picture_errors.compare(scene, chosen, registry=context.registry, **options)
         errors += [_row(scene, plan, row) for row in rows]
         context.advance(share / 4)
         if plan.timing:
@@ -70,7 +71,7 @@ def seconds(plan: Plan, jobs: int) -> float:
     """What the probe is expected to take; compiled, on a quiet machine."""
     width, height = size(plan)
     each = _SCENE_SECONDS + _MEGAPIXEL_SECONDS * width * height / 1e6 / jobs
-    return 5 + len(examples()) * each * (ROUNDS if plan.timing else 1)
+    return 5 + len(examples()) * each * (MIN_ROUNDS if plan.timing else 1)
 
 
 def size(plan: Plan) -> tuple[int, int]:
@@ -124,11 +125,8 @@ def _row(scene: Scene, plan: Plan, row: dict[str, Any]) -> dict[str, Any]:
 
 def _times(scene: Scene, fitting: list[Formula], plan: Plan, options: dict[str, Any]) -> list[dict[str, Any]]:
     """Times of the pictures of formulas that fit the scene, rays included, over that of exact Phong."""
-    fitting = [EXACT, *fitting]
-    calls = [partial(render, scene, specular=formula, **options) for formula in fitting]
-    for call in calls:
-        call()
-    seconds = in_turn(calls, seed=plan.seed)
+    calls = {formula: clocked(partial(render, scene, specular=formula, **options)) for formula in (EXACT, *fitting)}
+    times = interleaved(calls, warm=1, seed=plan.seed)
     width, height = size(plan)
     return [
         {
@@ -140,7 +138,7 @@ def _times(scene: Scene, fitting: list[Formula], plan: Plan, options: dict[str, 
             "against": "phong",
             "elements": width * height,
             "depth": scene.picture.depth,
-            **over(seconds, n, 0),
+            **times.row(formula, EXACT),
         }
-        for n, formula in enumerate(fitting)
+        for formula in calls
     ]
