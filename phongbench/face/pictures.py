@@ -11,13 +11,8 @@ from numpy.typing import ArrayLike
 
 from phongbench.compiler.precisions import Array
 from phongbench.errors import InputError
-<<<<<<< HEAD
-from phongbench.face.highlight import chosen
-from phongbench.formulas.formula import Formula
-=======
 from phongbench.face.highlight import chosen, computed_in, numbers
-from phongbench.formulas.formula import Formula, Specular
->>>>>>> main
+from phongbench.formulas.formula import Formula
 from phongbench.formulas.spec import Approximation
 from phongbench.scenes import images
 from phongbench.scenes.render import render as draw
