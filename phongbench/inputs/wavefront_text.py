@@ -65,6 +65,7 @@ def read(path: Path, kind: str, fix: str) -> bytes:
         what = f"cannot read the {kind}: {getattr(problem, 'strerror', None) or problem}"
         raise InputError(what, str(path), fix) from problem
     data = _utf_8(data)
+    data = data.rstrip(b"\0")  # some programs fill the last block
     if b"\0" in data:
         raise InputError(f"the {kind} is not a text file", str(path), fix)
     data = data.replace(b"\r\n", b"\n").replace(b"\r", b"\n").translate(bytes.maketrans(b"\t\v\f", b"   ")) + b"\n"
@@ -98,11 +99,6 @@ def _joined(data: bytes) -> bytes:
     return re.sub(rb"\\ *\n", end, data)
 
 
-def number_of(data: bytes, start: int) -> int:
-    """The number of the line of the file that begins at this byte."""
-    return 1 + data.count(b"\n", 0, start) + data.count(CONTINUED, 0, start)
-
-
 def numbered(text: bytes) -> Iterator[tuple[int, bytes]]:
     """The lines of a text, each with the number of the line of the file that it begins at."""
     number = 1
@@ -114,6 +110,11 @@ def numbered(text: bytes) -> Iterator[tuple[int, bytes]]:
 def name(text: bytes) -> str:
     """A name as text, with single blanks: UTF-8, or Latin-1 where it is none."""
     return b" ".join(text.split()).decode("utf-8", errors="phongbench-latin-1")
+
+
+def printable(text: str) -> str:
+    """A name as it may be shown: what could move a cursor is escaped."""
+    return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in text)
 
 
 def without_comment(text: str) -> str:
