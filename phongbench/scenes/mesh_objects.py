@@ -21,8 +21,8 @@ from phongbench.support.documents import Table
 SMOOTH = ("normals", "colours", "none")
 #: widest edges of a tessellation, in degrees: below, it would have more triangles than a scene may
 FINEST, COARSEST = 0.2, 120.0
-#: the same for a scene from afar, whose triangles are made before anyone can count them: half a million at most
-FINEST_AFAR = 1.0
+#: the same for an untrusted scene, whose triangles are made before anyone can count them: half a million at most
+FINEST_UNTRUSTED = 1.0
 #: names that a message shows of a list
 _SHOWN = 10
 #: a transform whose smallest stretch is below this share of its largest flattens what it transforms
@@ -38,15 +38,15 @@ def read_mesh(table: Table, materials: list[SurfaceMaterial], material: int | No
     Raises InputError, naming the place in the document, for a file that is no mesh and for a transform that flattens.
     """
     if table.has("file") == table.has("surface"):
-        raise table.fault("a mesh has either a file or a surface", "file", f"surface is {_known()}")
+        raise table.error("a mesh has either a file or a surface", "file", f"surface is {_known()}")
     if table.has("file"):
         surface, worn, notes = _from_file(table, materials, material, folder)
     else:
         form = meshes.TESSELLATIONS[table.text("surface", among=meshes.TESSELLATIONS)]
-        surface, notes = form(table.number("degrees", 10.0, FINEST if folder else FINEST_AFAR, COARSEST)), ()
+        surface, notes = form(table.number("degrees", 10.0, FINEST if folder else FINEST_UNTRUSTED, COARSEST)), ()
         worn = np.full(len(surface.faces), material, np.int32)
     if (count := len(surface.faces)) > MOST_TRIANGLES:
-        raise table.fault(f"{count:,} triangles are more than {MOST_TRIANGLES:,}", "file", "use a coarser mesh")
+        raise table.error(f"{count:,} triangles are more than {MOST_TRIANGLES:,}", "file", "use a coarser mesh")
     linear, shift = _transform(table)
     turned = surface.normals @ np.linalg.inv(linear)  # normals are turned by the inverse's transpose
     turned /= np.linalg.norm(turned, axis=1, keepdims=True)
@@ -70,7 +70,7 @@ def _transform(table: Table) -> tuple[Array, Array]:
     if table.has("matrix"):
         whole = np.array(table.rows("matrix", (3, 4), 4))
         if len(whole) == 4 and tuple(whole[3]) != (0.0, 0.0, 0.0, 1.0):
-            raise table.fault("the last row of matrix is not 0, 0, 0, 1", "matrix", "perspective belongs to the camera")
+            raise table.error("the last row of matrix is not 0, 0, 0, 1", "matrix", "perspective belongs to the camera")
         linear, shift = whole[:3, :3], whole[:3, 3]
     else:
         scale = table.value("scale", 1.0)
@@ -80,7 +80,7 @@ def _transform(table: Table) -> tuple[Array, Array]:
     stretches = np.linalg.svd(linear, compute_uv=False)
     if stretches[-1] <= _SINGULAR * stretches[0] or stretches[0] == 0:
         key = "matrix" if table.has("matrix") else "scale"
-        raise table.fault("the transform is singular: it flattens the mesh", key, "no factor may be 0")
+        raise table.error("the transform is singular: it flattens the mesh", key, "no factor may be 0")
     return linear, shift
 
 
@@ -101,11 +101,11 @@ def _from_file(
     """The surface of an OBJ, each face's material, and what is not drawn as the files say."""
     name = table.text("file")
     if folder is None:
-        raise table.fault("a scene from afar cannot name files", "file", f"use a surface: {_known()}")
+        raise table.error("a scene that was sent cannot name files", "file", f"use a surface: {_known()}")
     if "\0" in name:
-        raise table.fault("no file has such a name", "file", "give the path of an OBJ file")
+        raise table.error("no file has such a name", "file", "give the path of an OBJ file")
     path = folder / name
-    with table.blamed("file"):
+    with table.located("file"):
         obj = obj_files.load_obj(path)
         notes = tuple(f"{path}: {note}" for note in obj.surface.notes)
         if material is not None:

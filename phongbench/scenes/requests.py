@@ -19,8 +19,9 @@ from phongbench.scenes.render import TILE, Rendered, render
 from phongbench.scenes.scene import MOST_DEPTH, MOST_SUPERSAMPLING, MOST_TRIANGLES, Mesh, Scene
 from phongbench.scenes.scene_files import examples, read_scene, scene_of, wanted_size
 from phongbench.scenes.skips import SceneSkips
+from phongbench.shading.requests import read_formula
 from phongbench.shading.specular_term import EXACT, formula_for
-from phongbench.support.document_paths import Source
+from phongbench.support.document_paths import UNTRUSTED
 from phongbench.support.documents import Table
 
 #: what may be left out, by the word a request says
@@ -112,10 +113,8 @@ def render_request(document: Any, most_triangles: int = MOST_TRIANGLES) -> Rende
               an object of approximation, lambda, gamma, beta), model, skip ("all", "exact" or "none") and compare
     Raises InputError or UnknownNameError naming the path of the field, such as scene.objects[2].radius.
     """
-    if not isinstance(document, dict):
-        raise InputError("a request is an object", None, 'e.g. {"scene": "chequerboard"}')
-    top = Table(document, Source(afar=True))
-    specular, model = _specular(top), top.text("model", "phong", MODELS)
+    top = Table.of(document, UNTRUSTED, "render request")
+    specular, model = read_formula(top), top.text("model", "phong", MODELS)
     skips, compare = SKIPS[top.text("skip", "all", SKIPS)], top.flag("compare", False)
     scene = _with_settings(_scene(top, most_triangles), top)
     top.finish()
@@ -137,9 +136,9 @@ def _names() -> tuple[str, ...]:
 def _scene(top: Table, most_triangles: int) -> Scene:
     given = top.value("scene")
     if isinstance(given, dict):
-        return scene_of(given, "scene", Source(prefix=("scene",), afar=True), None, most_triangles)
+        return scene_of(top.table("scene"), "scene", None, most_triangles)
     if not isinstance(given, str):
-        raise top.fault(
+        raise top.error(
             "a scene is the name of a shipped one, or an object", "scene", f"shipped: {', '.join(_names())}"
         )
     return _shipped(top.text("scene", among=_names()))
@@ -158,24 +157,6 @@ def _with_settings(scene: Scene, top: Table) -> Scene:
             shadows=top.flag("shadows", wanted.shadows),
         ),
     )
-
-
-def _specular(top: Table) -> Formula:
-    if not top.has("specular"):
-        return EXACT
-    if isinstance(top.value("specular"), str):
-        with top.blamed("specular"):
-            return Formula.parse(top.text("specular"))
-    table = top.table("specular")
-    beta: Any = None
-    if table.has("beta"):
-        beta = table.text("beta") if isinstance(table.value("beta"), str) else table.number("beta", low=0.0)
-    name = table.text("approximation", "phong")
-    form = table.text("lambda") if table.has("lambda") else None
-    gamma = table.whole("gamma", low=1) if table.has("gamma") else None
-    table.finish()
-    with top.blamed("specular"):
-        return Formula.of(name, form, gamma, beta)
 
 
 def _check_formulas(asked: RenderRequest, given: Any) -> None:

@@ -1,10 +1,9 @@
 """From a document to a scene: what it may hold, and what cannot be drawn."""
 
 import math
-from collections.abc import Mapping
+from dataclasses import replace
 from importlib import resources
 from pathlib import Path
-from typing import Any
 
 from phongbench.errors import InputError, UnknownNameError
 from phongbench.formulas.formula import Formula, Registry
@@ -32,7 +31,6 @@ from phongbench.scenes.scene import (
 )
 from phongbench.shading.lighting import Light, Material
 from phongbench.shading.specular_term import EXACT, formula_for
-from phongbench.support.document_paths import Source
 from phongbench.support.documents import Table, load
 
 #: brightest that a light's colour times its intensity may be
@@ -57,45 +55,41 @@ def read_scene(name: str | Path, registry: Registry = REGISTRY) -> Scene:
     """
     path = Path(name)
     if path.suffix.lower() in (".toml", ".json"):
-        data, source = load(path)
-        return scene_of(data, path.stem, source, path.parent, registry=registry)
+        return scene_of(load(path, "scene"), path.stem, path.parent, registry=registry)
     if str(name) not in examples():
         problem = UnknownNameError("scene", name, examples())
         problem.fix = f"{problem.fix}; or give a file whose name ends in .toml or .json"
         raise problem
     with resources.as_file(resources.files(__package__) / "examples" / f"{name}.toml") as shipped:
-        data, source = load(shipped)
-        return scene_of(data, str(name), Source(f"{name}.toml", source.text), shipped.parent)
+        top = load(shipped, "scene")
+        return scene_of(replace(top, source=replace(top.source, name=f"{name}.toml")), str(name), shipped.parent)
 
 
 def scene_of(
-    data: Mapping[str, Any],
+    top: Table,
     name: str,
-    source: Source | None = None,
     folder: Path | None = None,
     most_triangles: int = MOST_TRIANGLES,
     registry: Registry = REGISTRY,
 ) -> Scene:
-    """A scene from a document's data.
+    """A scene from a document.
 
-    source          where the data came from; None for data that is no file's
-    folder          where its mesh files lie; None forbids files: a document from afar names none
+    folder          where its mesh files lie; None forbids files: an untrusted document names none
     most_triangles  of all its meshes; what goes beyond is refused as soon as it is made
     registry        the approximations that its materials may name
     """
-    top = Table(data, source or Source())
     materials, palette = _materials(top.named("materials"), registry)
     found: list[Object] = []
-    for table in top.tables("objects", MOST_OBJECTS):
+    for table in top.tables("objects", [], MOST_OBJECTS):
         found += _object(table, materials, palette, folder)
         table.finish()
         most_triangles -= sum(len(thing.faces) for thing in found[-1:] if isinstance(thing, Mesh))
         if most_triangles < 0:
-            raise table.fault("with this mesh the scene has too many triangles", None, "use fewer or coarser meshes")
+            raise table.error("with this mesh the scene has too many triangles", None, "use fewer or coarser meshes")
     if not found:
-        raise top.fault("a scene needs an object", "objects", "add: [[objects]]")
-    lights = tuple(_light(table) for table in top.tables("lights", MOST_LIGHTS))
-    camera = _camera(top.table("camera"))
+        raise top.error("a scene needs an object", "objects", "add: [[objects]]")
+    lights = tuple(_light(table) for table in top.tables("lights", [], MOST_LIGHTS))
+    camera = _camera(top.table("camera", {}))
     scene = Scene(
         name,
         camera,
@@ -104,10 +98,10 @@ def scene_of(
         lights,
         top.colour("ambient_light", (0.1, 0.1, 0.1)),
         top.colour("background", (0.0, 0.0, 0.0), BRIGHTEST),
-        _picture(top.table("picture")),
+        _picture(top.table("picture", {})),
     )
     top.finish()
-    with top.table("camera").blamed("position"):
+    with top.table("camera", {}).located("position"):
         check_camera(scene)
     return scene
 
@@ -124,14 +118,14 @@ def wanted_size(table: Table, default: tuple[int, int]) -> tuple[int, int]:
     """The `size` of a table, if a picture may have it."""
     width, height = table.numbers("size", 2, default, 1, MOST_PIXELS)
     if width % 1 or height % 1:
-        raise table.fault("a size is two whole numbers", "size", "write [width, height]")
-    with table.blamed("size"):
+        raise table.error("a size is two whole numbers", "size", "write [width, height]")
+    with table.located("size"):
         return check_size(int(width), int(height))
 
 
 def _camera(table: Table) -> Camera:
     if not table.data:
-        raise table.fault("position and target of the camera are missing", None, "add: [camera]")
+        raise table.error("position and target of the camera are missing", None, "add: [camera]")
     position, target = table.vector("position"), table.vector("target")
     camera = Camera(
         position, target, table.direction("up", (0.0, 1.0, 0.0)), table.number("field_of_view", 45.0, 1, 170)
@@ -140,9 +134,9 @@ def _camera(table: Table) -> Camera:
     view = [t - p for t, p in zip(target, position, strict=True)]
     length = math.hypot(*view)
     if length < 1e-6:
-        raise table.fault("the camera looks at itself", "target", "position and target must differ")
+        raise table.error("the camera looks at itself", "target", "position and target must differ")
     if abs(sum(v * u for v, u in zip(view, camera.up, strict=True))) > (1 - 1e-6) * length:
-        raise table.fault("the camera looks along up", "up" if table.has("up") else "target", "choose another up")
+        raise table.error("the camera looks along up", "up" if table.has("up") else "target", "choose another up")
     return camera
 
 
@@ -163,16 +157,16 @@ def _light(table: Table) -> Light:
     intensity = table.number("intensity", 1.0, 0.0, BRIGHTEST)
     diffuse, specular = (tuple(intensity * c for c in of) for of in (colour, highlight))
     if table.has("direction") == table.has("position"):
-        raise table.fault("a light has either a direction or a position", "position", "remove one, or add one")
+        raise table.error("a light has either a direction or a position", "position", "remove one, or add one")
     if table.has("direction"):
         for key in ("attenuation", "reach"):
             if table.has(key):
-                raise table.fault(f"a light from everywhere far away has no {key}", key, "give it a position")
+                raise table.error(f"a light from everywhere far away has no {key}", key, "give it a position")
         light = Light(direction=table.direction("direction"), diffuse=diffuse, specular=specular)
     else:
         reach = table.number("reach", None, 1e-6) if table.has("reach") else None
         position, attenuation = table.vector("position"), table.numbers("attenuation", 3, (1.0, 0.0, 0.0), 0.0)
-        with table.blamed("attenuation"):
+        with table.located("attenuation"):
             light = Light(position=position, attenuation=attenuation, reach=reach, diffuse=diffuse, specular=specular)
     table.finish()
     return light
@@ -199,7 +193,7 @@ def _material(name: str, table: Table, registry: Registry) -> SurfaceMaterial:
     specular = None
     if table.has("approximation"):
         text = table.text("approximation")
-        with table.blamed("approximation"):
+        with table.located("approximation"):
             specular = Formula.parse(text, registry)
     reflection = Material(
         table.colour("ambient", base.ambient),
@@ -208,7 +202,7 @@ def _material(name: str, table: Table, registry: Registry) -> SurfaceMaterial:
         table.number("shininess", base.shininess, 0.0, 1e5),
     )
     if max(reflection.specular) > 0 and reflection.shininess == 0:
-        raise table.fault("a highlight needs a shininess", "specular", "add e.g.: shininess = 50")
+        raise table.error("a highlight needs a shininess", "specular", "add e.g.: shininess = 50")
     made = SurfaceMaterial(name, reflection, table.number("reflectivity", 0.0, 0.0, 1.0), specular)
     _check_formula(made, table, registry)
     return made
@@ -216,20 +210,18 @@ def _material(name: str, table: Table, registry: Registry) -> SurfaceMaterial:
 
 def _check_formula(material: SurfaceMaterial, table: Table, registry: Registry) -> None:
     """Raise InputError, naming the line, for a formula that is unknown or does not take the material's shininess."""
-    try:
-        formula_for(material.specular or EXACT, material.reflection, registry=registry)
-    except InputError as problem:
-        key = "shininess" if problem.where == "material.shininess" else "approximation"
-        if (problem.where or "").startswith(("material.", "specular.")):
-            problem.where = None  # its place is the line
-        with table.blamed(key):
-            raise problem
+    with table.located():
+        try:
+            formula_for(material.specular or EXACT, material.reflection, registry=registry)
+        except InputError as problem:
+            problem.where = "shininess" if problem.where == "material.shininess" else "approximation"
+            raise
 
 
 def _chequerboard(table: Table, palette: Palette) -> Chequerboard:
-    names = table.value("chequerboard")
-    if not isinstance(names, list) or len(names) != 2 or not all(isinstance(name, str) for name in names):
-        raise table.fault("a chequerboard has two materials", "chequerboard", 'write ["white", "black"]')
+    names = table.members("chequerboard")
+    if len(names) != 2 or not all(isinstance(name, str) for name in names):
+        raise table.error("a chequerboard has two materials", "chequerboard", 'write ["white", "black"]')
     known = {name: index for name, index in palette.items() if isinstance(index, int)}
     for name in names:
         if name not in known:
@@ -242,7 +234,7 @@ def _object(table: Table, materials: list[SurfaceMaterial], palette: Palette, fo
     if shape == "mesh":
         material = _plain(table, palette) if table.has("material") or not table.has("file") else None
         return [mesh_objects.read_mesh(table, materials, material, folder)]
-    name = _asked(table, palette)
+    name = _named(table, palette)
     if shape == "sphere":
         return [Sphere(table.vector("centre"), table.number("radius", None, 1e-6), _plain(table, palette))]
     chosen = palette[name]
@@ -252,7 +244,7 @@ def _object(table: Table, materials: list[SurfaceMaterial], palette: Palette, fo
     return [Plane(point, normal, chosen)]
 
 
-def _asked(table: Table, palette: Palette) -> str:
+def _named(table: Table, palette: Palette) -> str:
     name = table.text("material")
     if name not in palette:
         raise table.unknown("material", name, palette, "material")
@@ -260,7 +252,7 @@ def _asked(table: Table, palette: Palette) -> str:
 
 
 def _plain(table: Table, palette: Palette) -> int:
-    chosen = palette[_asked(table, palette)]
+    chosen = palette[_named(table, palette)]
     if isinstance(chosen, Chequerboard):
-        raise table.fault("only a plane wears a chequerboard", "material", "name a plain material")
+        raise table.error("only a plane wears a chequerboard", "material", "name a plain material")
     return chosen

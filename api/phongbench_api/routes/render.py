@@ -15,7 +15,7 @@ from phongbench.formulas.registry import REGISTRY
 from phongbench.formulas.spec import GAMMA
 from phongbench.inputs import meshes
 from phongbench.scenes import images, scene
-from phongbench.scenes.mesh_objects import COARSEST, FINEST_AFAR, SMOOTH
+from phongbench.scenes.mesh_objects import COARSEST, FINEST_UNTRUSTED, SMOOTH
 from phongbench.scenes.requests import SKIPS, Drawn, RenderRequest, render_request
 from phongbench.scenes.scene_files import BRIGHTEST, examples
 from phongbench.support.documents import LARGEST
@@ -109,7 +109,7 @@ _MESH = object_schema(
     {
         "shape": _named("mesh"),
         "surface": _named(*meshes.TESSELLATIONS),
-        "degrees": _number(FINEST_AFAR, COARSEST),
+        "degrees": _number(FINEST_UNTRUSTED, COARSEST),
         "material": _TEXT,
         "matrix": _MATRIX,
         "scale": {"anyOf": [_number(), _THREE]},

@@ -14,6 +14,7 @@ from phongbench.formulas.registry import REGISTRY
 from phongbench.formulas.spec import ALPHA, GAMMA
 from phongbench.shading.requests import ShadingRequest, shading_request
 from phongbench.shading.shade import Shaded
+from phongbench.support.document_paths import UNTRUSTED
 from phongbench_api.http import arrays, media, multipart
 from phongbench_api.http.openapi import described, object_schema
 from phongbench_api.http.problems import Cancelled, TooLargeError, request_errors
@@ -164,7 +165,7 @@ async def _read(request: Request, here: Service) -> Shading:
     else:
         document, vectors = _parts(body, request.headers["content-type"], settings.max_json)
     with request_errors():
-        shading = shading_request(document, vectors)
+        shading = shading_request(document, vectors, source=UNTRUSTED)
     request_bodies.check_count(len(shading.points), "points", media_type, settings)
     if len(shading.arguments["lights"]) > settings.max_lights:
         raise TooLargeError(f"more than {settings.max_lights} lights", "lights", "ask for some of them at a time")

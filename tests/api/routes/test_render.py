@@ -268,7 +268,7 @@ def test_a_scene_that_is_sent_reads_no_file(client: TestClient, file: str) -> No
     scene = deepcopy(MINE)
     scene["objects"][2] = {"shape": "mesh", "file": file}
     (told,) = refused(ask(client, scene))["errors"]
-    assert told == {"field": "scene.objects[2].file", "detail": "a scene from afar cannot name files", "index": 2}
+    assert told == {"field": "scene.objects[2].file", "detail": "a scene that was sent cannot name files", "index": 2}
 
 
 def test_a_picture_brighter_than_any_number_is_white_and_has_no_error(client: TestClient) -> None:

@@ -12,6 +12,7 @@ from phongbench.errors import InputError
 from phongbench.scenes.scene import Mesh, Plane, Scene, Sphere
 from phongbench.scenes.scene_files import examples, read_scene, scene_of
 from phongbench.support.document_paths import line_of
+from phongbench.support.documents import Table
 
 Written = Callable[[str], Scene]
 
@@ -58,7 +59,7 @@ def test_json_says_the_same_as_toml(small: str, written: Written, tmp_path: Path
 # what is replaced in the small scene, by what, the line that is to blame (relative to the replaced text), and a word of
 # the message
 WRONG = [
-    ("radius = 0.8", "radus = 0.8", -3, "radius is missing"),
+    ("radius = 0.8", "radus = 0.8", -3, "radius is missing\ndid you mean it by radus?"),
     ("radius = 0.8", "radius = 0.8\ncolour = 3", 1, "colour"),
     ("radius = 0.8", "radius = -1", 0, "outside"),
     ("radius = 0.8", "radius = nan", 0, "outside"),
@@ -70,7 +71,7 @@ WRONG = [
     ("shininess = 20", "shininess = 0", -1, "shininess"),
     ("shininess = 20", "shininess = 1e9", 0, "outside"),
     ("reflectivity = 0.6", "reflectivity = 1.5", 0, "outside"),
-    ("reflectivity = 0.6", 'approximation = "lyon:dot:8:9"', 0, "three parts"),
+    ("reflectivity = 0.6", 'approximation = "lyon:dot:8:9:9"', 0, "more parts than lyon takes"),
     ("size = [48, 32]", "size = [100000, 100000]", 0, "pixels"),
     ("size = [48, 32]", "size = [48]", 0, "list of 2"),
     ("depth = 2", "depth = 1000", 0, "whole number"),
@@ -93,7 +94,7 @@ WRONG = [
     ("shininess = 20", 'shininess = 20\napproximation = "lyon:dot"', 1, "lyon needs a gamma"),
     ("shininess = 20", 'shininess = 20.5\napproximation = "integer-power"', 0, "does not take"),
     ("shininess = 20", "shininess = 20\napproximation = 8", 1, "approximation: approximation = 8 is not a string"),
-    ("position = [1.0, 2.0, 2.0]", "position = [inf, 2.0, 2.0]", 0, "lights[1].position: position[0] = Infinity"),
+    ("position = [1.0, 2.0, 2.0]", "position = [inf, 2.0, 2.0]", 0, "lights[1].position[0]: position[0] = Infinity"),
     ("size = [48, 32]", "size = [48.5, 32]", 0, "two whole numbers"),
     ("size = [48, 32]", "size = [-48, 32]", 0, "outside"),
 ]
@@ -124,8 +125,12 @@ MESH_WRONG = [
     ("degrees = 40", "scale = [1, 1, 0]", "singular"),
     ("degrees = 40", "matrix = [[1, 0, 0, 0], [2, 0, 0, 0], [0, 0, 1, 0]]", "singular"),
     ("degrees = 40", "matrix = [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 1, 1]]", "last row"),
-    ("degrees = 40", "matrix = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]", ".matrix: matrix[0] = [1, 0, 0] is not a list of 4"),
-    ("degrees = 40", "matrix = [[1, 0, 0, 0], [0, nan, 0, 0], [0, 0, 1, 0]]", ".matrix: matrix[1][1] = NaN"),
+    (
+        "degrees = 40",
+        "matrix = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]",
+        ".matrix[0]: matrix[0] = [1, 0, 0] is not",
+    ),
+    ("degrees = 40", "matrix = [[1, 0, 0, 0], [0, nan, 0, 0], [0, 0, 1, 0]]", ".matrix[1][1]: matrix[1][1] = NaN"),
     ('surface = "icosphere"', 'file = "a\\u0000b"', "no file has such a name"),
     ('surface = "icosphere"', 'file = "."', "Is a directory"),
     ("degrees = 40", 'smooth = "very"', "unknown smooth"),
@@ -194,7 +199,7 @@ def test_a_mesh_without_faces_is_refused(small: str, written: Written, tmp_path:
 def test_a_document_from_afar_names_no_files(small: str) -> None:
     data = tomllib.loads(small + MESH.replace('surface = "icosphere"', 'file = "secret.obj"'))
     with pytest.raises(InputError, match="cannot name files") as refused:
-        scene_of(data, "posted")
+        scene_of(Table(data), "posted")
     assert refused.value.where == "objects[2].file"
 
 
