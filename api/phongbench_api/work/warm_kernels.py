@@ -172,7 +172,7 @@ def shading_key(request: ShadingRequest) -> object:
     arguments = request.arguments
     kinds = frozenset(light.direction is None for light in arguments["lights"])
     specular, viewer = arguments["specular"], arguments["viewer"].direction is None
-    name = (specular.approximation, specular.lambda_form, specular.gamma, type(specular.beta) is float)
+    name = (specular.approximation, specular.lambda_form, specular.gamma, isinstance(specular.slope, float))
     exponent = arguments["material"].highlight_exponent if specular.approximation in _COMPILED_EXPONENTS else None
     return (name, exponent, arguments["model"], request.points.dtype.str, kinds, viewer)
 
