@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from phongbench.compiler.precisions import Array
 from phongbench.errors import InputError
-from phongbench.face.highlight import chosen, computed_in, numbers
+from phongbench.face.highlight import computed_in, formula_of, numbers
 from phongbench.formulas.formula import Formula, Specular
 from phongbench.formulas.spec import Approximation
 from phongbench.scenes import images
@@ -70,7 +70,7 @@ def shade(
     ...          viewer={"direction": [0, 0, 1]}, specular="lyon:dot:8")
     array([[1.5, 1.5, 1.5]])
     """
-    formula, registry = chosen(specular, own)
+    formula, registry = formula_of(specular, own)
     given = {"approximation": formula.approximation, "lambda": formula.lambda_form, "gamma": formula.gamma}
     document = {"material": material, "lights": lights, "viewer": viewer, "specular": given | {"beta": formula.slope}}
     vectors = numbers("points", points), numbers("normals", normals)
@@ -99,7 +99,7 @@ def render(
     >>> pb.render("chequerboard", size=(32, 18)).array.shape
     (18, 32, 3)
     """
-    formula, registry = chosen(specular, own)
+    formula, registry = formula_of(specular, own)
     slope = None if formula.slope == "none" else formula.slope
     done = draw(
         read_scene(scene, registry),
