@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from phongbench.compiler.precisions import Array
 from phongbench.errors import InputError
 from phongbench.face.highlight import computed_in, formula_of, numbers
-from phongbench.formulas.formula import Formula, Specular
+from phongbench.formulas.formula import Formula
 from phongbench.formulas.spec import Approximation
 from phongbench.scenes import images
 from phongbench.scenes.render import render as draw
@@ -100,15 +100,7 @@ def render(
     (18, 32, 3)
     """
     formula, registry = formula_of(specular, own)
-    slope = None if formula.slope == "none" else formula.slope
-    done = draw(
-        read_scene(scene, registry),
-        specular=Specular(formula.approximation, formula.lambda_form, formula.gamma, slope),
-        size=size,
-        threads=threads,
-        registry=registry,
-        **more,
-    )
+    done = draw(read_scene(scene, registry), specular=formula, size=size, threads=threads, registry=registry, **more)
     return Picture(done.picture, pd.DataFrame([line.as_dict() for line in done.ledger]), done.seconds)
 
 
