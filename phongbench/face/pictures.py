@@ -1,7 +1,7 @@
 """The reflection model over points and lights, and ray-traced pictures of scenes."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -71,12 +71,11 @@ def shade(
     array([[1.5, 1.5, 1.5]])
     """
     formula, registry = formula_of(specular, own)
-    given = {"approximation": formula.approximation, "lambda": formula.lambda_form, "gamma": formula.gamma}
-    document = {"material": material, "lights": lights, "viewer": viewer, "specular": given | {"beta": formula.slope}}
+    document = _plain({"material": material, "lights": lights, "viewer": viewer} | more)
     vectors = numbers("points", points), numbers("normals", normals)
     dtype = computed_in(*vectors).dtype
-    request = shading_request(_plain(document | more), (vectors[0].astype(dtype), vectors[1].astype(dtype)), registry)
-    return request.shade(threads=threads).colours
+    request = shading_request(document, (vectors[0].astype(dtype), vectors[1].astype(dtype)), registry)
+    return replace(request, arguments={**request.arguments, "specular": formula}).shade(threads=threads).colours
 
 
 def render(
