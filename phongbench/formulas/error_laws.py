@@ -5,8 +5,8 @@ gamma = 2**n the exponent an approximation is evaluated with, beta its slope. An
 the law gives its extreme over lambda in [0, 1]: positive where the approximation is too dark. Every function takes
 floats or arrays (they broadcast) and returns a float64 array of the broadcast shape, or a float for floats.
 
-Each law states where it holds and how closely; `tests/phongbench/test_laws.py` holds it to that on a dense float64
-grid. They are model laws: formulas in exact arithmetic. float32 rounding adds at most about alpha * 2**-25.
+Each law states where it holds and how closely; `test_error_laws.py` holds it to that on a dense float64 grid.
+They are model laws: formulas in exact arithmetic. float32 rounding adds at most about alpha * 2**-25.
 
 Source  all follow from Lyon's form, Apple Technical Report 43 (1993), by expansion in 1/gamma and 1/alpha; the numeric
         constants are fits to the dense grid of the tests.
@@ -96,49 +96,14 @@ def gaussian_classic(alpha: Numbers) -> Numbers:
 
 
 def minimax_offset(exponent: Numbers) -> Numbers:
-    """c(n) of the minimax slope: how far it shifts an exponent before the quotient is taken; see `minimax_beta`.
+    """Law 5: c(n) of the slope with the smallest largest error, (alpha + c(alpha)) / (gamma + c(gamma)); `dot` form.
 
-    exponent  float >= 2   n: alpha or gamma
+    exponent  float >= 2   n: alpha >= 10, or gamma
     returns   float        0.6626 + 0.268/n
-    """
-    return 0.6626 + 0.268 / exponent
-
-
-def minimax_beta(alpha: Numbers, gamma: Numbers) -> Numbers:
-    """Law 5: slope with the smallest largest error; `dot` form.
-
-    alpha    float >= 10   exact exponent
-    gamma    float >= 2    exponent of the approximation
-    returns  float > 0     (alpha + c(alpha)) / (gamma + c(gamma))
 
     Tolerance  of the slope against the numeric optimum: 1e-4 for gamma >= 8, 1e-3 at 4, 6e-3 at 2.
     """
-    return (alpha + minimax_offset(alpha)) / (gamma + minimax_offset(gamma))
-
-
-def energy_beta(alpha: Numbers, gamma: Numbers) -> Numbers:
-    """Slope that keeps the integral of the lobe over directions; `dot` form, unit vectors.
-
-    alpha    float > 0    exact exponent
-    gamma    float >= 1   exponent of the approximation
-    returns  float > 0    (alpha + 1) / (gamma + 1); exact while it is >= 1, where the lobe ends before 90 degrees
-    """
-    return (alpha + 1.0) / (gamma + 1.0)
-
-
-def smallest_gamma(alpha: float, max_error: float, *, limit: int = 256) -> int | None:
-    """Law 4: smallest power of two whose law-1 error is within `max_error`, or None up to `limit`.
-
-    alpha      float >= 5   exact exponent
-    max_error  float > 0    absolute budget, 1/255 for one 8-bit code
-    limit      int          largest gamma tried; the error grows again beyond gamma = alpha
-    """
-    gamma = 2
-    while gamma <= limit:
-        if abs(float(lyon_taylor_dot(alpha, float(gamma)))) <= max_error:
-            return gamma
-        gamma *= 2
-    return None
+    return 0.6626 + 0.268 / exponent
 
 
 def dot_peak(alpha: Numbers, gamma: Numbers, e: Numbers, d: Numbers) -> Numbers:
@@ -152,19 +117,6 @@ def dot_peak(alpha: Numbers, gamma: Numbers, e: Numbers, d: Numbers) -> Numbers:
     """
     excess = (1.0 + e) * (1.0 + d) - 1.0
     return np.maximum(0.0, 1.0 + alpha / gamma * excess) ** gamma
-
-
-def difference_peak(alpha: Numbers, gamma: Numbers, e: Numbers, d: Numbers) -> Numbers:
-    """Law 8: value at a = b, `difference` form: max(0, 1 - beta (e - d)^2/2)^gamma; exact, never above 1.
-
-    Arguments as for `dot_peak`.
-    """
-    return np.maximum(0.0, 1.0 - alpha / gamma * 0.5 * (e - d) ** 2) ** gamma
-
-
-def cross_peak(alpha: Numbers, gamma: Numbers, e: Numbers, d: Numbers) -> Numbers:
-    """Law 8: value at a = b, `cross` form: 1 whatever the lengths; exact. Arguments as for `dot_peak`."""
-    return 1.0 + 0.0 * (alpha + gamma + e + d)
 
 
 def dot_length_change(alpha: Numbers, e: Numbers, d: Numbers) -> Numbers:
@@ -204,31 +156,6 @@ def cross_length_change(alpha: Numbers, e: Numbers, d: Numbers) -> Numbers:
     """
     scale = ((1.0 + e) * (1.0 + d)) ** 2
     return np.abs(scale - 1.0) / math.e + 0.0 * alpha
-
-
-def cut_kink(alpha: float, gamma: int, beta: float, step: float) -> float:
-    """Second difference of Lyon's lobe at its cut over step^2, as a share of exact Phong's largest; reflect, dot.
-
-    alpha    float > 1   exact exponent; its largest second derivative over the angle is alpha, at the peak
-    gamma    int >= 1    exponent of the approximation
-    beta     float > 1/2 slope; the cut lies at cos(c) = 1 - 1/beta
-    step     float > 0   radians, below c
-    returns  float       (beta (cos(c - step) - cos(c)))^gamma / (alpha step^2), to leading order
-                         (beta sin(c))^gamma step^(gamma - 2) / alpha with (beta sin(c))^2 = 2 beta - 1
-
-    So it grows without bound as steps shrink for gamma = 1 (a kink: the slope jumps), stays at 1 - 1/alpha for
-    gamma = 2 and the Taylor slope (the curvature jumps: a Mach band), and vanishes like step^(gamma - 2) from 4 on.
-    """
-    cut = math.acos(1.0 - 1.0 / beta)
-    return float((beta * (math.cos(cut - step) - math.cos(cut))) ** gamma / step**2 / alpha)
-
-
-def difference_turns_quadratic(alpha: Numbers) -> Numbers:
-    """Length error of one vector, 2/(e alpha) = 0.736/alpha, from which `difference` errs most at the peak.
-
-    Below it the change is linear in the length error, above it quadratic.
-    """
-    return 2.0 / math.e / alpha
 
 
 def length_crossover(alpha: Numbers) -> Numbers:

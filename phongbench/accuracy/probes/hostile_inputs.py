@@ -26,7 +26,6 @@ from phongbench.formulas.spec import ALPHA, Approximation, Setting
 from phongbench.inputs.plan import Cell, Plan
 from phongbench.results.schema import BEHAVIOUR_COLUMNS
 
-OUTCOMES = ("value", "saturates", "nan", "infinite", "above-one", "negative", "refused")
 #: the setting that cells are chosen near
 USUAL = Setting(50.0, 8)
 #: exponents that no range allows, or its end

@@ -27,6 +27,7 @@ import numpy as np
 import pandas as pd
 
 from phongbench.accuracy import tables
+from phongbench.accuracy.coordinates import coordinate_row
 from phongbench.accuracy.probes.consistency import VECTORS
 from phongbench.accuracy.probes.exhaustive import COSINES, exponents
 from phongbench.accuracy.probes.probe import ProbeContext
@@ -34,9 +35,8 @@ from phongbench.compiler import jit
 from phongbench.compiler.lowering import FLOAT32, FLOAT64, precision_named
 from phongbench.compiler.precisions import Array
 from phongbench.formulas import coordinate_kernels
-from phongbench.formulas.coordinate_kernels import coordinates_at, values_at
+from phongbench.formulas.coordinate_kernels import COORDINATE_ROWS, COSINE_ROW, coordinates_at, values_at
 from phongbench.formulas.exact import truth_at, truth_kernel
-from phongbench.formulas.kernel import coefficient_row, known_values, table_row
 from phongbench.inputs.pairs import hold
 from phongbench.inputs.plan import Cell, Plan
 from phongbench.results.schema import ACCURACY_COLUMNS, WORST_COLUMNS
@@ -147,19 +147,15 @@ class _Cell:
 
     def __init__(self, context: ProbeContext, position: int) -> None:
         cell = context.sweep.cells[position]
-        self.spec, self.setting = context.registry[cell.approximation], cell.setting
-        self.precision = precision_named(cell.precision)
+        self.precision, self.exponent = precision_named(cell.precision), cell.setting.exponent
+        self.kernel, self.row = context.sweep.kernels(position)[0], coordinate_row(cell)
         loops = (
             coordinate_kernels.coordinates_kernel(self.precision),
             coordinate_kernels.coordinates_kernel(FLOAT64),
-            truth_kernel(self.setting.space == "half", both=False),
-            coordinate_kernels.values_kernel(self.spec, self.precision, known_values(self.spec, self.setting)),
+            truth_kernel(cell.formula.space == "half", both=False),
         )
-        self.addresses = np.array([jit.address(loop) for loop in loops])
-        self.alpha = np.array([self.setting.alpha])
-        self.row = coefficient_row(self.spec, self.setting, self.precision)
-        self.table = table_row(self.spec, self.setting, self.precision)
-        self.form = coordinate_kernels.FORM_ROW.get(cell.lambda_form, coordinate_kernels.COSINE_ROW)
+        self.addresses = np.array([*(jit.address(loop) for loop in loops), self.kernel.address])
+        self.alpha = np.array([cell.alpha])
         self.best = np.full(9, -1.0)
         self.evaluations = 0
 
@@ -168,9 +164,8 @@ class _Cell:
         held = np.ascontiguousarray(pairs.T, dtype=self.precision.carrier)
         hold(self.precision, held)
         out = np.empty((3, len(pairs)))
-        _errors(
-            self.addresses, self.alpha, self.row, self.table, self.form, self.precision.eps, held[:3], held[3:], out
-        )
+        row, table = self.kernel.coefficients, self.kernel.table
+        _errors(self.addresses, self.alpha, row, table, self.row, self.precision.eps, held[:3], held[3:], out)
         self.evaluations += len(pairs)
         worst = int(np.argmax(out[0]))
         if out[0, worst] > self.best[0]:
@@ -202,13 +197,13 @@ def _boxes(cell: _Cell, place: Array | None, random: Array) -> tuple[Array, Arra
     for level in random:
         points = np.repeat(middles, POINTS, axis=1) + width * (2 * level - 1)
         points = np.clip(points, 0.0, 1.0)
-        errors = cell.errors(_pairs(points, cell.setting.exponent))
+        errors = cell.errors(_pairs(points, cell.exponent))
         each = errors.reshape(BOXES, POINTS)
         best_two = (np.argpartition(-each, 1, axis=1)[:, :2] + POINTS * np.arange(BOXES)[:, None]).ravel()
         middles = points[:, best_two[np.argsort(-errors[best_two], kind="stable")[:BOXES]]]
         width = width / 2
     best = np.argsort(-errors, kind="stable")[:LEAVES]
-    return points[:, best[0]], _pairs(points[:, best], cell.setting.exponent)
+    return points[:, best[0]], _pairs(points[:, best], cell.exponent)
 
 
 def _leaves(cell: _Cell, pairs: Array) -> None:
@@ -250,19 +245,17 @@ def _pairs(points: Array, exponent: float) -> Array:
     return np.stack([ax, ay, height, bx, by, (1 - deficit) * height - along * radius], axis=1)
 
 
+# nine arguments, for compiled code takes no objects
 @jit.driver
 def _errors(
     addresses: Any, alpha: Any, coefficients: Any, table: Any, form: int, eps: float, a: Any, b: Any, out: Any
 ) -> None:
     """Fill the rows of `out`: |value - exact| or -1, exact, value."""
     n = a.shape[1]
-    held, unit = (
-        np.empty((coordinate_kernels.COORDINATE_ROWS, n), a.dtype),
-        np.empty((coordinate_kernels.COORDINATE_ROWS, n)),
-    )
+    held, unit = np.empty((COORDINATE_ROWS, n), a.dtype), np.empty((COORDINATE_ROWS, n))
     a64, b64, values = np.empty((3, n)), np.empty((3, n)), np.empty(n, a.dtype)
     coordinates_at(addresses[0], a)(a, b, held)
-    values_at(addresses[3], held)(held[form], held[coordinate_kernels.COSINE_ROW], coefficients, table, values)
+    values_at(addresses[3], held)(held[form], held[COSINE_ROW], coefficients, table, values)
     for i in range(n):
         length_a = np.sqrt(np.float64(a[0, i]) ** 2 + np.float64(a[1, i]) ** 2 + np.float64(a[2, i]) ** 2)
         length_b = np.sqrt(np.float64(b[0, i]) ** 2 + np.float64(b[1, i]) ** 2 + np.float64(b[2, i]) ** 2)

@@ -15,6 +15,7 @@ import numpy as np
 import pandas as pd
 
 from phongbench.accuracy import tables
+from phongbench.accuracy.coordinates import coordinate_row
 from phongbench.accuracy.probes import single_cells
 from phongbench.accuracy.probes.probe import ProbeContext
 from phongbench.compiler.lowering import FLOAT64, Precision, precision_named
@@ -113,7 +114,7 @@ def measure(context: ProbeContext) -> Mapping[str, pd.DataFrame]:
         if key not in edges:  # the same in every precision
             edges[key] = kink(spec, cell)
         values = single_cells.values(spec, cell, block)
-        found.append((*rises(values), *edges[key], *strained(precision, single_cells.coordinate(cell, block), values)))
+        found.append((*rises(values), *edges[key], *strained(precision, block[coordinate_row(cell)], values)))
         context.advance(1 / len(chosen))
     circle.cache_clear()
     table = pd.DataFrame(found, columns=list(SMOOTHNESS_COLUMNS[-6:]))

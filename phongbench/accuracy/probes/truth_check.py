@@ -20,7 +20,7 @@ from phongbench.accuracy.probes.exhaustive import COSINES
 from phongbench.accuracy.probes.probe import ProbeContext
 from phongbench.accuracy.sweep import exact_values
 from phongbench.formulas.exact import TRUTHS, angle_error, given_error, phong_of_angle, phong_of_cosine, product
-from phongbench.inputs.pairs import HOSTILE_PAIRS, pairs
+from phongbench.inputs.pairs import HOSTILE_PAIRS
 from phongbench.inputs.plan import Plan
 
 #: random pairs, in so many draws from random batches
@@ -117,15 +117,7 @@ def _random(context: ProbeContext) -> Iterator[Value]:
         alpha = sweep.cells[batch.cells[random.integers(len(batch.cells))]].alpha
         last = HOSTILE_PAIRS if batch.stratum.name == "hostile" else 1 << 40
         start, half = int(random.integers(last - RANDOM // DRAWS)), batch.space == "half"
-        a, b = pairs(
-            batch.stratum,
-            batch.precision,
-            seed=context.plan.seed,
-            start=start,
-            count=RANDOM // DRAWS,
-            scale=batch.scale,
-            half_space=half,
-        )
+        a, b = batch.pairs(context.plan.seed, start, RANDOM // DRAWS)
         exact = exact_values(batch, alpha, a, b)
         what = f"{batch.stratum.name} pair in {batch.precision.name}, alpha {alpha:g}"
         for row, kind in enumerate(TRUTHS[: batch.truths]):
