@@ -25,35 +25,35 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     service: Service = app.state.service
     async with anyio.create_task_group() as group:
         group.start_soon(anyio.to_thread.run_sync, service.warm_up)
-        with _heard(service):
+        with _draining_on_signals(service):
             yield
-        service.office.draining = True
+        service.admission.draining = True
     service.cool_down()
 
 
 @contextmanager
-def _heard(service: Service) -> Iterator[None]:
+def _draining_on_signals(service: Service) -> Iterator[None]:
     """While it lasts, SIGTERM and SIGINT turn `/readyz` to 503 at once and reach the server after `drain_seconds`."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
     loop, before = asyncio.get_running_loop(), {s: signal.getsignal(s) for s in (signal.SIGTERM, signal.SIGINT)}
 
-    def heard(number: int, frame: FrameType | None) -> None:
-        service.office.draining = True
-        then = before[signal.Signals(number)]
-        if callable(then) and not service.settings.drain_seconds:
-            then(number, frame)
-        elif callable(then):
-            loop.call_later(service.settings.drain_seconds, then, number, frame)
+    def drain(number: int, frame: FrameType | None) -> None:
+        service.admission.draining = True
+        handler = before[signal.Signals(number)]
+        if callable(handler) and not service.settings.drain_seconds:
+            handler(number, frame)
+        elif callable(handler):
+            loop.call_later(service.settings.drain_seconds, handler, number, frame)
 
     for number in before:
-        signal.signal(number, heard)
+        signal.signal(number, drain)
     try:
         yield
     finally:
-        for number, then in before.items():
-            signal.signal(number, then)
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
 def create_app(settings: Settings | None = None) -> FastAPI:

@@ -1,4 +1,4 @@
-"""What a request may ask, as models: names, bounds and examples come from the registry, and go into the OpenAPI."""
+"""Parameters of requests as models: names, bounds and examples come from the registry, and go into the OpenAPI."""
 
 from collections.abc import Iterable
 from typing import Annotated, Any
@@ -6,7 +6,6 @@ from typing import Annotated, Any
 from pydantic import BaseModel, ConfigDict, Field, GetCoreSchemaHandler
 from pydantic_core import CoreSchema, core_schema
 
-from phongbench.analysis import front
 from phongbench.compiler.lowering import PRECISIONS
 from phongbench.formulas import slopes
 from phongbench.formulas.lambda_forms import LAMBDA_FORMS
@@ -14,7 +13,8 @@ from phongbench.formulas.registry import REGISTRY
 from phongbench.formulas.shader_code.languages import LANGUAGES
 from phongbench.formulas.spec import ALPHA, GAMMA, SPACES
 from phongbench.inputs.strata import STRATUM_NAMES
-from phongbench.timing import measure
+from phongbench.results.schema import ERROR_METRICS
+from phongbench.timing.blocks import WORKING_SETS
 
 
 class OneOf:
@@ -51,6 +51,8 @@ FormName = Annotated[str, OneOf([*LAMBDA_FORMS, "none"])]
 PolicyName = Annotated[str, OneOf([*slopes.OFFSETS, *POLICIES])]
 SpaceName = Annotated[str, OneOf(SPACES)]
 PrecisionName = Annotated[str, OneOf(PRECISIONS)]
+#: a formula in one word
+Spelling = Annotated[str, Field(max_length=80, examples=["lyon:cross:8", "lyon:dot:8:minimax"])]
 GammaValue = Annotated[int, _Gamma()]
 AlphaValue = Annotated[float, Field(ge=ALPHA.low, le=ALPHA.high, allow_inf_nan=False)]
 #: 50, or 10,50,200, or 10..200
@@ -71,16 +73,17 @@ LONGEST = 0.5
 RunName = Annotated[str, Field(pattern=r"^(latest|[a-z0-9][a-z0-9-]{7,63})$", examples=["latest"])]
 
 
-class Ask(BaseModel):
+class Parameters(BaseModel):
     """A request's parameters; a name that is not one of them is refused."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, populate_by_name=False)
 
 
-class FormulaAsk(Ask):
-    """Which formula, at which setting. What is left out is the formula's own default."""
+class FormulaParameters(Parameters):
+    """Which formula at which exponent: `formula`, or `approximation` and its parts; what is left out is its default."""
 
-    approximation: ApproximationName = Field(description="name of the formula", examples=["lyon"])
+    formula: Spelling | None = Field(None, description="NAME[:FORM][:GAMMA][:SLOPE][@RECIPE], instead of its parts")
+    approximation: ApproximationName | None = Field(None, description="name of the formula", examples=["lyon"])
     lambda_form: FormName | None = Field(
         None, alias="lambda", description="how 1 - cos is computed", examples=["cross"]
     )
@@ -90,20 +93,20 @@ class FormulaAsk(Ask):
     space: SpaceName | None = Field(None, description="reflect: pairs (R, V); half: pairs (N, H)")
 
 
-class SpecularAsk(FormulaAsk):
+class SpecularParameters(FormulaParameters):
     """The specular term of pairs."""
 
     precision: PrecisionName = Field("float32", description="working precision of the formula")
     compare: bool = Field(False, description="also the exact term and the largest error")
 
 
-class BinaryAsk(SpecularAsk):
+class BinaryParameters(SpecularParameters):
     """The same, in the query of a binary request."""
 
     dtype: Annotated[str, OneOf(["f4", "f8"])] = Field("f4", description="of raw octets; .npy says its own")
 
 
-class CurveAsk(FormulaAsk):
+class CurveParameters(FormulaParameters):
     """A formula over the angle between R and V."""
 
     points: int = Field(361, ge=2, le=10_000, description="angles from 0 on")
@@ -121,24 +124,24 @@ class CurveAsk(FormulaAsk):
     )
 
 
-class ShaderAsk(FormulaAsk):
+class ShaderParameters(FormulaParameters):
     """A formula in a language."""
 
     language: Annotated[str, OneOf(LANGUAGES)] = Field("glsl", description="what it is written in")
 
 
-class FrontAsk(Ask):
+class FrontParameters(Parameters):
     """A run's error/time front."""
 
     alpha: Alphas = Field(description="one exponent, several, or a range: errors are the worst over them")
-    metric: Annotated[str, OneOf(front.METRICS)] = Field("max_abs", description="column of the accuracy rows")
+    metric: Annotated[str, OneOf(ERROR_METRICS)] = Field("max_abs", description="column of the accuracy rows")
     stratum: Annotated[str, OneOf(STRATUM_NAMES)] = Field("highlight", description="which inputs")
     precision: PrecisionName = "float32"
-    working_set: Annotated[str, OneOf(measure.WORKING_SETS)] = Field("l1", description="whose times")
+    working_set: Annotated[str, OneOf(WORKING_SETS)] = Field("l1", description="whose times")
     space: SpaceName = "reflect"
 
 
-class RecommendAsk(Ask):
+class RecommendParameters(Parameters):
     """An error budget."""
 
     alpha: Alphas = Field(description="one exponent, several, or a range")
@@ -146,11 +149,11 @@ class RecommendAsk(Ask):
     length_error: Budget | None = Field(None, description="how wrong vector lengths may be: 0.01 is up to 1 %")
     precision: PrecisionName = "float32"
     space: SpaceName = "reflect"
-    working_set: Annotated[str, OneOf(measure.WORKING_SETS)] = "l1"
+    working_set: Annotated[str, OneOf(WORKING_SETS)] = "l1"
     run: RunName | None = Field(None, description="which run answers; left out: the newest with times, or the laws")
 
 
-class PageAsk(Ask):
+class PageParameters(Parameters):
     """A page of a list."""
 
     limit: int = Field(50, ge=1, le=1000, description="entries of an answer")

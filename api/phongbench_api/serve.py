@@ -22,7 +22,7 @@ from phongbench_api.settings import Settings
 log = logging.getLogger("phongbench.api")
 #: how workers, which are fresh processes, learn their settings
 ENVIRONMENT = "PHONGBENCH_SERVE"
-#: seconds that requests under way may take once the server was told to stop
+#: seconds that requests under way may take once the server got its signal
 GRACE = 30
 
 
@@ -33,9 +33,9 @@ def serve(settings: Settings, app: FastAPI | None = None) -> None:
     """
     listening = _listen(settings)
     host, port = listening.getsockname()[:2]
-    told = f"[{host}]" if ":" in host else host
-    _talk()
-    log.info("phongbench serves http://%s:%d/ from %s", told, port, settings.runs)
+    shown = f"[{host}]" if ":" in host else host
+    _log_to_stderr()
+    log.info("phongbench serves http://%s:%d/ from %s", shown, port, settings.runs)
     with listening:
         if settings.workers > 1:
             os.environ[ENVIRONMENT] = json.dumps(asdict(settings), default=str)
@@ -50,14 +50,14 @@ def serve(settings: Settings, app: FastAPI | None = None) -> None:
 
 def from_environment() -> FastAPI:
     """The application of a worker process, by the settings of the one that started it."""
-    given: dict[str, Any] = json.loads(os.environ[ENVIRONMENT])
-    given |= {"runs": Path(given["runs"]), "allowed_hosts": tuple(given["allowed_hosts"])}
-    _talk()
-    return create_app(Settings(**given))
+    members: dict[str, Any] = json.loads(os.environ[ENVIRONMENT])
+    members |= {"runs": Path(members["runs"]), "allowed_hosts": tuple(members["allowed_hosts"])}
+    _log_to_stderr()
+    return create_app(Settings(**members))
 
 
-def _talk() -> None:
-    """What the service says of itself goes to stderr; stdout belongs to data."""
+def _log_to_stderr() -> None:
+    """The service logs to stderr; stdout belongs to data."""
     if not log.handlers:
         log.addHandler(logging.StreamHandler())
         log.setLevel(logging.INFO)
@@ -87,18 +87,18 @@ def _listen(settings: Settings) -> socket.socket:
     connection waits 40 ms for the client's delayed acknowledgement.
     """
     family = socket.AF_INET6 if ":" in settings.host else socket.AF_INET
-    made = socket.socket(family, socket.SOCK_STREAM, socket.IPPROTO_TCP)
+    listening = socket.socket(family, socket.SOCK_STREAM, socket.IPPROTO_TCP)
     try:
-        made.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        made.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        made.bind((settings.host, settings.port))
-        made.listen(2048)
+        listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        listening.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        listening.bind((settings.host, settings.port))
+        listening.listen(2048)
     except (OSError, OverflowError) as problem:
-        made.close()
+        listening.close()
         reason = getattr(problem, "strerror", None) or str(problem)
         where = f"{settings.host}:{settings.port}"
         raise InputError(f"cannot listen: {reason}", where, "give another --host or --port") from problem
-    return made
+    return listening
 
 
 class TimedProtocol(H11Protocol):
@@ -109,14 +109,14 @@ class TimedProtocol(H11Protocol):
     def connection_made(self, transport: Transport) -> None:  # type: ignore[override]  # as uvicorn has it
         """A client connected: its first head is due."""
         super().connection_made(transport)
-        self._expect()
+        self._start_deadline()
 
     def data_received(self, data: bytes) -> None:
         """Bytes came: of a head, which stays due, or of a request under way."""
         super().data_received(data)
         cycle: Any = self.cycle  # None before the first request, whatever uvicorn's annotation says
         if cycle is None or cycle.response_complete:
-            self._expect()
+            self._start_deadline()
         elif self._head is not None:
             self._head.cancel()
             self._head = None
@@ -127,7 +127,7 @@ class TimedProtocol(H11Protocol):
             self._head.cancel()
         super().connection_lost(exc)
 
-    def _expect(self) -> None:
+    def _start_deadline(self) -> None:
         if self._head is None and not self.transport.is_closing():
             app: Any = self.config.loaded_app
             seconds = app.state.service.settings.head_seconds

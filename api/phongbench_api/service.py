@@ -10,11 +10,11 @@ from typing import Any
 
 from starlette.requests import Request
 
-from phongbench_api.runs.answer_cache import Answers
-from phongbench_api.runs.run_store import Store
-from phongbench_api.runs.table_cache import Columns
+from phongbench_api.runs.answer_cache import AnswerCache
+from phongbench_api.runs.run_store import RunStore
+from phongbench_api.runs.table_cache import TableCache
 from phongbench_api.settings import Settings
-from phongbench_api.work.admission import Office
+from phongbench_api.work.admission import Admission
 from phongbench_api.work.warm_kernels import Kernels
 
 log = logging.getLogger("phongbench.api")
@@ -27,7 +27,7 @@ class Service:
     settings: Settings
     warm: threading.Event = field(default_factory=threading.Event)
     kernels: Kernels = field(default_factory=Kernels)
-    answers: Answers = field(default_factory=Answers)
+    answers: AnswerCache = field(default_factory=AnswerCache)
 
     def warm_up(self) -> None:
         """Compile and time the kernels; stops between two of them once the server goes down.
@@ -36,10 +36,10 @@ class Service:
         collection of it stops every thread, health included, for some 100 ms.
         """
         started = time.perf_counter()
-        if self.kernels.warm(lambda: self.office.draining):
+        if self.kernels.warm(lambda: self.admission.draining):
             gc.collect()
             gc.freeze()
-            self.office.open = True
+            self.admission.open = True
             self.warm.set()
             log.info("ready: kernels warm after %.1f s", time.perf_counter() - started)
 
@@ -48,23 +48,23 @@ class Service:
         gc.unfreeze()
 
     @cached_property
-    def store(self) -> Store:
+    def store(self) -> RunStore:
         """The runs."""
-        return Store(self.settings.runs)
+        return RunStore(self.settings.runs)
 
     @cached_property
-    def columns(self) -> Columns:
-        """Columns of stored tables, kept in memory."""
-        return Columns(self.settings.table_bytes)
+    def tables(self) -> TableCache:
+        """Columns of stored tables in memory."""
+        return TableCache(self.settings.table_bytes)
 
     @cached_property
-    def office(self) -> Office:
-        """The cores."""
-        return Office(self.settings)
+    def admission(self) -> Admission:
+        """Who may use the cores."""
+        return Admission(self.settings)
 
 
 def service(request: Request) -> Service:
     """The state of the server that got this request."""
-    found: Any = request.app.state.service
-    assert isinstance(found, Service)
-    return found
+    state: Any = request.app.state.service
+    assert isinstance(state, Service)
+    return state

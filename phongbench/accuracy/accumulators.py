@@ -1,7 +1,6 @@
 """How wrong: the metrics, and the streaming, mergeable accumulators they are read from; measure.py fills them."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -18,24 +17,6 @@ WORST_FIELDS = 9
 BINS_PER_OCTAVE = 8
 LOWEST_EXPONENT, HIGHEST_EXPONENT = -40, 3
 BINS = (HIGHEST_EXPONENT - LOWEST_EXPONENT) * BINS_PER_OCTAVE + 1
-
-
-@dataclass(frozen=True, slots=True)
-class Metric:
-    """One column of the accuracy table that a front or a comparison may ask for.
-
-    name       column
-    unit       "1" for highlight factors, "codes" for 8-bit steps, "count"
-    lower      True if lower is better
-    of         ErrorAccumulator -> the column, one number a row
-    meaning    for people
-    """
-
-    name: str
-    unit: str
-    of: Callable[["ErrorAccumulator"], Array]
-    meaning: str
-    lower: bool = True
 
 
 class ErrorAccumulator:
@@ -121,34 +102,22 @@ class ErrorAccumulator:
         return np.asarray(self.sums[:, ABOVE : BELOW + 1].max(axis=1))
 
 
-METRICS: Mapping[str, Metric] = {
-    m.name: m
-    for m in (
-        Metric("max_abs", "1", lambda t: t.max_abs, "largest |approximation - exact|"),
-        Metric("mean_abs", "1", lambda t: t.mean(SUM_ABS), "mean |error|"),
-        Metric("rms", "1", lambda t: np.sqrt(t.mean(SUM_SQUARES)), "root of the mean squared error"),
-        Metric("bias", "1", lambda t: t.mean(SUM), "mean signed error, approximation - exact"),
-        Metric("p50_abs", "1", lambda t: t.quantile(0.5), "median of |error|"),
-        Metric("p99_abs", "1", lambda t: t.quantile(0.99), "99 % of |error| are smaller"),
-        Metric("p999_abs", "1", lambda t: t.quantile(0.999), "99.9 % of |error| are smaller"),
-        Metric("max_above", "1", lambda t: t.sums[:, ABOVE], "largest approximation - exact"),
-        Metric("max_below", "1", lambda t: t.sums[:, BELOW], "largest exact - approximation"),
-        Metric(
-            "codes_8bit",
-            "codes",
-            lambda t: 255 * np.minimum(t.max_abs, 1e300),
-            "largest |error| in steps of an 8-bit channel",
-        ),
-        Metric(
-            "model_max",
-            "1",
-            lambda t: t.sums[:, MODEL],
-            "largest error of the formula in exact arithmetic on unit vectors",
-        ),
-        Metric("length_max", "1", lambda t: t.sums[:, LENGTH], "largest change from the vectors' lengths"),
-        Metric("rounding_max", "1", lambda t: t.sums[:, ROUNDING], "largest change from the working precision"),
-        Metric("nonfinite", "count", lambda t: t.counts[:, NONFINITE], "values that are NaN or infinite"),
-        Metric("above_one", "count", lambda t: t.counts[:, ABOVE_ONE], "values above 1"),
-        Metric("negative", "count", lambda t: t.counts[:, NEGATIVE], "values below 0"),
-    )
+#: the metrics of accuracy rows, as results.schema describes them: each a column, made of an ErrorAccumulator
+METRICS: Mapping[str, Callable[[ErrorAccumulator], Array]] = {
+    "max_abs": lambda t: t.max_abs,
+    "mean_abs": lambda t: t.mean(SUM_ABS),
+    "rms": lambda t: np.asarray(np.sqrt(t.mean(SUM_SQUARES))),
+    "bias": lambda t: t.mean(SUM),
+    "p50_abs": lambda t: t.quantile(0.5),
+    "p99_abs": lambda t: t.quantile(0.99),
+    "p999_abs": lambda t: t.quantile(0.999),
+    "max_above": lambda t: t.sums[:, ABOVE],
+    "max_below": lambda t: t.sums[:, BELOW],
+    "codes_8bit": lambda t: 255 * np.minimum(t.max_abs, 1e300),
+    "model_max": lambda t: t.sums[:, MODEL],
+    "length_max": lambda t: t.sums[:, LENGTH],
+    "rounding_max": lambda t: t.sums[:, ROUNDING],
+    "nonfinite": lambda t: t.counts[:, NONFINITE],
+    "above_one": lambda t: t.counts[:, ABOVE_ONE],
+    "negative": lambda t: t.counts[:, NEGATIVE],
 }

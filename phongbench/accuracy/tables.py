@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from phongbench.accuracy.accumulators import EXCLUDED, METRICS, WORST_FIELDS, ErrorAccumulator
 from phongbench.accuracy.sweep import Measured, Sweep
 from phongbench.formulas.exact import TRUTHS
-from phongbench.results.schema import ACCURACY_COLUMNS, WORST_COLUMNS
+from phongbench.results.schema import ACCURACY, WORST
 
 #: worst inputs kept per cell: of unit vectors, of wrong lengths, of hostile ones; the last would crowd out the rest
 WORST_KEPT = {"unit": 3, "lengths": 1, "hostile": 1}
@@ -31,7 +31,7 @@ def part(measured: Sequence[Measured]) -> pd.DataFrame:
         "truth": np.concatenate([np.tile(np.arange(m.batch.truths, dtype=np.int8), len(m.cells)) for m in measured]),
         "samples": np.asarray(errors.samples, np.int64),
     }
-    columns |= {name: metric.of(errors) for name, metric in METRICS.items()}
+    columns |= {name: metric(errors) for name, metric in METRICS.items()}
     columns["excluded"] = errors.counts[:, EXCLUDED]
     columns |= {f"worst{i}": errors.worst[:, i] for i in range(WORST_FIELDS)}
     return pd.DataFrame(columns)
@@ -44,7 +44,7 @@ def accuracy(sweep: Sweep, parts: Sequence[pd.DataFrame]) -> pd.DataFrame:
     frame["coverage"] = "sampled"
     # a float64 cell's rounding needs more than float64 to be seen: not measured, and not pretended to be 0
     frame.loc[frame["precision"] == "float64", "rounding_max"] = np.nan
-    return frame[list(ACCURACY_COLUMNS)]
+    return frame[ACCURACY.names]
 
 
 def worst(sweep: Sweep, parts: Sequence[pd.DataFrame]) -> pd.DataFrame:
@@ -67,7 +67,7 @@ def worst(sweep: Sweep, parts: Sequence[pd.DataFrame]) -> pd.DataFrame:
     for i, name in enumerate(("ax", "ay", "az", "bx", "by", "bz"), start=3):
         frame[name] = pd.Series([float(x).hex() for x in numbers[f"worst{i}"]], dtype="str")
     frame["coverage"] = pd.array(["sampled"] * len(frame), dtype="str")
-    return frame[list(WORST_COLUMNS)]
+    return frame[WORST.names]
 
 
 def _ordered(parts: Sequence[pd.DataFrame]) -> pd.DataFrame:

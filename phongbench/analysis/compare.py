@@ -7,10 +7,9 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from phongbench.accuracy.accumulators import METRICS
 from phongbench.errors import UnknownNameError
 from phongbench.results.runs import Run
-from phongbench.results.schema import ACCURACY_KEY
+from phongbench.results.schema import ACCURACY, METRICS
 
 
 @dataclass(frozen=True)
@@ -56,7 +55,7 @@ def compare(a: Run, b: Run, *, metric: str = "max_abs", tolerance: float = 0.0) 
     """
     if metric not in METRICS:
         raise UnknownNameError("metric", metric, METRICS)
-    key = list(ACCURACY_KEY)
+    key = ACCURACY.key
     first = a.accuracy[[*key, metric]].rename(columns={metric: "before"})
     second = b.accuracy[[*key, metric]].rename(columns={metric: "after"})
     merged = first.merge(second, on=key, how="outer", indicator=True)

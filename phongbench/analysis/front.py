@@ -15,32 +15,14 @@ import numpy.typing as npt
 import pandas as pd
 
 from phongbench.analysis.exponents import Exponents
-from phongbench.analysis.kernel_times import KERNEL, WHOLE_POWER, timed, timed_precision, times_at, times_of
-from phongbench.errors import InputError, UnknownNameError
-from phongbench.formulas.formula import cell_name
+from phongbench.analysis.kernel_times import WHOLE_POWER, timed, timed_precision, times_at, times_of
+from phongbench.errors import UnknownNameError
+from phongbench.formulas.formula import Formula
 from phongbench.results.provenance import fingerprint_machine
 from phongbench.results.runs import Run, intact, strongest
+from phongbench.results.schema import CELL, ERROR_METRICS, INPUT, KERNEL
 
-#: What names a cell of the front.
-CELL = ["approximation", "lambda_form", "space", "beta_policy", "gamma", "precision"]
-#: Error metrics a front can be asked for: columns of accuracy.parquet, smaller is better.
-METRICS = [
-    "max_abs",
-    "mean_abs",
-    "rms",
-    "p50_abs",
-    "p99_abs",
-    "p999_abs",
-    "max_above",
-    "max_below",
-    "codes_8bit",
-    "model_max",
-    "length_max",
-    "rounding_max",
-]
 COLUMNS = [*CELL, "error", "ns", "ratio", "ratio_low", "ratio_high", "state"]
-#: What names an input to a cell.
-INPUT = ["alpha", "stratum", "perturbation", "length_error"]
 
 
 @dataclass(frozen=True)
@@ -73,14 +55,14 @@ def errors_at(
     accuracy   rows as in accuracy.parquet
     alpha      one that the run swept, or several: a cell's error is its worst over those of the run's that are asked
                about, and a cell that takes only some of them is left out
-    metric     of METRICS; the errors are in its unit
+    metric     of schema.ERROR_METRICS; the errors are in its unit
     stratum    of unit vectors
     precision  a name that the rows know; of fixed point and others that are emulated, too
     truth      angle or given; of unit vectors they differ by the rounding of their lengths only
     Raises UnknownNameError, listing the known ones, and InputError for an alpha that was not measured.
     """
-    if metric not in METRICS:
-        raise UnknownNameError("metric", metric, METRICS)
+    if metric not in ERROR_METRICS:
+        raise UnknownNameError("metric", metric, ERROR_METRICS)
     for column, wanted in (("stratum", stratum), ("precision", precision), ("truth", truth)):
         known = sorted(accuracy[column].astype(str).unique())
         if wanted not in known:
@@ -215,7 +197,7 @@ def points(
         "space": space,
         "timed_precision": timed_precision(precision),
         "same_machine": of_this_machine(run),
-        "points": [{"name": cell_name(row), **row} for row in records(found)],
+        "points": [{"name": str(Formula.of_row(row)), **row} for row in records(found)],
     }
 
 
@@ -230,49 +212,16 @@ def of_this_machine(run: Run) -> bool:
     return run.manifest["provenance"].get("machine_fingerprint") in (None, fingerprint_machine())
 
 
-def cheapest(
-    accuracy: pd.DataFrame,
-    timing: pd.DataFrame,
-    *,
-    alpha: float | Exponents,
-    max_error: float,
-    metric: str = "max_abs",
-    stratum: str = "highlight",
-    precision: str = "float32",
-    working_set: str = "l1",
-    truth: str = "angle",
-) -> Choice:
-    """The cheapest cell whose error is within `max_error`, the next one, and the nearest miss.
+def choose(cells: pd.DataFrame, max_error: float, by: str = "error") -> Choice:
+    """The cheapest cell of a front whose error is within `max_error`, the next one, and the nearest miss.
 
-    max_error   float > 0   absolute budget in the metric's unit, 1/255 for one 8-bit code
-    The others are those of `front`. Raises InputError for a budget that is not above 0, and what `front` raises.
-    """
-    if not max_error > 0.0:
-        raise InputError(
-            f"the error budget must be above 0, not {max_error!r}", "max_error", "one 8-bit code is 0.0039"
-        )
-    cells = front(
-        accuracy,
-        timing,
-        alpha=alpha,
-        metric=metric,
-        stratum=stratum,
-        precision=precision,
-        working_set=working_set,
-        truth=truth,
-    )
-    return choose(cells, max_error)
-
-
-def choose(cells: pd.DataFrame, max_error: float) -> Choice:
-    """`cheapest` for cells already joined by `front`.
-
+    by  the column that is compared with `max_error`
     Variants of one kernel (beta policies) take the same time; only the most accurate of them stands for it.
     """
-    ordered = cells.sort_values(["ratio", "error", *CELL], kind="stable")
+    ordered = cells.sort_values(["ratio", by, *CELL], kind="stable")
     one_each = ordered.drop_duplicates(KERNEL)
-    fits = one_each[one_each["error"] <= max_error]
-    misses = ordered[ordered["error"] > max_error].sort_values("error", kind="stable")
+    fits = one_each[one_each[by] <= max_error]
+    misses = ordered[ordered[by] > max_error].sort_values(by, kind="stable")
     best = fits.iloc[0] if len(fits) else None
     if best is not None:
         misses = misses[misses["ratio"] < best["ratio"]]

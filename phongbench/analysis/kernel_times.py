@@ -11,9 +11,8 @@ import pandas as pd
 from phongbench.compiler.lowering import FLOAT32, precision_named
 from phongbench.errors import InputError, UnknownNameError
 from phongbench.results.runs import Run
+from phongbench.results.schema import KERNEL
 
-#: What names the timed kernel a cell runs on.
-KERNEL = ["approximation", "lambda_form", "space", "gamma", "precision"]
 #: The one formula whose time depends on alpha: the exponent it is timed with under its own name; other timed exponents
 #: have rows named "integer-power-64" and so on.
 WHOLE_POWER, WHOLE_EXPONENT = "integer-power", 50

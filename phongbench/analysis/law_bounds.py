@@ -1,25 +1,24 @@
-"""What the closed-form laws say about a budget where there is no run: errors with their tolerances, and work counted.
+"""What the closed-form laws say about an error budget: bounds of errors, and work counted, without any run.
 
 Only Lyon's own slope, the classic Gaussian and exact powers have laws, for unit vectors and for slightly wrong lengths.
-An answer from here is a bound: model error, change by lengths and rounding are added up, each at its largest.
+Model error, change by lengths and rounding are added up, each at its largest, so the sum is a true bound.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from phongbench.analysis import front
-from phongbench.analysis.exponents import Exponents
+from phongbench.analysis.error_budget import Budget
 from phongbench.analysis.kernel_times import multiplications
-from phongbench.compiler.lowering import precision_named
+from phongbench.compiler.precisions import precision_named
 from phongbench.errors import InputError
 from phongbench.formulas import error_laws
+from phongbench.results.schema import CELL
 
 #: without times, work is counted: operations from vectors to each coordinate (the gate on a.b > 0 included), what a
 #: logarithm or an exponential takes, and what the laws' formulas add
@@ -29,38 +28,32 @@ _TRANSCENDENTAL = 12
 _LENGTHS = ((1, 0), (-1, 0), (1, 1), (-1, -1), (1, -1))
 
 
-@dataclass(frozen=True)
-class Wish:
-    """What is asked for.
+def rounding_bound(gamma: int | None, alpha: float, precision: str, space: str = "reflect") -> float:
+    """How far rounding may move a highlight's value, at most, on vectors normalised as v * (1 / sqrt(v.v)).
 
-    alpha         exponents of exact Phong
-    max_error     largest absolute error allowed, > 0; 1/255 is one 8-bit code
-    length_error  how wrong the vectors' lengths may be, relative, >= 0: 0.01 is up to 1 % too long or too short
-    precision     a name that `precision_named` knows
-    space         reflect, or half: (N, H) agrees with Phong on coplanar vectors only
-    working_set   whose times count: l1, l2 or memory
+    In units of eps, the step from 1 to the next number: each vector's length errs by up to 2.25, the dot product by 1.5
+    and what is subtracted from it by 0.5, which a slope of at most alpha turns into 6.5 alpha; an exact power by
+    squaring adds 0.5 alpha. Lyon's chain adds 2 gamma: the quotient and the difference from 1 half a step each and its
+    coefficient another, all to the power gamma, and gamma / 2 by its own squarings. Exponentials and logarithms add 8.
+    With fused multiply-adds fewer operations round. In half space the slope is 4 alpha.
     """
-
-    alpha: Exponents
-    max_error: float
-    length_error: float = 0.0
-    precision: str = "float32"
-    space: str = "reflect"
-    working_set: str = "l1"
+    eps = precision_named(precision).eps
+    slope = alpha * (4 if space == "half" else 1)
+    return math.expm1(min(8 * slope * eps, 30.0)) + (2 * (gamma or 1) + 8) * eps  # beyond any use, but finite
 
 
-def cells(wish: Wish, notes: list[str]) -> pd.DataFrame:
-    """The formulas that a law speaks of: columns as of `front.joined`, with the law's error; `ratio` holds the work.
+def cells(budget: Budget, notes: list[str]) -> pd.DataFrame:
+    """The formulas that a law speaks of: columns as of `measured_errors.cells`; `ratio` holds the work.
 
     notes   receives what to bear in mind
     Raises InputError for what no law speaks of, naming the command that measures it.
     """
-    low, high = wish.alpha.values[0], wish.alpha.values[-1]
-    measure = f"measure it: phongbench run --alpha {','.join(f'{value:g}' for value in wish.alpha.values)}"
-    if low < 5 or precision_named(wish.precision).rounds or wish.space != "reflect":
+    alphas = budget.alpha.values
+    measure = f"measure it: phongbench run --alpha {','.join(f'{value:g}' for value in alphas)}"
+    if alphas[0] < 5 or precision_named(budget.precision).rounds or budget.space != "reflect":
         raise InputError(
             "there is no run with times here, and the laws speak of alpha >= 5, float32 and float64, (R, V) only",
-            f"alpha {wish.alpha}, {wish.precision}, {wish.space}",
+            f"alpha {budget.alpha}, {budget.precision}, {budget.space}",
             measure,
         )
     notes.append(
@@ -68,23 +61,23 @@ def cells(wish: Wish, notes: list[str]) -> pd.DataFrame:
         "instead of timed, and only Lyon's own slope, the classic Gaussian and exact powers have laws. "
         f"{measure.capitalize()}"
     )
-    columns = [*front.CELL, "error", "ratio"]
-    ends = sorted({low, *wish.alpha.values, high})
-    found = pd.DataFrame([dict(zip(columns, row, strict=True)) for row in _lawful(wish, ends)], columns=columns)
+    columns = [*CELL, "error", "ratio"]
+    found = pd.DataFrame([dict(zip(columns, row, strict=True)) for row in _formulas(budget)], columns=columns)
     unknown = found["error"].isna()
     if unknown.any():
         notes.append(f"{int(unknown.sum())} formulas are left out: the laws do not reach so large a length error there")
     found = found[~unknown].astype({"gamma": "Int64"})
-    return found.assign(coverage="law", ns=np.nan, samples=np.nan, ratio_low=found["ratio"], ratio_high=found["ratio"])
+    ratio, error = found["ratio"], found["error"]
+    return found.assign(coverage="law", ns=np.nan, samples=np.nan, ratio_low=ratio, ratio_high=ratio, bound=error)
 
 
-def _lawful(wish: Wish, alphas: list[float]) -> Iterator[tuple[Any, ...]]:
-    """(cell.., error, work) of every formula with a law: |error| is largest at an end, or it is listed."""
+def _formulas(budget: Budget) -> Iterator[tuple[Any, ...]]:
+    """(cell.., error, work) of every formula with a law: |error| is largest at an end of a range."""
+    alphas = budget.alpha.values
 
     def row(name: str, form: str, policy: str, gamma: int | None, work: float) -> tuple[Any, ...]:
-        errors = [_law(name, form, gamma, alpha, wish) for alpha in alphas]
-        error = float(np.max(errors))  # NaN where any is
-        return (name, form, "reflect", policy, gamma, wish.precision, error, _FORM_WORK[form] + work)
+        error = float(np.max([_error(name, form, gamma, alpha, budget) for alpha in alphas]))  # NaN where any is
+        return (name, form, "reflect", policy, gamma, budget.precision, error, _FORM_WORK[form] + work)
 
     for form in ("dot", "difference", "cross"):
         if form == "cross" and alphas[0] < 10:
@@ -93,20 +86,19 @@ def _lawful(wish: Wish, alphas: list[float]) -> Iterator[tuple[Any, ...]]:
             yield row("lyon", form, "taylor", 2**n, 2 + n)
         if form != "cross":
             yield row("gaussian", form, "taylor", None, 1 + _TRANSCENDENTAL)
-    if not wish.alpha.continuous and all(alpha == int(alpha) for alpha in alphas):
+    if not budget.alpha.continuous and all(alpha == int(alpha) for alpha in alphas):
         yield row("integer-power", "none", "none", None, max(multiplications(int(alpha)) for alpha in alphas))
     yield row("phong", "none", "none", None, 1 + 2 * _TRANSCENDENTAL)
 
 
-def _law(name: str, form: str, gamma: int | None, alpha: float, wish: Wish) -> float:
-    """A law's error with its tolerance, the change by wrong lengths and the rounding added; NaN where none speaks."""
+def _error(name: str, form: str, gamma: int | None, alpha: float, budget: Budget) -> float:
+    """The largest error at one exponent: a law's with its tolerance, the lengths' and rounding; NaN without a law."""
     if name == "lyon":
         model = abs(float(error_laws.lyon_taylor(form, alpha, float(gamma or 1)))) * (1.04 if gamma == 2 else 1.01)
     else:
         model = abs(float(error_laws.gaussian_classic(alpha))) * 1.01 if name == "gaussian" else 0.0
-    # Rounding of lambda moves the peak by alpha / 2 spacings (law 11), that of the vectors' lengths by more.
-    spacing = precision_named(wish.precision).eps
-    return float(model + _length_change(form, gamma, alpha, wish.length_error) + 2 * alpha * spacing)
+    lengths = _length_change(form, gamma, alpha, budget.length_error)
+    return model + lengths + rounding_bound(gamma, alpha, budget.precision)
 
 
 def _length_change(form: str, gamma: int | None, alpha: float, size: float) -> float:

@@ -1,8 +1,9 @@
-"""The rows of a run, cut the way the rules want them. Each cut is made once and is in a fixed order."""
+"""The rows of a run, cut as claims, figures and tables want them; each cut is made once and is in a fixed order."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import math
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -10,119 +11,166 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from phongbench.results.schema import ACCURACY_KEY, CELL_COLUMNS, COLUMNS, TWIN
+from phongbench.analysis.front import front
+from phongbench.analysis.mesh_edges import lyon
+from phongbench.compiler.precisions import in_order
+from phongbench.results.schema import CASE, EXACT, TABLES, TWIN
 
-#: what tells one accuracy row from another, but for how far its inputs were covered
-KEY = [column for column in ACCURACY_KEY if column != "coverage"]
-TIMED = ["approximation", "lambda_form", "space", "gamma", "precision", "working_set", "threads"]
-MESHED = ["mesh", "edge_degrees", "normals", "pair", *(c for c in CELL_COLUMNS if c != "beta"), "truth"]
-SKIPPED = ["scene", "width", "height", "depth", "name", "setting"]
-SCENE_TIMED = ["scene", "kind", "name", "formula", "setting", "against", "elements", "depth"]
-HELD = ["held", "term", "alpha", "distance"]
-KEYS = {
-    "accuracy": [*KEY, "coverage"],
-    "timing": TIMED,
-    "meshes": MESHED,
-    "skips": SKIPPED,
-    "scene_times": SCENE_TIMED,
-    "far": HELD,
-}
-#: lambda forms in the order in which they are told
+#: lambda forms in the order in which they are shown
 FORMS = ("dot", "difference", "cross", "tan2", "none")
+#: the exponents that single-exponent views prefer: amid the classic range, and where wrong lengths begin to hurt
+HEADLINE_ALPHA, STABILITY_ALPHA = 50.0, 128.0
 #: coverages that reach beyond samples, from below
-THOROUGH = ("searched", "exhaustive")
-_PREFERRED = ("float32", "float64", "float16")
+_THOROUGH = ("searched", "exhaustive")
+
+
+def _table(name: str) -> cached_property[pd.DataFrame]:
+    return cached_property(lambda rows: ordered(rows.stored(name), TABLES[name].key))
 
 
 @dataclass(frozen=True)
 class Rows:
-    """The tables of a run as the rules read them; `of` makes them from a run."""
+    """A run's tables in a fixed order, and the cuts that are made of them.
 
-    accuracy: pd.DataFrame
-    timing: pd.DataFrame
-    meshes: pd.DataFrame
-    skips: pd.DataFrame
-    scene_times: pd.DataFrame
-    far: pd.DataFrame
+    run  phongbench.results.runs.Run, or anything with its manifest and tables; a table it lacks has no rows
+    """
 
-    @staticmethod
-    def of(run: Any) -> Rows:
-        """The rows of a phongbench.results.runs.Run, or of anything with tables of these names; no table, no rows."""
-        further = (
-            getattr(run, name, pd.DataFrame(columns=list(COLUMNS[name])))
-            for name in ("meshes", "skips", "scene_times", "far")
-        )
-        return Rows(run.accuracy, run.timing, *further)
+    run: Any
 
-    @cached_property
-    def precision(self) -> str:
-        """The working precision that claims are judged in: float32 where it was swept."""
-        found = set(self.accuracy["precision"].astype(str).unique())
-        return next((name for name in _PREFERRED if name in found), _PREFERRED[0])
+    accuracy = _table("accuracy")
+    timing = _table("timing")
+    worst = _table("worst")
+    meshes = _table("meshes")
+    behaviour = _table("behaviour")
+    smoothness = _table("smoothness")
+    scenes = _table("scenes")
+    skips = _table("skips")
+    scene_times = _table("scene_times")
+    far = _table("far")
+
+    def stored(self, name: str) -> pd.DataFrame:
+        """A table as the run has it, in the order of its file."""
+        rows: pd.DataFrame | None = getattr(self.run, name, None)
+        return TABLES[name].frame() if rows is None else rows
+
+    @property
+    def name(self) -> str:
+        """The run's name as its manifest tells it; written by users, so escape it."""
+        return str(self.run.manifest.get("run", self.run.path.name))
 
     @cached_property
     def alphas(self) -> list[float]:
         """The swept exponents, ascending."""
-        return sorted(float(alpha) for alpha in self.accuracy["alpha"].unique())
+        return sorted(float(alpha) for alpha in self.stored("accuracy")["alpha"].unique())
 
     @cached_property
-    def _gated(self) -> pd.DataFrame:
-        """Rows of one precision against the true angle, with the a.b > 0 gate."""
-        rows = self.accuracy
-        meant = (rows["precision"] == self.precision) & (rows["truth"] == "angle") & rows["gated"].astype(bool)
-        return ordered(rows[meant], KEY)
+    def alpha(self) -> float:
+        """The exponent of views that show only one."""
+        return nearest(self.alphas, HEADLINE_ALPHA)
 
     @cached_property
-    def unit(self) -> pd.DataFrame:
-        """One row per cell and exponent: its largest known error on unit vectors.
+    def precisions(self) -> list[str]:
+        """The swept precisions, float32 first."""
+        swept = in_order(set(self.stored("accuracy")["precision"].astype(str)) - {EXACT})
+        first = [name for name in ("float32", "float16", "float64") if name in swept]
+        return [*first, *(name for name in swept if name not in first)]
 
-        It is that of the samples of the highlight, or a larger one that a search or a pass over all inputs has found.
-        """
-        rows = self._gated
-        plain = (rows["perturbation"] == "none") & (rows["length_error"] == 0.0)
-        meant = (rows["stratum"] == "highlight") | rows["coverage"].isin(THOROUGH)
-        return _largest(rows[plain & meant], "max_abs", [c for c in KEY if c != "stratum"])
+    @cached_property
+    def precision(self) -> str:
+        """The precision that claims are judged and single-precision views are drawn at: float32 where it was swept."""
+        return self.precisions[0] if self.precisions else "float32"
+
+    @cached_property
+    def working_set(self) -> str:
+        """The smallest working set that was timed, or "" without timing."""
+        timed = set(self.stored("timing")["working_set"])
+        return next((name for name in ("l1", "l2", "memory") if name in timed), "")
+
+    @cached_property
+    def highlight(self) -> pd.DataFrame:
+        """Gated rows on unit vectors against the true angle, stratum highlight: one row per cell and exponent."""
+        rows = at(self.accuracy, stratum="highlight", truth="angle", perturbation="none", length_error=0.0, gated=True)
+        return rows.reset_index(drop=True)
 
     @cached_property
     def lengths(self) -> pd.DataFrame:
-        """One row per cell, exponent and wrong length, what the lengths change being `length_max`."""
-        rows = self._gated
-        return _largest(rows[(rows["stratum"] == "lengths") & (rows["perturbation"] != "none")], "length_max", KEY)
+        """Rows on vectors of deliberately wrong length against the true angle, with unit ones at length error 0."""
+        return at(self.accuracy, stratum="lengths", truth="angle").reset_index(drop=True)
 
     @cached_property
-    def meshed(self) -> pd.DataFrame:
-        """Rows on interpolated normals in the judged precision, gated."""
-        rows = self.meshes
-        if rows.empty:
-            return rows
-        mine = rows["precision"] == (self.precision if (rows["precision"] == self.precision).any() else "float32")
-        return ordered(rows[mine & rows["gated"].astype(bool)], MESHED)
+    def lyon_meshes(self) -> pd.DataFrame:
+        """Lyon's rows on interpolated normals, see `mesh_edges.lyon`."""
+        return lyon(self.meshes)
 
     @cached_property
-    def timed(self) -> pd.DataFrame:
-        """Timing rows in the judged precision on one thread, all pairs lit; too few rounds give no interval, no row."""
-        rows = self.timing
-        if rows.empty:
-            return rows
+    def _judged(self) -> pd.DataFrame:
+        """Gated rows of one precision against the true angle."""
+        return ordered(at(self.stored("accuracy"), precision=self.precision, truth="angle", gated=True), CASE)
+
+    @cached_property
+    def largest_errors(self) -> pd.DataFrame:
+        """One row per cell and exponent at the judged precision: its largest known error on unit vectors.
+
+        It is that of the samples of the highlight, or a larger one that a search or a pass over all inputs has found.
+        """
+        rows = at(self._judged, perturbation="none", length_error=0.0)
+        rows = rows[(rows["stratum"] == "highlight") | rows["coverage"].isin(_THOROUGH)]
+        return _largest(rows, "max_abs", [column for column in CASE if column != "stratum"])
+
+    @cached_property
+    def largest_changes(self) -> pd.DataFrame:
+        """One row per cell, exponent and wrong length at the judged precision, lengths changing it by `length_max`."""
+        rows = self._judged
+        return _largest(rows[(rows["stratum"] == "lengths") & (rows["perturbation"] != "none")], "length_max", CASE)
+
+    @cached_property
+    def judged_meshes(self) -> pd.DataFrame:
+        """Gated rows on interpolated normals at the judged precision, or at float32 without any."""
+        rows = at(self.meshes, gated=True)
+        mine = at(rows, precision=self.precision)
+        return (mine if len(mine) else at(rows, precision="float32")).reset_index(drop=True)
+
+    @cached_property
+    def judged_times(self) -> pd.DataFrame:
+        """Times at the judged precision on one thread, all pairs lit, of rows with enough rounds for an interval."""
+        rows = at(self.timing, precision=self.precision, threads=1)
         ends = rows[["ratio", "ratio_low", "ratio_high"]].astype("float64")
-        mine = (
-            (rows["precision"] == self.precision) & (rows["threads"] == 1) & ((ends > 0) & (ends < np.inf)).all(axis=1)
-        )
-        return ordered(rows[mine & rows["lit"].isna()] if "lit" in rows else rows[mine], TIMED)
+        rows = rows[((ends > 0) & (ends < np.inf)).all(axis=1)]
+        return (rows[rows["lit"].isna()] if "lit" in rows else rows).reset_index(drop=True)
 
     @cached_property
-    def alarms(self) -> list[str]:
-        """Working sets in which identical code was told apart: the run's speed claims are withheld."""
-        if self.timing.empty:
-            return []
-        twins = self.timing[(self.timing["approximation"] == TWIN) & (self.timing["verdict"] != "unresolved")]
-        return sorted(set(twins["working_set"].astype(str)))
+    def twin_differs(self) -> list[str]:
+        """Working sets in which identical code was found to differ in time: their speed claims are withheld."""
+        twins = at(self.stored("timing"), approximation=TWIN)
+        return sorted(set(twins.loc[twins["verdict"] != "unresolved", "working_set"].astype(str)))
+
+    def front(self, alpha: float, precision: str) -> pd.DataFrame:
+        """The error/time front of formulas of (R, V) at one exponent in the smallest timed working set.
+
+        Formulas of (N, H) are left out: they agree with Phong on coplanar vectors only, where their errors were
+        measured.
+        """
+        key = (alpha, precision)
+        if key not in self._fronts:
+            rows = at(self.highlight, space="reflect")
+            self._fronts[key] = front(rows, self.timing, alpha=alpha, precision=precision, working_set=self.working_set)
+        return self._fronts[key]
+
+    @cached_property
+    def _fronts(self) -> dict[tuple[float, str], pd.DataFrame]:
+        return {}
 
 
-def ordered(rows: pd.DataFrame, keys: list[str]) -> pd.DataFrame:
-    """The rows sorted by their keys, names as plain strings: the order of a file must not show."""
-    names = {c: "str" for c in keys if isinstance(rows[c].dtype, pd.CategoricalDtype)}
-    return rows.astype(names).sort_values(keys, kind="stable").reset_index(drop=True)
+def plain(rows: pd.DataFrame) -> pd.DataFrame:
+    """The rows with categories as strings: they sort and compare alike, however a file holds them."""
+    names = [name for name in rows.columns if isinstance(rows[name].dtype, pd.CategoricalDtype)]
+    return rows.astype(dict.fromkeys(names, "str"))
+
+
+def ordered(rows: pd.DataFrame, keys: Iterable[str]) -> pd.DataFrame:
+    """The rows sorted by those keys that they have, categories as strings: the order of a file must not show."""
+    known = [key for key in keys if key in rows.columns]
+    return plain(rows).sort_values(known, kind="stable").reset_index(drop=True) if len(rows) else rows
 
 
 def at(rows: pd.DataFrame, **wanted: Any) -> pd.DataFrame:
@@ -135,32 +183,21 @@ def at(rows: pd.DataFrame, **wanted: Any) -> pd.DataFrame:
     return rows[mask]
 
 
+def nearest(values: Sequence[float], wanted: float) -> float:
+    """The value nearest to `wanted` on a log scale; the smaller of two equally near ones. Values must be positive."""
+    return min(sorted(values), key=lambda value: abs(math.log(value / wanted)))
+
+
 def near_gamma(rows: pd.DataFrame, wanted: int) -> pd.DataFrame:
     """The rows of the gamma that is nearest to the wanted one, the smaller of two; all without any gamma."""
     gammas = sorted(int(gamma) for gamma in rows["gamma"].dropna().unique())
     return at(rows, gamma=min(gammas, key=lambda g: (abs(g - wanted), g))) if gammas else rows
 
 
-def evidence(table: str, column: str, rows: pd.DataFrame) -> tuple[dict[str, Any], ...]:
-    """Rows as evidence: their table, their key columns, and the value of the column that decides."""
-    keys = KEYS[table]
-    told = rows[keys].astype(object).where(rows[keys].notna(), None).to_dict("records")
-    values = rows[column].tolist()
-    return tuple(
-        {"table": table, **{str(k): v for k, v in key.items()}, "column": column, "value": value}
-        for key, value in zip(told, values, strict=True)
-    )
-
-
-def coverage(rows: pd.DataFrame) -> str:
-    """How the errors of these rows were got: "sampled", or several words."""
-    return ", ".join(sorted(set(rows["coverage"].astype(str))))
-
-
 def forms_of(rows: pd.DataFrame, among: Iterable[str] = FORMS) -> list[str]:
-    """The lambda forms that occur, in the order in which they are told."""
-    found = set(rows["lambda_form"].astype(str))
-    return [form for form in FORMS if form in found and form in among]
+    """The lambda forms that occur, in the order in which they are shown."""
+    present = set(rows["lambda_form"].astype(str))
+    return [form for form in FORMS if form in present and form in among]
 
 
 def _largest(rows: pd.DataFrame, column: str, keys: list[str]) -> pd.DataFrame:

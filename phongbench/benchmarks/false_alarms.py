@@ -1,7 +1,7 @@
 """How often does the timing tell identical code apart? The measurement of the twin, many times over."""
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing
 from dataclasses import asdict, dataclass
 from functools import partial
@@ -10,15 +10,16 @@ from typing import Any
 import numpy as np
 
 from phongbench.compiler.lowering import FLOAT32, Precision
-from phongbench.results.machine import cache_sizes
 from phongbench.results.schema import BASELINE, LIBM, TWIN
-from phongbench.timing import budget, measure, timed_kernels
-from phongbench.timing import rounds as clock
-from phongbench.timing.blocks import Block, memory_sizes
+from phongbench.timing import timed_kernels
+from phongbench.timing.blocks import Block, block_bytes
+from phongbench.timing.budget import GOOD_ROUNDS
 from phongbench.timing.epoch_loop import tick
 from phongbench.timing.interference import Witness
 from phongbench.timing.machine_lock import machine_lock
-from phongbench.timing.statistics import verdict
+from phongbench.timing.measure import check
+from phongbench.timing.rounds import run_rounds
+from phongbench.timing.statistics import Interval, verdict
 
 #: the share of false alarms that the timing must stay within
 ALLOWED = 0.01
@@ -28,7 +29,7 @@ _SLOW = (LIBM, "integer-power-1000")
 
 @dataclass(frozen=True)
 class Alarms:
-    """What repeating the measurement of identical code found in one working set.
+    """What repeating the measurement of identical code gave in one working set.
 
     resolved   repeats in which the twin was called faster or slower
     outside    repeats whose interval leaves out 1, whether or not the difference is large enough to be claimed
@@ -58,41 +59,47 @@ def count(
     repeats: int = 200,
     *,
     working_sets: Sequence[str] = ("l1",),
-    rounds: int = budget.GOOD_ROUNDS,
+    rounds: int = GOOD_ROUNDS,
     seed: int = 1,
     precision: Precision = FLOAT32,
     progress: Callable[[int, int, str], None] = lambda done, total, text: None,
 ) -> list[Alarms]:
     """Time exact Phong beside its twin, with what every block holds, `repeats` times over."""
-    measure.check(1.0, working_sets, (1,))
-    found = []
-    with machine_lock(), closing(Witness()) as witness:
-        group = [c for c in timed_kernels.companions(precision) if c.name not in _SLOW]
-        place = {c.name: i for i, c in enumerate(group)}
-        caches = cache_sizes()
-        sizes = {"l1": caches.l1 // 2, "l2": caches.l2 // 2, "memory": memory_sizes(caches)[-1]}
-        Block.prepare(precision, group[0])
+    check(1.0, working_sets, (1,))
+    with machine_lock():
+        kernels = [k for k in timed_kernels.companions(precision) if k.name not in _SLOW]
+        Block.prepare(precision, kernels[0])
+        results = []
         for name in working_sets:
             started = time.perf_counter()
-            block = Block(name, precision, list(group), sizes[name], seed)
-            block.calibrate(tick())
-            block.verify([])
-            ratios = []
-            for repeat in range(repeats):
-                rng = np.random.default_rng([seed, repeat])
-                readings = clock.run_rounds(partial(block.epoch, witness, set()), len(group), rounds, rng)
-                ratios.append(readings.ratio(place[TWIN], place[BASELINE]))
-                progress(repeat + 1, repeats, name)
-            logs = np.abs(np.log([r.middle for r in ratios]))
-            found.append(
-                Alarms(
-                    name,
-                    repeats,
-                    rounds,
-                    sum(verdict(r) != "unresolved" for r in ratios),
-                    sum(not r.low <= 1 <= r.high for r in ratios),
-                    float(np.quantile(logs, 0.98)),
-                    time.perf_counter() - started,
-                )
-            )
-    return found
+            block = Block(name, precision, list(kernels), block_bytes()[name], seed)
+            ratios = list(_ratios(block, repeats, rounds, seed, progress))
+            results.append(_alarms(name, ratios, rounds, time.perf_counter() - started))
+    return results
+
+
+def _ratios(
+    block: Block, repeats: int, rounds: int, seed: int, progress: Callable[[int, int, str], None]
+) -> Iterator[Interval]:
+    """The twin's time over the baseline's, measured anew each time."""
+    block.calibrate(tick())
+    block.verify()
+    names = [kernel.name for kernel in block.kernels]
+    with closing(Witness()) as witness:
+        for repeat in range(repeats):
+            rng = np.random.default_rng([seed, repeat])
+            readings = run_rounds(partial(block.epoch, witness), len(names), rounds, rng)
+            yield readings.ratio(names.index(TWIN), names.index(BASELINE))
+            progress(repeat + 1, repeats, block.working_set)
+
+
+def _alarms(working_set: str, ratios: list[Interval], rounds: int, seconds: float) -> Alarms:
+    return Alarms(
+        working_set,
+        len(ratios),
+        rounds,
+        resolved=sum(verdict(ratio) != "unresolved" for ratio in ratios),
+        outside=sum(not ratio.low <= 1 <= ratio.high for ratio in ratios),
+        spread=float(np.quantile(np.abs(np.log([ratio.middle for ratio in ratios])), 0.98)),
+        seconds=seconds,
+    )

@@ -12,7 +12,7 @@ import math
 import time
 from collections.abc import Callable
 from contextlib import closing
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
@@ -26,23 +26,23 @@ from phongbench.compiler.lowering import FLOAT32
 from phongbench.compiler.precisions import Array
 from phongbench.errors import InputError
 from phongbench.formulas import pair_kernels
-from phongbench.formulas.registry import REGISTRY
-from phongbench.formulas.spec import Setting
+from phongbench.formulas.kernel import read_only
 from phongbench.inputs import pairs
 from phongbench.inputs.strata import STRATA
-from phongbench.results.machine import cache_sizes, machine
+from phongbench.results.machine import machine
 from phongbench.support.progress import Progress
-from phongbench.timing import rounds as clock
 from phongbench.timing import statistics, timed_kernels
-from phongbench.timing.blocks import elements_of, memory_sizes
+from phongbench.timing.blocks import block_bytes, elements_of
 from phongbench.timing.budget import GOOD_ROUNDS, MOST_ROUNDS
 from phongbench.timing.epoch_loop import spin, tick
 from phongbench.timing.interference import Witness, disturbed
 from phongbench.timing.machine_lock import machine_lock
-from phongbench.timing.statistics import MIN_ROUNDS
-from phongbench.timing.timed_kernels import Contender, Subject
+from phongbench.timing.rounds import Epoch, Readings, agreed, repeats_for, run_rounds
+from phongbench.timing.statistics import LEVEL_TEXT, MIN_ROUNDS
+from phongbench.timing.timed_kernels import TimedFormula, TimedKernel
 
 OURS, TWIN = "phongbench", "phongbench again"
+_OURS = {PHONG: "phong", LYON: f"lyon:dot:{GAMMA}"}
 #: in cache, yet large enough for the cost of a call from Python not to decide; and beyond cache
 WORKING_SETS = ("l2", "memory")
 #: an epoch of a call from Python: longer than a compiled one, since the clock is read by Python too
@@ -51,13 +51,8 @@ EPOCH_NS = 300_000
 TOLERANCE = 8 * ALPHA * float(np.finfo(np.float32).eps)
 
 
-@jit.driver
-def _pass(address: int, a: Array, b: Array, coefficients: Array, table: Array, out: Array) -> None:
-    pair_kernels.pairs_at(address, out)(a, b, coefficients, table, out)
-
-
 class Arena:
-    """The arrays everybody works on: inputs of the highlight stratum, laid out as the timing laboratory lays them out.
+    """The arrays everybody works on: inputs of the highlight stratum, laid out as a timing session lays them out.
 
     All rows are parts of one aligned piece of memory. They can be written to, which some peers insist on.
     """
@@ -98,7 +93,7 @@ class Entrant:
     pass_ns: float = 0.0
     error: float = math.nan
     cpu: int = 0
-    wall: int = field(default=0)
+    wall: int = 0
 
     def epoch(self, repeats: int) -> int:
         """Nanoseconds of so many passes."""
@@ -113,8 +108,8 @@ class Entrant:
     def calibrate(self, step: float) -> None:
         """Warm up, then choose the repeats that fill an epoch."""
         few = max(1, round(EPOCH_NS / self.epoch(1) / 4))
-        self.pass_ns = clock.agreed(lambda: self.epoch(few) / few)
-        self.repeats = clock.repeats_for(self.pass_ns, step, EPOCH_NS)
+        self.pass_ns = agreed(lambda: self.epoch(few) / few)
+        self.repeats = repeats_for(self.pass_ns, step, EPOCH_NS)
         self.cpu = self.wall = 0
 
     @property
@@ -136,104 +131,114 @@ def bench(
 
     names           peers, or None for all
     budget_seconds  for the rounds; compiling and the sweep come on top
-    returns         machine, alpha, gamma, `rows`, `absent` {peer: why}, `notes`, `subnormals`, `sweep`, as plain data
+    returns         machine, alpha, gamma, the level of intervals, `rows`, `absent` {peer: why}, `notes`, `subnormals`,
+                    `sweep`, as plain data
     Raises UnknownNameError for an unknown peer, InputError where the budget is too short, saying what it takes,
     LockedError while another timing runs.
     """
-    wanted, progress = kernel_peers.chosen(names), progress or Progress()
+    names, progress = kernel_peers.chosen(names), progress or Progress()
     if not (math.isfinite(budget_seconds) and budget_seconds > 0):
         raise InputError(f"{budget_seconds} s is no time", "budget", "give seconds above 0, 10 is a good start")
     if jit.DISABLED:
         raise InputError("kernels run as plain Python, whose time says nothing", "NUMBA_DISABLE_JIT", "unset it")
-    caches, absent, notes, rows = cache_sizes(), dict[str, str](), list[str](), list[dict[str, Any]]()
-    sizes = {"l1": caches.l1 // 2, "l2": caches.l2 // 2, "memory": memory_sizes(caches)[-1]}
+    absent, notes = dict[str, str](), list[str]()
     with machine_lock():
         progress.stage("compiling")
-        ours = _ours()
-        fields = [_Field(name, sizes[name], ours, wanted, seed, absent, notes) for name in working_sets]
-        share = budget_seconds / max(1e-9, sum(f.round_seconds for f in fields))
-        rounds = min(MOST_ROUNDS, math.floor(share) - 1)
-        if rounds < MIN_ROUNDS:
-            need = math.ceil((MIN_ROUNDS + 1) * budget_seconds / share)
-            fix = "give that much, or name fewer --peers"
-            raise InputError(
-                f"{budget_seconds:g} s are too short for this comparison: it takes {need} s", "budget", fix
-            )
-        progress.stage("timing", rounds * len(fields))
-        for place in fields:
-            rows += place.measured(rounds, seed, progress)
+        ours = {work: timed_kernels.compiled(TimedFormula.of(spelling, FLOAT32)) for work, spelling in _OURS.items()}
+        contests = [_Contest(name, ours, names, seed, absent, notes) for name in working_sets]
+        rounds = _affordable(budget_seconds, sum(contest.round_seconds for contest in contests))
+        progress.stage("timing", rounds * len(contests))
+        rows = [row for contest in contests for row in contest.measured(rounds, seed, progress)]
         progress.stage("timing subnormal numbers")
         slow = subnormals.measure(seed=seed)
     progress.stage("sweeping")
     if rounds < GOOD_ROUNDS:
         notes.append(f"{rounds} rounds only, so intervals are wide: a larger --budget narrows them")
-    found = {"alpha": ALPHA, "gamma": GAMMA, "machine": machine().cpu, "rows": rows, "absent": absent, "notes": notes}
-    return found | {"subnormals": slow, "sweep": sweep()}
+    return {
+        "alpha": ALPHA,
+        "gamma": GAMMA,
+        "machine": machine().cpu,
+        "interval": LEVEL_TEXT,
+        "rows": rows,
+        "absent": absent,
+        "notes": notes,
+        "subnormals": slow,
+        "sweep": sweep(),
+    }
 
 
-def _ours() -> dict[str, Contender]:
-    phong = Subject(REGISTRY["phong"], "none", Setting(ALPHA), FLOAT32)
-    lyon = Subject(REGISTRY["lyon"], "dot", Setting(ALPHA, GAMMA, "taylor"), FLOAT32)
-    return {PHONG: timed_kernels.compiled(phong), LYON: timed_kernels.compiled(lyon)}
+def _affordable(budget_seconds: float, round_seconds: float) -> int:
+    """How many rounds the budget allows; InputError, saying what it takes, where these give no interval."""
+    share = budget_seconds / max(1e-9, round_seconds)
+    rounds = min(MOST_ROUNDS, math.floor(share) - 1)
+    if rounds < MIN_ROUNDS:
+        needed = math.ceil((MIN_ROUNDS + 1) * budget_seconds / share)
+        what = f"{budget_seconds:g} s are too short for this comparison: it takes {needed} s"
+        raise InputError(what, "budget", "give that much, or name fewer --peers")
+    return rounds
 
 
-def _as_peer(ours: dict[str, Contender], arena: Arena) -> Peer:
-    def passing(c: Contender) -> Callable[[], Array]:
-        address = jit.address(c.kernel)
+def _as_peer(ours: dict[str, TimedKernel], arena: Arena) -> Peer:
+    a, b = read_only(arena.a), read_only(arena.b)
+
+    def passing(work: str) -> Callable[[], Array]:
+        kernel = ours[work].kernel
+        address, row, table, out = kernel.address, kernel.coefficients, kernel.table, arena.out
 
         def once() -> Array:
-            _pass(address, arena.a, arena.b, c.coefficients, c.table, arena.out)
-            return arena.out
+            pair_kernels.fill_pairs(address, a, b, row, table, out)
+            return out
 
         return once
 
-    return Peer(__version__, {work: passing(c) for work, c in ours.items()})
+    return Peer(__version__, {work: passing(work) for work in ours})
 
 
-class _Field:
-    """Everybody over the buffers of one working set."""
+class _Contest:
+    """Everybody over the buffers of one working set.
+
+    absent, notes  receive why a peer cannot take part, and what else there is to say
+    """
 
     def __init__(
         self,
         working_set: str,
-        total_bytes: int,
-        ours: dict[str, Contender],
-        wanted: tuple[str, ...],
+        ours: dict[str, TimedKernel],
+        names: tuple[str, ...],
         seed: int,
         absent: dict[str, str],
         notes: list[str],
     ) -> None:
-        self.working_set, self.arena = working_set, Arena(total_bytes, seed)
+        self.working_set, self.arena = working_set, Arena(block_bytes()[working_set], seed)
         self.notes = notes
         us = _as_peer(ours, self.arena)
-        found: dict[str, Peer] = {OURS: us, TWIN: us}
-        for name in wanted:
+        peers: dict[str, Peer] = {OURS: us, TWIN: us}
+        for name in names:
             peer = kernel_peers.prepared(name, self.arena.a, self.arena.b, self.arena.out)
             if isinstance(peer, str):
                 absent[name] = peer
             else:
-                found[name] = peer
-        self.entrants = [Entrant(w, by, peer.version, peer.passes[w]) for w in WORKS for by, peer in found.items()]
+                peers[name] = peer
+        entrants = [Entrant(w, by, peer.version, peer.passes[w]) for w in WORKS for by, peer in peers.items()]
+        self.entrants = [entrant for entrant in entrants if self._right(entrant)]
         step = tick()
-        self.entrants = [e for e in self.entrants if self._right(e)]
         for entrant in self.entrants:
             entrant.calibrate(step)
         self.usual_spin = float(np.percentile([self.arena.spin() for _ in range(51)], 25))
 
     def _right(self, entrant: Entrant) -> bool:
-        """Whether its values are right to float32's rounding; a wrong one gets no row, and is told of."""
+        """Whether its values are right to float32's rounding; a wrong one gets no row, but a note."""
         self.arena.out.fill(np.nan)
         values = np.asarray(entrant.once())
         x = (self.arena.a.astype(np.float64) * self.arena.b).sum(axis=0)
         base = x if entrant.work == PHONG else 1 - ALPHA / GAMMA * (1 - x)
         exact = np.maximum(base, 0) ** (ALPHA if entrant.work == PHONG else GAMMA)
-        error = float(np.abs(values - exact).max()) if values.shape == exact.shape else math.nan
-        entrant.error = error
-        if values.dtype == np.float32 and error <= TOLERANCE:
+        entrant.error = float(np.abs(values - exact).max()) if values.shape == exact.shape else math.nan
+        if values.dtype == np.float32 and entrant.error <= TOLERANCE:
             return True
         self.notes.append(
             f"{entrant.by}, {entrant.work}, {self.working_set}: left out, its values are wrong (largest error "
-            f"{error:.3g}, allowed {TOLERANCE:.3g}, {values.dtype})"
+            f"{entrant.error:.3g}, allowed {TOLERANCE:.3g}, {values.dtype})"
         )
         return False
 
@@ -244,19 +249,17 @@ class _Field:
 
     def measured(self, rounds: int, seed: int, progress: Progress) -> list[dict[str, Any]]:
         """The rows of this working set."""
-        rng = np.random.default_rng(seed)
         end = time.perf_counter() + 1.3 * rounds * self.round_seconds
         with closing(Witness()) as witness:
-            readings = clock.run_rounds(
+            readings = run_rounds(
                 partial(self._epoch, witness),
                 len(self.entrants),
                 rounds,
-                rng,
+                np.random.default_rng(seed),
                 repeat=lambda: time.perf_counter() < end,
                 after_round=lambda done: progress.advance(),
             )
-        kept = [i for i, entrant in enumerate(self.entrants) if self._right(entrant)]
-        rows = [self._row(i, readings) for i in kept]
+        rows = [self._row(i, readings) for i, entrant in enumerate(self.entrants) if self._right(entrant)]
         twins = [row for row in rows if row["by"] == TWIN]
         if any(row["verdict"] != "unresolved" for row in twins):
             self.notes.append(f"{self.working_set}: identical code was told apart, so no verdict is given here")
@@ -266,19 +269,18 @@ class _Field:
                 self.notes.append(f"{row['by']} used {row['cores']:.1f} cores, not one ({self.working_set})")
         return rows
 
-    def _epoch(self, witness: Witness, index: int) -> clock.Epoch:
+    def _epoch(self, witness: Witness, index: int) -> Epoch:
         entrant = self.entrants[index]
         before = witness.see(self.arena.spin())
         entrant.once()
         nanoseconds = entrant.epoch(entrant.repeats) / entrant.repeats
         after = witness.see(self.arena.spin())
-        return clock.Epoch(nanoseconds, disturbed(before, after, self.usual_spin))
+        return Epoch(nanoseconds, disturbed(before, after, self.usual_spin))
 
-    def _row(self, index: int, readings: clock.Readings) -> dict[str, Any]:
+    def _row(self, index: int, readings: Readings) -> dict[str, Any]:
         entrant, n = self.entrants[index], self.arena.elements
         base = next(i for i, e in enumerate(self.entrants) if (e.by, e.work) == (OURS, entrant.work))
-        ratio = statistics.ratio(readings.used[:, index], readings.used[:, base])
-        verdict = "baseline" if index == base else statistics.verdict(ratio)
+        ratio = readings.ratio(index, base)
         return {
             "work": entrant.work,
             "by": entrant.by,
@@ -287,12 +289,10 @@ class _Field:
             "elements": n,
             "ns": readings.least(index) / n,
             "ns_median": readings.median(index) / n,
-            "ratio": ratio.middle,
-            "ratio_low": ratio.low,
-            "ratio_high": ratio.high,
-            "verdict": verdict,
+            **ratio.columns(),
+            "verdict": "baseline" if index == base else statistics.verdict(ratio),
             "cores": entrant.cpu / max(1, entrant.wall),
             "error": entrant.error,
-            "rounds": len(readings.used),
+            "rounds": readings.rounds(index),
             "contaminated": int(readings.marked[index]),
         }

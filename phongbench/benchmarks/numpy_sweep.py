@@ -19,7 +19,7 @@ from phongbench.compiler.precisions import Array
 from phongbench.formulas.exact import TRUTHS
 from phongbench.formulas.slopes import beta, sharpness
 from phongbench.inputs.plan import Cell, Plan, preset
-from phongbench.results.schema import ACCURACY_KEY
+from phongbench.results.schema import ACCURACY
 
 
 def _phong(x: Array, deficit: Array, cell: Cell) -> Array:
@@ -123,7 +123,7 @@ def _key(cell: Cell, batch: Batch, truth: str) -> dict[str, Any]:
         truth,
         "sampled",
     )
-    return dict(zip(ACCURACY_KEY, values, strict=True))
+    return dict(zip(ACCURACY.key, values, strict=True))
 
 
 def throughput(samples: int = 1 << 17, repeats: int = 3) -> dict[str, float]:

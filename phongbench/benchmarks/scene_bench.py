@@ -1,14 +1,13 @@
 """Our tracer beside a plain one in NumPy and beside other people's: the same pictures, interleaved in one run.
 
-Who cannot draw all that is wished for is compared with ours drawing just as little. What is compared precisely stands
+Who cannot draw all that is requested is compared with ours drawing just as little. What is compared precisely stands
 in each row's note; how alike the pictures are is measured with them.
 """
 
 import math
-import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -16,7 +15,6 @@ import numpy as np
 from phongbench import __version__
 from phongbench.benchmarks import numpy_tracer, skip_gains
 from phongbench.benchmarks.scene_peers import PEERS, Entry, Peer, Wishes, agreement
-from phongbench.benchmarks.skip_gains import quartiles
 from phongbench.compiler.precisions import Array
 from phongbench.errors import InputError, MeasurementError
 from phongbench.formulas.formula import Specular, specular_of
@@ -25,6 +23,8 @@ from phongbench.scenes.render import render
 from phongbench.scenes.render_to_file import Wish
 from phongbench.scenes.scene import Mesh, Scene
 from phongbench.support.progress import Progress
+from phongbench.timing.interleaved import Times, clocked, interleaved
+from phongbench.timing.statistics import LEVEL_TEXT, MIN_ROUNDS
 
 OURS, PLAIN = "phongbench", "plain NumPy"
 _NOTES = {
@@ -38,7 +38,7 @@ _SILENT = Progress()
 class _Entrant:
     """Somebody who draws.
 
-    once       draws, and returns the seconds
+    draw       draws once, and returns the seconds
     picture    what was drawn last
     rays       traced for it, shadow rays not counted; None where nobody counts them
     distances  None where they are not looked at
@@ -49,18 +49,17 @@ class _Entrant:
     version: str
     wishes: Wishes
     note: str
-    once: Callable[[], float]
+    draw: Callable[[], float]
     picture: Callable[[], Array]
     rays: Callable[[], int | None] = lambda: None
     distances: Callable[[], Array] | None = None
     brightest: float = math.inf
-    seconds: list[float] = field(default_factory=list)
 
 
 def tracers(
     scene: Scene,
     *,
-    rounds: int = 5,
+    rounds: int = MIN_ROUNDS,
     progress: Progress = _SILENT,
     size: tuple[int, int] | None = None,
     depth: int | None = None,
@@ -73,7 +72,7 @@ def tracers(
     size, depth, shadows  of the picture; None takes the scene's own
     mpixels_per_second    million pixels, each a ray from the camera, by the least time
     mrays_per_second      million rays, mirrored ones too, shadow rays not; nothing where nobody counts them
-    ratio                 median over the rounds of its time over that of ours drawing the same
+    rounds, seconds, ratio, ratio_low, ratio_high  its time over that of ours drawing the same, see `Times.row`
     largest_difference, pixels_off  against ours, where white is 1: the largest, and the share of pixels that differ by
                           more than a code; where bytes end at 1, ours does too
     surfaces_agree        the share of pixels that show what the plain tracer shows there, by its distance
@@ -87,38 +86,40 @@ def tracers(
         drawn = list(dict.fromkeys(e.wishes for e in entrants))
         entrants += [_ours(scene, wished) for wished in drawn if wished != wishes]
         entrants.sort(key=lambda e: (drawn.index(e.wishes), e.name != OURS))  # ours leads those it is compared with
-        _run(entrants, rounds, progress, absent)
+        progress.stage("tracers", rounds * len(entrants))
+        calls = {entrant: entrant.draw for entrant in entrants}
+        times = interleaved(calls, rounds=rounds, step=progress.advance, leaves_on=(MeasurementError,))
+        absent |= {entrant.name: str(problem.args[0]) for entrant, problem in times.failures.items()}
         truth = numpy_tracer.distances(scene, wishes.size)
         leaders = {e.wishes: e for e in entrants if e.name == OURS}
-        rows = [_row(e, leaders[e.wishes], truth) for e in entrants]
+        rows = [_row(e, leaders[e.wishes], times, truth) for e in entrants if e not in times.failures]
     return rows, [{"tracer": name, "why": why} for name, why in absent.items()]
 
 
 def _ours(scene: Scene, wishes: Wishes) -> _Entrant:
     done: dict[str, Any] = {}
 
-    def once() -> float:
+    def draw() -> float:
         done["last"] = render(
             scene, specular=Specular(), size=wishes.size, depth=wishes.depth, shadows=wishes.shadows, supersampling=1
         )
         return float(done["last"].seconds["total"])
 
-    once()  # compiles, and warms up
+    draw()  # compiles, and warms up
     note = _NOTES[OURS]
-    return _Entrant(OURS, __version__, wishes, note, once, lambda: done["last"].picture, lambda: done["last"].rays)
+    return _Entrant(OURS, __version__, wishes, note, draw, lambda: done["last"].picture, lambda: done["last"].rays)
 
 
 def _plain(scene: Scene, wishes: Wishes) -> _Entrant:
     done: dict[str, Any] = {}
 
-    def once() -> float:
-        started = time.perf_counter()
+    def draw() -> None:
         done["picture"], done["rays"] = numpy_tracer.trace(
             scene, size=wishes.size, depth=wishes.depth, shadows=wishes.shadows, dtype=np.float32
         )
-        return time.perf_counter() - started
 
-    return _Entrant(PLAIN, np.__version__, wishes, _NOTES[PLAIN], once, lambda: done["picture"], lambda: done["rays"])
+    note = _NOTES[PLAIN]
+    return _Entrant(PLAIN, np.__version__, wishes, note, clocked(draw), lambda: done["picture"], lambda: done["rays"])
 
 
 def _peers(
@@ -155,34 +156,18 @@ def _peer(peer: Peer) -> _Entrant:
     )
 
 
-def _run(entrants: list[_Entrant], rounds: int, progress: Progress, absent: dict[str, str]) -> None:
-    """Everybody draws once in each round, a different one first; who fails leaves."""
-    progress.stage("tracers", rounds * len(entrants))
-    for number in range(rounds):
-        first = number % len(entrants)
-        for entrant in entrants[first:] + entrants[:first]:
-            try:
-                entrant.seconds.append(entrant.once())
-            except MeasurementError as problem:
-                absent[entrant.name] = problem.what
-                entrants.remove(entrant)
-            progress.advance()
-
-
-def _row(e: _Entrant, ours: _Entrant, truth: Array) -> dict[str, Any]:
-    picture, best, rays, (width, height) = e.picture(), min(e.seconds), e.rays(), e.wishes.size
+def _row(e: _Entrant, ours: _Entrant, times: Times[_Entrant], truth: Array) -> dict[str, Any]:
+    picture, best, rays, (width, height) = e.picture(), times.seconds(e), e.rays(), e.wishes.size
     off = np.abs(picture - np.minimum(ours.picture(), e.brightest)).max(axis=2)
-    _, ratio, _ = quartiles([b / a for a, b in zip(ours.seconds, e.seconds, strict=True)])
     return {
         "tracer": e.name,
         "version": e.version,
         "draws": str(e.wishes),
         "size": f"{width}x{height}",
-        "seconds": round(best, 6),
+        **times.row(e, ours),
         "mpixels_per_second": width * height / best / 1e6,
         "rays": rays,
         "mrays_per_second": None if rays is None else rays / best / 1e6,
-        "ratio": ratio,
         "largest_difference": float(off.max()),
         "pixels_off": float((off > 1 / 255).mean()),
         "surfaces_agree": None if e.distances is None else agreement(truth, e.distances()),
@@ -192,27 +177,46 @@ def _row(e: _Entrant, ours: _Entrant, truth: Array) -> dict[str, Any]:
 
 def measure(wish: Wish, progress: Progress = _SILENT) -> dict[str, Any]:
     """What each skip saves in a scene, and our tracer beside a plain one and peers, where those can draw the scene."""
-    scene = wish.read()
-    told: dict[str, Any] = {"scene": scene.name}
-    told["skips"] = skip_gains.skips(scene, progress=progress, **wish.arguments(), **_formula(wish))
-    told["tracers"], told["absent"] = [], []
-    if not _beyond_the_plain(scene):
-        told["tracers"], told["absent"] = tracers(scene, progress=progress, **wish.arguments())
-    return told
+    scene, arguments = wish.read(), wish.arguments()
+    skips = skip_gains.skips(scene, progress=progress, **arguments, **_formula(wish))
+    rows, absent = ([], []) if _beyond_the_plain(scene) else tracers(scene, progress=progress, **arguments)
+    told = {"scene": scene.name, "notes": list(scene.notes), "interval": LEVEL_TEXT}
+    return told | {"skips": skips, "tracers": rows, "absent": absent}
 
 
 def judge(wish: Wish, progress: Progress = _SILENT) -> dict[str, Any]:
-    """Every usual and own formula's picture beside that of exact Phong, or that of the one formula asked for."""
+    """Every usual and own formula's picture beside that of exact Phong, or that of the one formula requested.
+
+    A row of `picture_errors.compare` for each, with `Times.row` of its picture, rays included, over exact Phong's.
+    """
     scene = wish.read()
     usual = (*picture_errors.USUAL, *picture_errors.own(wish.registry))
-    asked = usual if wish.specular is None else (specular_of(wish.specular),)
-    arguments = {name: value for name, value in wish.arguments().items() if name != "model"}
-    rows = picture_errors.compare(scene, asked, progress=progress, **arguments)
-    drawn = [{k: v for k, v in row.items() if k != "left_out"} for row in rows if not row["left_out"]]
+    formulas = usual if wish.specular is None else (specular_of(wish.specular),)
+    options = {name: value for name, value in wish.arguments().items() if name != "model"}
+    rows = dict(zip(formulas, picture_errors.compare(scene, formulas, progress=progress, **options), strict=True))
+    drawn = [formula for formula, row in rows.items() if not row["left_out"]]
     if wish.specular is not None and not drawn:
-        raise InputError(rows[0]["left_out"], None, "ask for another formula, or leave --specular away")
-    left_out = [{"formula": picture_errors.name_of(row), "why": row["left_out"]} for row in rows if row["left_out"]]
-    return {"scene": scene.name, "formulas": drawn, "left_out": left_out}
+        raise InputError(rows[formulas[0]]["left_out"], None, "ask for another formula, or leave --specular away")
+    times = _picture_times(scene, drawn, options, progress)
+    told = [{k: v for k, v in rows[f].items() if k != "left_out"} | times.row(f, None) for f in drawn]
+    left_out = [
+        {"formula": picture_errors.name_of(row), "why": row["left_out"]} for row in rows.values() if row["left_out"]
+    ]
+    notes = list(scene.notes)
+    return {"scene": scene.name, "notes": notes, "interval": LEVEL_TEXT, "formulas": told, "left_out": left_out}
+
+
+def _picture_times(
+    scene: Scene, formulas: Sequence[Specular], options: dict[str, Any], progress: Progress
+) -> Times[Specular | None]:
+    """Times of the pictures of formulas, and of that of exact Phong, which is named None."""
+
+    def drawing(formula: Specular | None) -> Callable[[], float]:
+        shown, specular = (scene.exact(), Specular()) if formula is None else (scene, formula)
+        return lambda: float(render(shown, specular=specular, **options).seconds["total"])
+
+    progress.stage(f"times of {scene.name}", (1 + len(formulas)) * (1 + MIN_ROUNDS))
+    return interleaved({formula: drawing(formula) for formula in (None, *formulas)}, warm=1, step=progress.advance)
 
 
 def _formula(wish: Wish) -> dict[str, Any]:

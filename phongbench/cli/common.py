@@ -1,7 +1,7 @@
 """What commands share: types of options, where runs lie, how answers are printed."""
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
@@ -38,6 +38,12 @@ def show(data: Any, as_json: bool, *otherwise: Callable[[], Any]) -> None:
     else:
         for tell in otherwise:
             tell()
+
+
+def notes(sentences: Iterable[str], quiet: bool = False) -> None:
+    """Print what is worth knowing and no error, on stderr."""
+    for sentence in () if quiet else sentences:
+        click.echo(f"note: {sentence}", err=True)
 
 
 def facts(data: dict[str, Any]) -> None:

@@ -4,6 +4,7 @@ Heavy modules are imported by the command that needs them.
 """
 
 import sys
+import warnings
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +12,7 @@ import click
 
 from phongbench import __version__
 from phongbench.cli.answers import bench, claims, front, recommend
-from phongbench.cli.common import JSON, ROOT, CommaList, facts, show
+from phongbench.cli.common import JSON, ROOT, CommaList, facts, notes, show
 from phongbench.cli.installation import approximations, doctor
 from phongbench.cli.pictures import render
 from phongbench.cli.runs import compare, list_runs, show_run, verify
@@ -42,12 +43,14 @@ SOME_CELLS_FAILED, INTERRUPTED = 3, 130
 
 
 class Commands(click.Group):
-    """Turns deliberate errors into two lines on stderr and an exit code."""
+    """Turns deliberate errors into two lines on stderr and an exit code, warnings into one."""
 
     def invoke(self, ctx: click.Context) -> Any:
         """Run a command; never a traceback for what the user can fix."""
         try:
-            return super().invoke(ctx)
+            with warnings.catch_warnings():
+                warnings.showwarning = lambda message, *_: click.echo(f"phongbench: {message}", err=True)
+                return super().invoke(ctx)
         except PhongbenchError as problem:
             click.echo(f"phongbench: {problem}", err=True)
             sys.exit(next(code for kind, code in EXIT_CODES if isinstance(problem, kind)))
@@ -176,9 +179,10 @@ def run(
 
     registry = registry_with(files)
     wishes["meshes"] = wishes["meshes"] or None
-    if files and wishes["approximations"] is None and plan is None:
+    if wishes["approximations"] is None and plan is None:  # plug-ins and the user's own among them
         wishes["approximations"] = tuple(registry)
-    wanted = compose(plan, preset_name, materials, timing=False if no_timing else None, **wishes).validated(registry)
+    wishes |= {"timing": False if no_timing else None, "note": lambda text: notes([text], quiet=as_json)}
+    wanted = compose(plan, preset_name, materials, **wishes).validated(registry)
     if dry_run:
         with TerminalProgress(quiet=as_json) as progress:
             told = forecast(wanted, registry, jobs, progress).as_dict()

@@ -6,7 +6,7 @@ from typing import Any
 
 import click
 
-from phongbench.cli.common import JSON, facts, grid, show
+from phongbench.cli.common import JSON, facts, grid, notes, show
 
 
 class Size(click.ParamType[Any]):
@@ -100,6 +100,7 @@ def render(
         found = (scene_bench.measure if bench else scene_bench.judge if formulas else render_to_file.draw)(
             wanted, progress
         )
+    notes(found.get("notes", ()), quiet=as_json)
     tables = [lambda name=name: table(name, *grid(readable(found, name))) for name in _TABLES if readable(found, name)]
     show(found, as_json, lambda: facts({k: v for k, v in found.items() if not isinstance(v, list)}), *tables)
 

@@ -10,12 +10,12 @@ from phongbench.errors import InputError
 
 
 @click.command(short_help="A formula as GLSL, HLSL, WGSL or C.")
-@click.argument("formula", metavar="[NAME[:form[:gamma]]]", required=False)
+@click.argument("formula", metavar="[FORMULA]", required=False)
 @click.option("--alpha", required=True, type=float, metavar="A", help="Exponent of the exact Phong to stand for.")
-@click.option("--max-error", metavar="E", help="Without a NAME: the cheapest formula within this error, e.g. 1/255.")
+@click.option("--max-error", metavar="E", help="Without a FORMULA: the cheapest formula within this error, e.g. 1/255.")
 @click.option("--language", metavar="NAME", help="glsl, hlsl, wgsl or c.  [default: by the end of --out, or glsl]")
-@click.option("--beta", metavar="POLICY", help="Of the slope.  [default: the formula's first]")
-@click.option("--space", metavar="SPACE", help="reflect (R, V) or half (N, H).  [default: the formula's first]")
+@click.option("--beta", metavar="POLICY", help="Of the slope, instead of the FORMULA's.")
+@click.option("--space", metavar="SPACE", help="reflect (R, V) or half (N, H), instead of the FORMULA's.")
 @click.option(
     "--with", "files", multiple=True, type=click.Path(path_type=Path), metavar="FILE.py", help="Add your own formula."
 )
@@ -34,46 +34,46 @@ def shader(
 ) -> None:
     """Write a formula as a function of two directions, in float32, with its constants filled in.
 
-    It computes what was measured, operation by operation; powers, exponentials and arc cosines are the language's own.
+    FORMULA is NAME[:FORM][:GAMMA][:SLOPE][@RECIPE]. The code computes what was measured, operation by operation;
+    powers, exponentials and arc cosines are the language's own.
 
     \b
     Examples:
       phongbench shader lyon:dot:8 --alpha 50
+      phongbench shader lyon:dot:32:minimax --alpha 50
       phongbench shader --alpha 50 --max-error 1/255 --language hlsl
       phongbench shader table-u:cross --alpha 20 --out highlight.c
     """
-    from phongbench.formulas.formula import specular_of
-    from phongbench.formulas.registry import get
+    from phongbench.formulas.formula import Formula
     from phongbench.formulas.shader_code import export
-    from phongbench.formulas.spec import Setting
     from phongbench.formulas.user_files import registry_with
     from phongbench.support.atomic_files import write_text, write_whole
 
-    if (formula is None) == (max_error is None):
-        raise InputError("a formula is named, or chosen by its error", None, "give either NAME or --max-error")
-    if max_error is not None:
-        wanted, beta = _recommended(alpha, max_error, space)
+    registry = registry_with(files)
+    if formula is not None and max_error is None:
+        named = Formula.parse(formula, registry)
+    elif formula is None and max_error is not None:
+        named = _recommended(alpha, max_error, space)
     else:
-        wanted = specular_of(formula or "")
-    spec = get(wanted.approximation, registry_with(files))
-    form = wanted.lambda_form or spec.lambda_forms[0]
+        raise InputError("a formula is named, or chosen by its error", None, "give either FORMULA or --max-error")
+    parts = named.approximation, named.lambda_form, named.gamma
+    wanted = Formula.of(*parts, beta or named.slope, space or named.space, registry=registry)
     language = language or (out.suffix.lstrip(".") if out is not None else "") or "glsl"
-    setting = Setting(alpha, wanted.gamma, beta or spec.slopes[0], space or spec.spaces[0])
-    found = export.shader(spec, form, setting, language, files=[file.name for file in files])
+    code = export.shader(wanted, alpha, language, files=[file.name for file in files], registry=registry)
     if out is not None:
-        write_whole(out, lambda path: write_text(path, found.text))
-    show({**found.as_dict(), "formula": spec.name}, as_json, lambda: click.echo(out or found.text, nl=out is not None))
+        write_whole(out, lambda path: write_text(path, code.text))
+    told = {**code.as_dict(), "formula": wanted.approximation, "name": wanted.spelled(registry)}
+    show(told, as_json, lambda: click.echo(out or code.text, nl=out is not None))
 
 
-def _recommended(alpha: float, max_error: str, space: str | None) -> tuple[Any, str]:
-    """The formula and its slope's policy that `recommend` chooses; InputError where nothing is within the error."""
+def _recommended(alpha: float, max_error: str, space: str | None) -> Any:
+    """The formula that `recommend` chooses; InputError where nothing is within the error."""
     from phongbench.analysis.recommend import recommend, run_for
-    from phongbench.formulas.formula import Specular
+    from phongbench.formulas.formula import Formula
 
-    found = recommend(run_for(None, ROOT), alpha=f"{alpha:g}", max_error=max_error, space=space or "reflect")
-    if not found["choices"]:
+    answer = recommend(run_for(None, ROOT), alpha=f"{alpha:g}", max_error=max_error, space=space or "reflect")
+    if not answer["choices"]:
         fix = f"allow more; phongbench recommend --alpha {alpha:g} --max-error {max_error} tells the nearest miss"
         raise InputError("no formula is within this error", "--max-error", fix)
-    best = found["choices"][0]
-    form = None if best["lambda"] == "none" else best["lambda"]
-    return Specular(best["approximation"], form, best["gamma"]), best["beta_policy"]
+    best = answer["choices"][0]
+    return Formula.of(best["approximation"], best["lambda"], best["gamma"], best["beta_policy"], answer["space"])

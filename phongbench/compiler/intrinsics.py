@@ -4,6 +4,7 @@ Each is a plain Python function, which says what it means, with a few LLVM instr
 """
 
 import inspect
+import sys
 import time
 from collections.abc import Callable
 from typing import Any, TypeVar
@@ -253,4 +254,25 @@ def _nanoseconds(stamp: Any) -> Any:
     return stamp[0] * 1_000_000_000 + stamp[1]
 
 
-nanoseconds: Callable[[Any], Any] = (lambda stamp: time.monotonic_ns()) if jit.DISABLED else jit.inline(_nanoseconds)
+if sys.version_info >= (3, 13):
+    _perf_counter = types.ExternalFunction("PyTime_PerfCounterRaw", types.int32(types.intp))
+
+    def python_clock(stamp: Any) -> Any:
+        """`nanoseconds` by the clock of Python's C interface, for systems without clock_gettime, as Windows."""
+        _perf_counter(stamp.ctypes.data)
+        return stamp[0]
+else:
+    _perf_counter = types.ExternalFunction("_PyTime_GetPerfCounter", types.int64())
+
+    def python_clock(stamp: Any) -> Any:
+        """`nanoseconds` by the clock of Python's C interface, for systems without clock_gettime, as Windows."""
+        return _perf_counter()
+
+
+def _clock() -> Callable[[Any], Any]:
+    if jit.DISABLED:
+        return lambda stamp: time.monotonic_ns()
+    return jit.inline(_nanoseconds if hasattr(time, "clock_gettime") else python_clock)
+
+
+nanoseconds: Callable[[Any], Any] = _clock()

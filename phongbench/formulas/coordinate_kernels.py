@@ -77,6 +77,7 @@ def _wiring(spec: Approximation) -> tuple[str, ...]:
     return tuple(names[a] for a in spec.arguments if a in names)
 
 
+@cache
 def _bound(kernel: Body, wiring: tuple[str, ...], precision: Precision, known: tuple[tuple[str, int], ...]) -> Body:
     """The lowered kernel as a function of (coordinate, c0, c1, c2, c3, table), whatever it takes of these."""
     namespace: dict[str, Any] = {"__name__": __name__, "kernel": lower(kernel, precision, **dict(known))}
@@ -102,12 +103,11 @@ def _values_kernel(
     return jit.elementwise(values_signature(precision.carrier), values)
 
 
-@cache
 def bound_parts(
     spec: Approximation, form: str, precision: Precision, known: tuple[tuple[str, int], ...]
 ) -> tuple[Body, Body]:
     """For loops of other shapes: the kernel as a function of (coordinate, c0, c1, c2, c3, table), and the coordinate as
-    one of the six components, both compiled into whatever calls them.
+    one of the six components, both compiled into whatever calls them; the same two for all formulas of a kernel.
     """
     body = lambda_forms.dot if form == "none" else lambda_forms.LAMBDA_FORMS[form]
     return _bound(spec.kernel, _wiring(spec), precision, known), lower(body, precision)

@@ -4,10 +4,9 @@ import math
 
 import numpy as np
 
-from phongbench.compiler import jit
 from phongbench.compiler.precisions import FLOAT64, Array, Precision
 from phongbench.formulas import coordinate_kernels
-from phongbench.formulas.kernel import coefficient_row, evaluate, known_values, table_row
+from phongbench.formulas.kernel import Kernel, evaluate
 from phongbench.formulas.lambda_forms import cutoff_deficit, deficit_of_angle, lengths_of
 from phongbench.formulas.registry import REGISTRY
 from phongbench.formulas.spec import Approximation, Setting
@@ -32,7 +31,7 @@ def lobe(
 
     form          str                one of the approximation's lambda forms; none for kernels of the cosine
     degrees       (n,) in 0 .. 90    angles of (R, V); of (N, H), where the setting's space is half, half of each
-    perturbation  as in sampling     none, a, both or opposite: whose length is wrong
+    perturbation  str                none, a, both or opposite: whose length is wrong
     length_error  relative, signed   0.01 is 1 % too long
     returns       value, exact       (n,) each, float64; the truth `angle`: of the vectors as the precision holds them
 
@@ -46,6 +45,25 @@ def lobe(
     a = _held(precision, one * (np.outer(_ACROSS, np.cos(turn)) + np.outer(_ALONG, np.sin(turn))))
     b = _held(precision, other * np.repeat(_ACROSS[:, None], turn.size, axis=1))
     return _values(spec, form, setting, a, b, precision), _exact(setting, a, b)
+
+
+def against_exact(
+    spec: Approximation,
+    form: str,
+    setting: Setting,
+    degrees: Array,
+    precision: Precision = FLOAT64,
+    perturbation: str = "none",
+    length_error: float = 0.0,
+) -> tuple[Array, Array]:
+    """The highlight and exact Phong at these angles between R and V: (n,) each, float64; arguments as for `lobe`.
+
+    In float64 with right lengths the formula is evaluated at the angles themselves, else by vectors.
+    """
+    if precision is FLOAT64 and not length_error:
+        cosine = np.cos(np.radians(degrees))
+        return curve(spec, form, setting, cosine), exact(setting.alpha, cosine)
+    return lobe(spec, form, setting, degrees, precision=precision, perturbation=perturbation, length_error=length_error)
 
 
 def exact(alpha: float, cosine: Array) -> Array:
@@ -71,15 +89,10 @@ def _held(precision: Precision, vectors: Array) -> Array:
 
 def _values(spec: Approximation, form: str, setting: Setting, a: Array, b: Array, precision: Precision) -> Array:
     """The formula's values by the loops of the sweep, in the working precision."""
-    block, out = coordinate_kernels.coordinates(precision, a, b), np.empty(a.shape[1], precision.carrier)
-    coordinate, gate = (
-        block[coordinate_kernels.FORM_ROW.get(form, coordinate_kernels.COSINE_ROW)],
-        block[coordinate_kernels.COSINE_ROW],
-    )
-    loop = coordinate_kernels.values_kernel(spec, precision, known_values(spec, setting))
-    row, table = coefficient_row(spec, setting, precision), table_row(spec, setting, precision)
-    coordinate_kernels.fill_values(jit.address(loop), coordinate, gate, row, table, out)
-    return out.astype(np.float64)
+    block = coordinate_kernels.coordinates(precision, a, b)
+    row = coordinate_kernels.FORM_ROW.get(form, coordinate_kernels.COSINE_ROW)
+    values = Kernel.of(spec, setting, precision).values(block[row], block[coordinate_kernels.COSINE_ROW])
+    return values.astype(np.float64)
 
 
 def _exact(setting: Setting, a: Array, b: Array) -> Array:

@@ -91,7 +91,7 @@ class Formula:
         if parts:
             slope = _slope(parts.pop(0))
         if parts:
-            raise InputError(f"{text!r} has a part too many: {parts[0]!r}", None, _EXAMPLE)
+            raise InputError(f"there are more parts than {name} takes", None, _EXAMPLE)
         if at and recipe not in RECIPES:
             raise UnknownNameError("recipe", recipe, RECIPES)
         return cls.of(name, form, gamma, slope, RECIPES.get(recipe), registry=registry)

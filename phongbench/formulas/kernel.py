@@ -69,7 +69,8 @@ class Kernel:
     def fill_pairs(self, a: Array, b: Array, out: Array) -> None:
         """Values of the loop over pairs. Nothing is checked: a wrong shape reads what it must not.
 
-        a, b  of the layout's shape, C-contiguous, in the precision's carrier; may be read-only
+        a, b  of the layout's shape, C-contiguous, in the precision's carrier; may be read-only. As many pairs are read
+              as `out` is long: they may hold more
         out   (n,) of the same type
         """
         pair_kernels.fill_pairs(self.address, read_only(a), read_only(b), self.coefficients, self.table, out)

@@ -1,13 +1,14 @@
-"""Compiled loops from vectors to highlights: what is timed, and what answers who has vectors.
+"""Compiled loops from vectors to highlights: what is timed, and what shades.
 
-One pass: the lambda form of each pair, the kernel, the gate. Every loop is compiled once, as in kernels.py.
+One pass: the lambda form of each pair, the kernel, the gate. Every loop is compiled once for all formulas that share a
+scalar kernel, whatever their coefficients, as in coordinate_kernels.py.
 """
 
 from functools import cache
 from typing import Any
 
 from phongbench.compiler import intrinsics, jit
-from phongbench.compiler.lowering import Precision, lower
+from phongbench.compiler.lowering import Body, Precision, lower
 from phongbench.compiler.precisions import Array
 from phongbench.formulas import lambda_forms
 from phongbench.formulas.coordinate_kernels import bound_parts
@@ -36,11 +37,12 @@ def pairs_kernel(
     """A compiled loop out[i] = kernel(lambda form of the i-th pair) where a.b > 0, else 0; see `pairs_signature`.
 
     form    one of the approximation's lambda forms; none for kernels of the cosine
-    known   as for `kernels.values_kernel`
+    known   as for `coordinate_kernels.values_kernel`
     layout  "soa": a and b of shape (3, n), a row per component; "aos": of shape (n, 3), a row per vector
     gated   False where `needs_gate` says that the test of a.b changes nothing
     """
-    return _pairs_kernel(spec, form, precision, known, layout, gated)
+    bound, coordinate = bound_parts(spec, form, precision, known)
+    return _pairs_kernel(bound, coordinate, precision, layout, gated)
 
 
 @jit.inline
@@ -58,10 +60,7 @@ AXIS, _PART = {"soa": 0, "aos": 1}, {"soa": _of_rows, "aos": _of_vectors}
 
 
 @cache
-def _pairs_kernel(
-    spec: Approximation, form: str, precision: Precision, known: tuple[tuple[str, int], ...], layout: str, gated: bool
-) -> Any:
-    bound, coordinate = bound_parts(spec, form, precision, known)
+def _pairs_kernel(bound: Body, coordinate: Body, precision: Precision, layout: str, gated: bool) -> Any:
     cosine, part, zero = lower(lambda_forms.dot, precision), _PART[layout], precision.constant(0.0)
 
     def pairs(a: Array, b: Array, coefficients: Array, table: Array, out: Array) -> None:

@@ -28,10 +28,16 @@ FAMILIES = (
 )
 
 
+def offered(module: object) -> tuple[Approximation, ...]:
+    """What a module offers: its SPECS, or its SPEC alone; empty unless all of it are approximations."""
+    specs: Any = getattr(module, "SPECS", None) or (getattr(module, "SPEC", None),)
+    whole = isinstance(specs, tuple | list) and all(isinstance(spec, Approximation) for spec in specs)
+    return tuple(specs) if whole else ()
+
+
 def specs_of(family: str) -> tuple[Approximation, ...]:
-    """What a module of approximations/ offers: its SPECS, or its SPEC alone."""
-    module = import_module(f"phongbench.formulas.approximations.{family}")
-    return tuple(getattr(module, "SPECS", ())) or (module.SPEC,)
+    """What a module of approximations/ offers."""
+    return offered(import_module(f"phongbench.formulas.approximations.{family}"))
 
 
 REGISTRY: Mapping[str, Approximation] = MappingProxyType({s.name: s for family in FAMILIES for s in specs_of(family)})
@@ -42,6 +48,14 @@ def get(name: str, registry: Mapping[str, Approximation] = REGISTRY) -> Approxim
     if name not in registry:
         raise UnknownNameError("approximation", name, registry)
     return registry[name]
+
+
+_RAISED = "this line of the file raised it"
+#: for files written for modules of phongbench that have moved
+_IMPORTS = (
+    "write `import phongbench as pb`, and pb.Approximation, pb.Cost, pb.Source, pb.ALPHA, pb.GAMMA; "
+    "helpers of kernels are in pb.elementary"
+)
 
 
 @contextmanager
@@ -81,13 +95,15 @@ def blame(problem: Exception, path: Path, name: str | None = None) -> NoReturn:
     if isinstance(problem, SyntaxError):
         raise InputError(problem.msg, f"{called}:{problem.lineno}", "the file must be valid Python") from problem
     lines = [frame.lineno for frame in traceback.extract_tb(problem.__traceback__) if Path(frame.filename) == path]
-    what = problem.what if isinstance(problem, PhongbenchError) else f"{type(problem).__name__}: {problem}"
-    fix = (isinstance(problem, PhongbenchError) and problem.fix) or "this line of the file raised it"
-    raise InputError(what, f"{called}:{lines[-1]}" if lines else called, fix) from problem
+    where = f"{called}:{lines[-1]}" if lines else called
+    if isinstance(problem, PhongbenchError):
+        raise InputError(problem.what, where, problem.fix or _RAISED) from problem
+    ours = isinstance(problem, ImportError) and (problem.name or "").partition(".")[0] == "phongbench"
+    raise InputError(f"{type(problem).__name__}: {problem}", where, _IMPORTS if ours else _RAISED) from problem
 
 
 def describe(spec: Approximation) -> dict[str, Any]:
-    """An approximation as plain data: what the command line and the service tell of it."""
+    """An approximation as plain data, for the command line and the service."""
     return {
         "name": spec.name,
         "title": spec.title,

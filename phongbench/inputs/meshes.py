@@ -27,7 +27,8 @@ class Surface:
     vertices      float64 (n, 3)   finite
     normals       float64 (n, 3)   unit length, one for each vertex
     faces         int64   (m, 3)   vertices of each triangle, none degenerate; m >= 1
-    notes         sentences        what was done to a file on the way, with counts
+    notes         sentences        what a file holds that is changed or left out, with counts
+    remarks       sentences        what a file leaves to its reader, with counts: polygons to cut, normals to make
     left_out      int              degenerate triangles that a file holds
     true_normals  (n, 3) -> (n, 3) unit normals of the true surface at the points nearest to these; None if unknown
     """
@@ -37,6 +38,7 @@ class Surface:
     normals: Array
     faces: NDArray[np.int64]
     notes: tuple[str, ...] = ()
+    remarks: tuple[str, ...] = ()
     left_out: int = 0
     true_normals: Callable[[Array], Array] | None = field(default=None, repr=False)
 
@@ -86,8 +88,8 @@ def uv_sphere(degrees: float) -> Surface:
     n = max(2, round(180 * math.sqrt(2) / degrees))
     turn, tilt = _grid(2 * n, n, math.pi)
     points = np.stack([np.sin(tilt) * np.cos(turn), np.sin(tilt) * np.sin(turn), np.cos(tilt)], axis=-1).reshape(-1, 3)
-    points = unit(points)
-    faces = _outward(points, points, solid(points, _halves(2 * n, n)))
+    points, halves = unit(points), _halves(2 * n, n)
+    faces = _outward(points, points, halves[have_area(points, halves)])
     return Surface("uv-sphere", points, points, faces, true_normals=unit)
 
 
@@ -139,11 +141,11 @@ def _twice_area(corners: Array) -> Array:
     return np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
 
 
-def solid(vertices: Array, faces: NDArray[np.int64]) -> NDArray[np.int64]:
-    """The triangles that are not degenerate."""
+def have_area(vertices: Array, faces: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """(m,) whether each triangle is not degenerate."""
     corners = vertices[faces]
     longest = ((corners - np.roll(corners, 1, axis=1)) ** 2).sum(axis=2).max(axis=1)
-    return np.asarray(faces[np.linalg.norm(_twice_area(corners), axis=1) > FLAT * longest])
+    return np.asarray(np.linalg.norm(_twice_area(corners), axis=1) > FLAT * longest)
 
 
 def _outward(vertices: Array, normals: Array, faces: NDArray[np.int64]) -> NDArray[np.int64]:

@@ -1,12 +1,16 @@
 """Real exponents and colours: the classic table of OpenGL materials, and MTL files."""
 
 import math
+import os
 import re
+from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 from phongbench.errors import InputError
+from phongbench.inputs.wavefront_text import Notes, name, numbered, read, without_comment
 
 Colour = tuple[float, float, float]
 
@@ -15,7 +19,7 @@ Colour = tuple[float, float, float]
 class Material:
     """What a surface does to light.
 
-    name       str                     as its source calls it, with hyphens
+    name       str                     as its source calls it
     ambient    (r, g, b) in 0 .. 1     ka
     diffuse    (r, g, b) in 0 .. 1     kd
     specular   (r, g, b) in 0 .. 1     ks
@@ -67,8 +71,32 @@ def _row(line: str) -> Material:
 #: the 24 materials of the OpenGL teapots demo (source OPENGL_MATERIALS)
 OPENGL: tuple[Material, ...] = tuple(_row(line) for line in _OPENGL.strip().splitlines())
 
-#: what an MTL file's shininess may be
-LARGEST_NS = 1000.0
+#: what an MTL file's shininess may be: the largest alpha
+LARGEST_NS = 1e5
+#: the colours of a material by their keyword
+_COLOURS = {"Ka": "ambient", "Kd": "diffuse", "Ks": "specular"}
+#: what is lost with keywords that are ignored; those of textures begin so
+_TEXTURES = ("map_", "bump", "disp", "decal", "refl", "norm")
+_LOST = dict.fromkeys(("d", "Tr", "Tf", "Ni", "sharpness"), "everything is opaque")
+_LOST |= {"illum": "every material has all terms of Phong", "Ke": "materials give no light"}
+_LOST |= dict.fromkeys(("Pr", "Pm", "Ps", "Pc", "Pcr", "aniso", "anisor"), "it belongs to another reflection model")
+
+
+@dataclass(frozen=True)
+class MtlFiles:
+    """The materials of MTL files.
+
+    materials  in the order of their first definitions; of several with the same name the last counts
+    notes      what is changed or ignored, each with its file
+    """
+
+    materials: tuple[Material, ...]
+    notes: tuple[str, ...] = ()
+
+    def find(self, text: str) -> Material | None:
+        """The material that a usemtl line names, which may end in a comment; None if there is none."""
+        named = {m.name: m for m in self.materials}
+        return named.get(text) or named.get(without_comment(text))
 
 
 def exponents(materials: Iterable[Material]) -> tuple[float, ...]:
@@ -76,76 +104,131 @@ def exponents(materials: Iterable[Material]) -> tuple[float, ...]:
     return tuple(sorted({m.shininess for m in materials if m.shininess > 0}))
 
 
-def read_mtl(path: str | Path) -> tuple[Material, ...]:
-    """The materials of a Wavefront MTL file, in its order: newmtl, Ns, Ka, Kd and Ks; all else is skipped.
+def read_exponents(path: str | Path) -> tuple[tuple[float, ...], tuple[str, ...]]:
+    """The exponents of an MTL file, and notes on what is odd in it; InputError if there are none."""
+    read = read_mtl(path)
+    if not (alphas := exponents(read.materials)):
+        raise InputError("no material has a positive Ns", str(path), "an MTL material needs a line like: Ns 96.08")
+    return alphas, read.notes
 
-    Raises InputError naming file and line where a number is missing, malformed or out of range, where a value stands
-    before the first newmtl, and if no material has an Ns.
+
+def read_mtl(*paths: str | Path) -> MtlFiles:
+    """The materials of Wavefront MTL files: newmtl, Ns, Ka, Kd and Ks; all else is ignored, and noted.
+
+    Colours above 1 count as 1. Without a positive Ns a material has no highlight.
+    Raises InputError naming file and line where a number is missing, malformed or out of range, and where a value
+    stands before the first newmtl.
     """
-    path = Path(path)
-    try:
-        lines = path.read_text(encoding="utf-8-sig", errors="replace").splitlines()
-    except (OSError, ValueError) as problem:  # ValueError: a name that no file can have
-        what = f"cannot read the MTL file: {getattr(problem, 'strerror', None) or problem}"
-        raise InputError(what, str(path), "give the path of a .mtl file") from problem
-    found: list[Material] = []
-    shiny = False
-    for number, line in enumerate(lines, 1):
-        key, *values = line.split("#")[0].split() or [""]
+    materials: dict[str, Material] = {}
+    notes: list[str] = []
+    for path in map(Path, paths):
+        noted = Notes()
+        for number, material in _definitions(path, noted):
+            if materials.get(material.name, material) != material:
+                noted.add(f"the material {material.name!r} is defined again, differently: the last one counts", number)
+            if max(material.specular) > 0 and material.shininess == 0:
+                noted.add("a material whose Ks has no positive Ns gets no highlight", number)
+            materials[material.name] = material
+        notes += [f"{path}: {sentence}" for sentence in noted.sentences()]
+    short = Counter(map(without_comment, materials))
+    named = [replace(m, name=without_comment(n)) if short[without_comment(n)] == 1 else m for n, m in materials.items()]
+    return MtlFiles(tuple(named), tuple(notes))
+
+
+def _definitions(path: Path, notes: Notes) -> list[tuple[int, Material]]:
+    """The materials of a file, each with the number of its newmtl line; their names may end in comments."""
+    found: list[tuple[int, Material]] = []
+    for number, line in numbered(read(path, "MTL file", "give the path of a .mtl file")):
+        key, _, rest = name(line).partition(" ")
         where = f"{path}:{number}"
         if key == "newmtl":
-            found.append(_named(values, where, found))
-        elif key in ("Ns", "Ka", "Kd", "Ks"):
+            if not without_comment(rest):
+                raise InputError("newmtl without a name", where, "write: newmtl NAME")
+            found.append((number, Material(rest)))
+        elif key == "Ns" or key in _COLOURS:
             if not found:
                 raise InputError(f"{key} before the first newmtl", where, "start each material with: newmtl NAME")
-            found[-1] = _with(found[-1], key, values, where)
-            shiny = shiny or key == "Ns"
-    if not shiny:
-        raise InputError("no material has a shininess", str(path), "an MTL material needs a line like: Ns 96.08")
-    return tuple(found)
+            values = rest.split("#")[0].split()
+            if key == "Ns":
+                found[-1] = (found[-1][0], replace(found[-1][1], shininess=_exponent(values, where)))
+                continue
+            colour = _colour(key, values, where)
+            if max(colour) > 1:
+                notes.add(f"{key} above 1 counts as 1", number)
+            if len(values) == 4:
+                notes.add(f"the fourth number of {key} is ignored", number)
+            clamped: dict[str, Any] = {_COLOURS[key]: tuple(min(value, 1.0) for value in colour)}
+            found[-1] = (found[-1][0], replace(found[-1][1], **clamped))
+        elif key and not key.startswith("#"):
+            notes.add(f"{key[:20]!r} is ignored: {_lost(key)}", number)
+    return found
 
 
-def _named(values: list[str], where: str, found: list[Material]) -> Material:
-    if not values:
-        raise InputError("newmtl without a name", where, "write: newmtl NAME")
-    name = "-".join(values)
-    if any(m.name == name for m in found):
-        raise InputError(f"the material {name!r} is defined twice", where, "rename one of them")
-    return Material(name)
+def _lost(key: str) -> str:
+    """What is lost with a keyword."""
+    if key.lower().startswith(_TEXTURES):
+        return "textures are not drawn"
+    return _LOST.get(key, "it is no keyword of MTL files")
 
 
-def _with(material: Material, key: str, values: list[str], where: str) -> Material:
-    """The material with the value of one line."""
-    if key == "Ns":
-        if len(values) != 1:
-            raise InputError(f"Ns takes one number, not {len(values)}", where, "write: Ns 96.08")
-        return replace(material, shininess=_number(values[0], "Ns", LARGEST_NS, where))
+def _exponent(values: list[str], where: str) -> float:
+    if len(values) != 1:
+        raise InputError(f"Ns takes one number, not {len(values)}", where, "write: Ns 96.08")
+    return _number(values[0], "Ns", LARGEST_NS, where)
+
+
+def _colour(key: str, values: list[str], where: str) -> Colour:
+    """A colour, which may be too bright."""
     if values and values[0] in ("spectral", "xyz"):
         raise InputError(f"{key} {values[0]} is not supported", where, f"write {key} as red, green and blue")
-    if len(values) not in (1, 3):
+    if len(values) not in (1, 3, 4):
         raise InputError(f"{key} takes one or three numbers, not {len(values)}", where, f"write: {key} 0.8 0.8 0.8")
-    red, *others = (_number(v, key, 1.0, where) for v in values)
+    red, *others = (_number(value, key, math.inf, where) for value in values[:3])
     green, blue = others or (red, red)  # the format: green and blue default to red
-    colour = (red, green, blue)
-    if key == "Ka":
-        return replace(material, ambient=colour)
-    return replace(material, diffuse=colour) if key == "Kd" else replace(material, specular=colour)
+    return red, green, blue
 
 
 def _number(text: str, key: str, largest: float, where: str) -> float:
     # float() also takes nan, infinity and 1_0, none of which belongs here
-    value = float(text) if re.fullmatch(r"[-+.\deE]+", text) and _parses(text) else math.nan
-    fix = f"{key} is a number from 0 to {largest:g}"
+    try:
+        value = float(text) if re.fullmatch(r"[-+.\deE]+", text) else math.nan
+    except ValueError:
+        value = math.nan
+    end = 1 if math.isinf(largest) else largest
+    fix = f"{key} is a number from 0 to {end:g}"
     if math.isnan(value):
         raise InputError(f"{key} is {text!r}, not a number", where, fix)
     if not 0 <= value <= largest:
-        raise InputError(f"{key} = {text} is outside 0 .. {largest:g}", where, fix)
+        raise InputError(f"{key} = {text} is outside 0 .. {end:g}", where, fix)
     return value
 
 
-def _parses(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True
+def mtl_paths(folder: Path, libraries: Iterable[str]) -> tuple[list[Path], list[str]]:
+    """The MTL files that mtllib lines name, and the names of those that are not there.
+
+    A line names one file, whose name may hold blanks and #, or several; a comment may follow. Where a path is not
+    there, as one of another machine, a file of that name in the folder is taken, whatever its case.
+    """
+    paths: list[Path] = []
+    missing: list[str] = []
+    for text in libraries:
+        words = text.split(" ")
+        while words and not (words[0].startswith("#") and _file(folder, words[0]) is None):
+            found = ((n, _file(folder, " ".join(words[:n]))) for n in range(len(words), 0, -1))
+            length, path = next(((n, file) for n, file in found if file), (1, None))
+            if path:
+                paths.append(path)
+            else:
+                missing.append(words[0])
+            words = words[length:]
+    return paths, missing
+
+
+def _file(folder: Path, name: str) -> Path | None:
+    """The file of a name in a folder, of its last part, or of another case; None if there is none."""
+    given = name.strip("\"'").replace("\\", "/")
+    last = given.rsplit("/", 1)[-1]
+    for candidate in (folder / name, folder / given, folder / last):
+        if os.path.isfile(candidate):  # noqa: PTH113 - Path.is_file raises for names that are too long
+            return candidate
+    return next((p for p in sorted(folder.iterdir()) if p.name.lower() == last.lower() and p.is_file()), None)

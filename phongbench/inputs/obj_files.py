@@ -1,8 +1,6 @@
-"""Triangle meshes from Wavefront OBJ files: what is odd in them is refused or repaired, and counted."""
+"""Triangle meshes from Wavefront OBJ files: what is odd in them is refused with its line, or repaired and told."""
 
-import io
-import math
-import warnings
+from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 
@@ -11,142 +9,181 @@ from numpy.typing import NDArray
 
 from phongbench.compiler.precisions import Array
 from phongbench.errors import InputError
-from phongbench.inputs.meshes import Surface, area_weighted_normals, solid, unit
+from phongbench.inputs import polygons
+from phongbench.inputs.meshes import Surface, area_weighted_normals, have_area, unit
+from phongbench.inputs.obj_lines import EXAMPLE, FACE, NORMAL, VERTEX, Indices, ObjLines
+from phongbench.inputs.wavefront_text import Notes, name
 
 #: the largest coordinate may be this, or one over it: squares of areas stay finite
 LARGEST = 1e60
-_EXAMPLE = "give a Wavefront OBJ file with vertices (v) and faces (f)"
+#: keywords that change no picture here
+_SILENT = set(b"g o mg lod maplib usemap shadow_obj trace_obj bevel c_interp d_interp".split())
+_LOST = {b"l": "lines are not drawn", b"p": "points are not drawn"}
+_CURVES = b"vp cstype deg bmat step curv curv2 surf parm trim hole scrv sp end con bzp bsp cdc cdp res"
+_LOST |= dict.fromkeys(_CURVES.split(), "curves and curved surfaces are not drawn")
+
+
+@dataclass(frozen=True, eq=False)
+class ObjFile:
+    """The triangles of an OBJ file, and the materials that it names for them.
+
+    libraries  the text of each mtllib line: one MTL file's name, or several
+    materials  line and text of each usemtl line: a name, perhaps with a comment
+    worn       int64 (m,)  which of these each triangle wears; -1 before the first
+    bare       line of the first face without a material; None if there is none
+    """
+
+    surface: Surface
+    libraries: tuple[str, ...]
+    materials: tuple[tuple[int, str], ...]
+    worn: Indices
+    bare: int | None
 
 
 def load(path: str | Path) -> Surface:
-    """The triangles of an OBJ file.
+    """The triangles of an OBJ file; see `load_obj`. Materials are not looked at."""
+    return load_obj(path).surface
+
+
+def load_obj(path: str | Path) -> ObjFile:
+    """An OBJ file.
 
     Polygons are cut into triangles, degenerate ones left out. Normals of the file are made unit length; where it has
-    none, or a zero one, the area-weighted mean of the triangles at that place is taken. All of this is counted, and
-    told in `notes`. Materials and textures are not looked at.
+    none, or a zero one, the area-weighted mean of the triangles at that place is taken. What is changed or left out is
+    told in the surface's notes, what the file leaves to its reader in its remarks.
 
-    Raises InputError, naming the file and how to fix it: absent or unreadable, no faces, faces that name vertices that
-    are not there, coordinates that are not finite, only degenerate triangles; or trimesh (extra `scene`) is missing.
+    Raises InputError, naming the file, the line and how to fix it: absent or unreadable, no faces, faces that name
+    vertices that are not there, coordinates that are not finite, only degenerate triangles.
     """
     path = Path(path)
     try:
         facts = path.stat()
-    except OSError as problem:
-        raise InputError(f"cannot read the mesh: {problem.strerror}", str(path), _EXAMPLE) from problem
+    except (OSError, ValueError) as problem:
+        what = f"cannot read the mesh: {getattr(problem, 'strerror', None) or problem}"
+        raise InputError(what, str(path), EXAMPLE) from problem
     return _load(path, facts.st_mtime_ns, facts.st_size)
 
 
 @lru_cache(maxsize=8)
-def _load(path: Path, changed: int, size: int) -> Surface:
-    """`load` of a file in this state: a study checks its meshes when it starts, and measures them later."""
-    lines = _read(path)
-    corners = _checked(path, lines)
-    vertices, faces, given = _parsed(path, lines)
-    if len(faces) != sum(corners) - 2 * len(corners):
-        what = f"trimesh made {len(faces)} triangles of {len(corners)} faces, which cannot be"
-        raise InputError(what, str(path), "export the mesh again")
-    notes = []
-    if polygons := sum(n > 3 for n in corners):
-        notes.append(f"polygons cut into triangles: {polygons}")
-    kept = solid(vertices, faces)
-    if not len(kept):
+def _load(path: Path, changed: int, size: int) -> ObjFile:
+    """`load_obj` of a file in this state: a study checks its meshes when it starts, and measures them later."""
+    lines, notes, remarks = ObjLines(path), Notes(), Notes()
+    points = _points(lines, notes)
+    corners, named, owners = _triangles(lines, points, notes, remarks)
+    solid = have_area(points, corners)
+    if not solid.any():
         raise InputError("every triangle of the mesh is degenerate", str(path), "export it again, with an area")
-    if left_out := len(faces) - len(kept):
-        notes.append(f"degenerate triangles left out: {left_out}")
-    normals = area_weighted_normals(vertices, kept)
-    if given is None:
-        some = any(line.startswith("vn ") for line in lines)
-        told = "its normals do not fit its faces" if some else "it has no normals"
-        notes.append(f"{told}: area-weighted ones are used")
-    else:
-        usable = np.isfinite(given).all(axis=1) & (np.abs(given).max(axis=1) > 0)
-        normals[usable] = unit(given[usable] / np.abs(given[usable]).max(axis=1, keepdims=True))
-        if missing := int((~usable[np.unique(kept)]).sum()):
-            notes.append(f"normals that are zero or not finite, replaced by area-weighted ones: {missing}")
-    return Surface(path.name, vertices, normals, kept, tuple(notes), left_out)
+    left_out = int((~solid).sum())
+    notes.add("degenerate triangles left out", count=left_out)
+    corners, named, owners = corners[solid], named[solid], owners[solid]
+    vertices, normals, faces = _with_normals(lines, points, corners, named, notes, remarks)
+    libraries, uses, materials = _statements(lines, notes, creases=bool((named < 0).any()))
+    worn = np.searchsorted(uses, owners) - 1
+    bare = lines.number(int(owners[worn.argmin()])) if worn.min() < 0 else None
+    surface = Surface(path.name, vertices, normals, faces, notes.sentences(), remarks.sentences(), left_out)
+    return ObjFile(surface, libraries, materials, worn, bare)
 
 
-def _read(path: Path) -> list[str]:
-    """The lines of an OBJ without comments, one blank between words; a continued line is joined to its first."""
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except OSError as problem:
-        raise InputError(f"cannot read the mesh: {problem.strerror}", str(path), _EXAMPLE) from problem
-    except UnicodeDecodeError as problem:
-        raise InputError("the mesh is not a text file", str(path), _EXAMPLE) from problem
-    return [" ".join(line.split("#", 1)[0].split()) for line in text.replace("\\\n", " ").splitlines()]
+def _points(lines: ObjLines, notes: Notes) -> Array:
+    """The vertices, whose other numbers are noted."""
+    points, counts = lines.vectors(VERTEX)
+    for numbers, lost in ((counts >= 6, "vertex colours are not drawn"), (counts % 3 == 1, "weights of vertices")):
+        if numbers.any():
+            notes.add(lost, lines.number(int(lines.of(VERTEX)[numbers.argmax()])), int(numbers.sum()))
+    if not len(lines.of(FACE)):
+        what = "the mesh has no faces"
+        raise InputError(what, str(lines.path), "export it with faces, not as a cloud of points")
+    if len(points) and not 1 / LARGEST < (size := float(np.abs(points).max())) < LARGEST:
+        raise InputError(f"the mesh's largest coordinate is {size:g}", str(lines.path), "scale it to about 1")
+    return points
 
 
-def _checked(path: Path, lines: list[str]) -> list[int]:
-    """Corners of each face; InputError names the first line that trimesh would misread, or give up on."""
-    points, seen, corners = sum(line.startswith("v ") for line in lines), 0, []
-    for number, line in enumerate(lines, 1):
-        kind, *words = line.split(" ")
-        wrong = None
-        if kind == "v":
-            seen += 1
-            wrong = None if _finite(words) else "a vertex is three finite numbers"
-        elif kind == "f":
-            corners.append(len(words))
-            wrong = "a face has three corners or more" if len(words) < 3 else _stray(words, points, seen)
-        if wrong:
-            raise InputError(f"{wrong}, not {line!r}", f"{path}:{number}", "repair the line, or export the mesh again")
-    if not corners:
-        raise InputError("the mesh has no faces", str(path), "export it with faces, not as a cloud of points")
-    return corners
+def _triangles(lines: ObjLines, points: Array, notes: Notes, remarks: Notes) -> tuple[Indices, Indices, Indices]:
+    """(t, 3) vertices and normals (-1 for none) of all triangles, degenerate ones too, and the line of each one's face.
+
+    Raises InputError for a face that names a vertex that is not there.
+    """
+    faces = lines.of(FACE)
+    vertex, normal, sizes = lines.corners()
+    corners, there = _resolved(lines, VERTEX, vertex, sizes)
+    if not there.all():
+        line = int(np.repeat(faces, sizes)[there.argmin()])
+        lines.refuse(line, f"a face names its vertices by 1 to {len(points)}, or backwards from -1 those above it")
+    named, there = _resolved(lines, NORMAL, normal, sizes)
+    named[~there] = -1
+    notes.add(
+        "corners whose normal is not in the file get an area-weighted one", count=int((~there & (normal != 0)).sum())
+    )
+    corners, named, sizes = _without_repetitions(corners, named, sizes)
+    remarks.add("polygons cut into triangles", count=int((sizes > 3).sum()))
+    triangles, owners, crossing = polygons.triangles(points[corners], sizes)
+    notes.add("faces that cross themselves, cut as fans around a corner", count=crossing)
+    return corners[triangles], named[triangles], faces[owners]
 
 
-def _finite(words: list[str]) -> bool:
-    try:
-        return len(words) >= 3 and all(math.isfinite(float(word)) for word in words[:3])
-    except ValueError:
-        return False
+def _resolved(lines: ObjLines, kind: int, numbers: Indices, sizes: Indices) -> tuple[Indices, NDArray[np.bool_]]:
+    """Indices of what corners name by numbers from 1, or backwards from -1 at their face; and whether it is there."""
+    defined = lines.kinds == kind
+    above = np.repeat(np.cumsum(defined)[lines.of(FACE)], sizes)
+    indices = np.where(numbers > 0, numbers - 1, above + numbers)
+    return indices, (numbers != 0) & (indices >= 0) & (indices < defined.sum())
 
 
-def _stray(words: list[str], points: int, seen: int) -> str | None:
-    """What is wrong with the corners of a face, of which `seen` of all vertices have been defined so far."""
-    try:
-        indices = [int(word.split("/", 1)[0]) for word in words]
-    except ValueError:
-        return "a corner is the number of a vertex"
-    if not all(1 <= abs(index) <= points for index in indices):
-        return f"a face names its vertices by 1 to {points}"
-    if seen < points and min(indices) < 0:
-        return "only after the last vertex are numbers counted from the end understood"
-    return None
+def _without_repetitions(corners: Indices, named: Indices, sizes: Indices) -> tuple[Indices, Indices, Indices]:
+    """The corners of polygons without those that repeat the one before, as long as three are left."""
+    first = np.cumsum(sizes) - sizes
+    before = np.arange(len(corners)) - 1
+    before[first] = first + sizes - 1
+    kept = corners != corners[before]
+    kept |= np.repeat((sizes == 3) | (np.add.reduceat(kept, first, dtype=np.int64) < 3), sizes)
+    return corners[kept], named[kept], np.add.reduceat(kept, first, dtype=np.int64)
 
 
-def _parsed(path: Path, lines: list[str]) -> tuple[Array, NDArray[np.int64], Array | None]:
-    """Vertices, triangles and normals (None without) of an OBJ, by trimesh; vertices are split where normals differ."""
-    try:
-        from trimesh.exchange.obj import load_obj
-    except ImportError as problem:
-        fix = "install it: pip install 'phongbench[scene]'"
-        raise InputError("meshes are read by trimesh, which is not installed", str(path), fix) from problem
-    vertices, faces, normals, shift = [], [], [], 0
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("error")  # NumPy only warns of what is not a number
-            found = load_obj(io.StringIO("\n".join(lines)), skip_materials=True, group_material=False)
-        for part in found["geometry"].values():
-            vertices.append(np.asarray(part["vertices"], np.float64).reshape(-1, 3))
-            faces.append(_fans(np.asarray(part["faces"], np.int64)) + shift)
-            normals.append(part.get("vertex_normals"))
-            shift += len(vertices[-1])
-        points, triangles = np.concatenate(vertices), np.concatenate(faces)
-    except Exception as problem:  # whatever a parser raises on a broken file
-        what = f"trimesh cannot read the mesh: {type(problem).__name__}: {problem}"
-        raise InputError(what, str(path), _EXAMPLE) from problem
-    if not 1 / LARGEST < (size := float(np.abs(points).max())) < LARGEST:
-        raise InputError(f"the mesh's largest coordinate is {size:g}", str(path), "scale it to about 1")
-    given = [
-        np.full_like(v, np.nan) if n is None else np.asarray(n, np.float64)
-        for v, n in zip(vertices, normals, strict=True)
-    ]
-    return points, triangles, None if all(n is None for n in normals) else np.concatenate(given)
+def _with_normals(
+    lines: ObjLines, points: Array, corners: Indices, named: Indices, notes: Notes, remarks: Notes
+) -> tuple[Array, Array, Indices]:
+    """Vertices, their unit normals and (t, 3) faces: vertices are split where corners name several normals."""
+    given, _ = lines.vectors(NORMAL)
+    largest = np.abs(given).max(axis=1, initial=0.0)
+    usable = np.isfinite(largest) & (largest > 0)
+    bad = np.zeros(corners.shape, bool) if not len(given) else (named >= 0) & ~usable[named]
+    notes.add("normals that are zero or not finite, replaced by area-weighted ones", count=len(np.unique(named[bad])))
+    chosen = np.where(bad, -1, named)
+    if (named < 0).all():
+        left = "it has no normals" if not len(given) else "its faces name none of its normals"
+        remarks.add(f"{left}: area-weighted ones are used")
+    elif (named < 0).any():
+        remarks.add("corners without a normal get an area-weighted one", count=int((named < 0).sum()))
+    smooth = area_weighted_normals(points, corners) if (chosen < 0).any() else points
+    if (chosen < 0).all():
+        return points, smooth, corners
+    keys, faces = np.unique(corners * (len(given) + 1) + chosen + 1, return_inverse=True)
+    vertex, normal = keys // (len(given) + 1), keys % (len(given) + 1) - 1
+    normals = smooth[vertex]
+    normals[normal >= 0] = unit(given[normal[normal >= 0]] / largest[normal[normal >= 0], None])
+    return points[vertex], normals, faces.reshape(-1, 3)
 
 
-def _fans(polygons: NDArray[np.int64]) -> NDArray[np.int64]:
-    """(m, k) polygons as (m (k - 2), 3) triangles around their first corner."""
-    triangles = [polygons[:, [0, i, i + 1]] for i in range(1, polygons.shape[1] - 1)]
-    return np.stack(triangles, axis=1).reshape(-1, 3)
+def _statements(
+    lines: ObjLines, notes: Notes, *, creases: bool
+) -> tuple[tuple[str, ...], Indices, tuple[tuple[int, str], ...]]:
+    """The mtllib texts, the indices of the usemtl lines, and their numbers and names; what else is lost is noted.
+
+    creases  whether smoothing groups would decide about normals
+    """
+    libraries, uses, materials, groups = list[str](), list[int](), list[tuple[int, str]](), dict[str, int]()
+    for line, key, rest in lines.others():
+        if key == b"mtllib":
+            libraries.append(name(rest))
+        elif key == b"usemtl":
+            uses.append(line)
+            materials.append((lines.number(line), name(rest)))
+        elif key == b"s":
+            groups.setdefault(name(rest), line)
+        elif key not in _SILENT:
+            notes.add(
+                f"{name(key)[:20]!r} is ignored: {_LOST.get(key, 'it is no keyword of OBJ files')}", lines.number(line)
+            )
+    if creases and (len(groups) > 1 or "off" in groups or "0" in groups):
+        notes.add("smoothing groups are ignored: normals are smooth everywhere", lines.number(min(groups.values())))
+    return tuple(libraries), np.array(uses, np.int64), tuple(materials)

@@ -2,12 +2,13 @@
 
 import re
 import tomllib
+from collections.abc import Callable
 from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
 from phongbench.errors import InputError, UnknownNameError
-from phongbench.inputs.mtl_files import exponents, read_mtl
+from phongbench.inputs.mtl_files import read_exponents
 from phongbench.inputs.plan import PRESETS, Plan, preset
 
 
@@ -44,6 +45,7 @@ def compose(
     materials: Path | None = None,
     *,
     scenes: bool = False,
+    note: Callable[[str], None] = lambda _: None,
     **wishes: Any,
 ) -> Plan:
     """The plan of a command line: a file or a preset, changed by every wish that is not None.
@@ -51,6 +53,7 @@ def compose(
     path       TOML plan; excludes preset_name
     materials  MTL file whose distinct shininess values become the exponents
     scenes     whether to ask the probe of this name, whatever other probes are asked
+    note       called with what is odd in the MTL file
     wishes     fields of Plan
     """
     if path and preset_name:
@@ -60,7 +63,9 @@ def compose(
     if wishes.get("probes") == ("none",):
         wishes["probes"] = ()
     if materials:
-        wishes["alphas"] = exponents(read_mtl(materials))
+        wishes["alphas"], notes = read_exponents(materials)
+        for sentence in notes:
+            note(sentence)
     base = read_toml(path) if path else preset(preset_name or "quick")
     plan = replace(base, **{name: value for name, value in wishes.items() if value is not None})
     return replace(plan, probes=tuple(dict.fromkeys((*plan.probes, "scenes")))) if scenes else plan

@@ -1,8 +1,7 @@
-"""The one on-disk form of a run: a folder with a manifest and Parquet tables. Created, appended, loaded, verified
-here.
+"""The one on-disk form of a run: a folder with a manifest and Parquet tables; created, loaded and verified here.
 
-Files appear whole or not at all (whole.py). While a study runs, what is finished is kept apart (unfinished.py); the
-complete run is the tables alone.
+Files appear whole or not at all. While a study runs, what is finished is kept apart (checkpoints.py); a complete run
+is its tables alone.
 """
 
 import hashlib
@@ -23,25 +22,27 @@ import pandas as pd
 from phongbench.errors import CorruptRunError, InputError, LockedError
 from phongbench.inputs.plan import Plan
 from phongbench.results.checkpoints import PARTS
-from phongbench.results.schema import ACCURACY_KEY, COLUMNS
+from phongbench.results.schema import CASE, COVERAGES, TABLES
 from phongbench.support.atomic_files import storage, write_text, write_whole
 
 SCHEMA = 1
 RUN_ID = re.compile(r"^[a-z0-9][a-z0-9-]{7,63}$")
 DEFAULT_ROOT = Path("phongbench-runs")
 MANIFEST = "manifest.json"
-TABLES = tuple(COLUMNS)
-#: how a largest error was found, the weaker first: of samples, of a search, of every input, or bounded by a proof
-COVERAGES = ("sampled", "searched", "exhaustive", "certified")
-#: what stands for the precision of certified rows: the formula in exact arithmetic
-EXACT = "exact"
 #: everything a run writes into its folder
 RUN_CONTENT = (PARTS, "report", MANIFEST, *(f"{name}.parquet" for name in TABLES))
 
 
+def _table(name: str) -> cached_property[pd.DataFrame]:
+    return cached_property(lambda run: run.read(name))
+
+
 @dataclass(frozen=True)
 class Run:
-    """A stored run; its tables are read when first asked for."""
+    """A stored run. Its tables, as results.schema describes them, are read at their first use.
+
+    What the plan did not ask for has an empty table.
+    """
 
     path: Path
     manifest: Mapping[str, Any]
@@ -61,65 +62,27 @@ class Run:
         """False if it was interrupted and can be resumed."""
         return bool(self.manifest["state"] == "complete")
 
-    @cached_property
-    def accuracy(self) -> pd.DataFrame:
-        """One row per cell, stratum, truth and coverage."""
-        return self._table("accuracy")
+    accuracy = _table("accuracy")
+    timing = _table("timing")
+    worst = _table("worst")
+    meshes = _table("meshes")
+    behaviour = _table("behaviour")
+    smoothness = _table("smoothness")
+    scenes = _table("scenes")
+    skips = _table("skips")
+    scene_times = _table("scene_times")
+    far = _table("far")
 
-    @cached_property
-    def timing(self) -> pd.DataFrame:
-        """One row per timed kernel and working set; empty if timing was left out."""
-        return self._table("timing")
-
-    @cached_property
-    def worst(self) -> pd.DataFrame:
-        """The worst inputs as hex floats."""
-        return self._table("worst")
-
-    @cached_property
-    def meshes(self) -> pd.DataFrame:
-        """Errors on interpolated normals; empty if the plan did not ask for the probe."""
-        return self._table("meshes")
-
-    @cached_property
-    def behaviour(self) -> pd.DataFrame:
-        """What cells make of hostile inputs; empty if the plan did not ask for the probe."""
-        return self._table("behaviour")
-
-    @cached_property
-    def smoothness(self) -> pd.DataFrame:
-        """Shape of each lobe; empty if the plan did not ask for the probe."""
-        return self._table("smoothness")
-
-    @cached_property
-    def scenes(self) -> pd.DataFrame:
-        """Errors of pictures; this and the three below are empty if the plan did not ask for the probe `scenes`."""
-        return self._table("scenes")
-
-    @cached_property
-    def skips(self) -> pd.DataFrame:
-        """What pictures did not need."""
-        return self._table("skips")
-
-    @cached_property
-    def scene_times(self) -> pd.DataFrame:
-        """Times in scenes; empty if timing was left out, too."""
-        return self._table("scene_times")
-
-    @cached_property
-    def far(self) -> pd.DataFrame:
-        """Errors of holding directions constant over a polygon."""
-        return self._table("far")
-
-    def _table(self, name: str) -> pd.DataFrame:
+    def read(self, name: str) -> pd.DataFrame:
+        """A table, read anew. CorruptRunError if it cannot be read or lacks columns."""
         path = self.path / f"{name}.parquet"
         if path.name not in self.manifest["files"]:
-            return pd.DataFrame(columns=list(COLUMNS[name]))
+            return TABLES[name].frame()
         try:
             frame = pd.read_parquet(path)
         except (OSError, ValueError) as problem:
             raise CorruptRunError(f"cannot be read: {problem}", str(path), _REMEDY) from problem
-        missing = [c for c in COLUMNS[name] if c not in frame.columns]
+        missing = [column for column in TABLES[name].required if column not in frame.columns]
         if missing:
             raise CorruptRunError(f"lacks the columns {', '.join(missing)}", str(path), _REMEDY)
         return frame
@@ -128,11 +91,11 @@ class Run:
 def strongest(rows: pd.DataFrame) -> pd.DataFrame:
     """Of accuracy rows that differ in their coverage only, the strongest; the order of the rest is kept.
 
-    rows  with any columns of ACCURACY_KEY: those that are there say what is the same
+    rows  with any columns of CASE: those that are there say what is the same
     """
     if "coverage" not in rows or rows["coverage"].nunique() < 2:
         return rows
-    same = [column for column in ACCURACY_KEY if column in rows.columns and column != "coverage"]
+    same = [column for column in CASE if column in rows.columns]
     order = rows["coverage"].map(COVERAGES.index).sort_values(kind="stable").index
     return rows.loc[order].drop_duplicates(same, keep="last").sort_index()
 
@@ -222,7 +185,7 @@ def verify(run: Run) -> list[str]:
 
 def _rows_in(path: Path) -> int:
     """How many rows a table of a run has, by reading one of its columns."""
-    return len(pd.read_parquet(path, columns=list(COLUMNS[path.stem][:1])))
+    return len(pd.read_parquet(path, columns=TABLES[path.stem].names[:1]))
 
 
 def intact(run: Run) -> Run:

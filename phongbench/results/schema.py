@@ -1,89 +1,311 @@
-"""The columns of a run's tables, and what they mean."""
+"""What a run's tables hold: every column with its type, unit and meaning, and which columns identify a row.
+
+Units: "1" is the scale of highlight factors and colours, which lie in 0..1; "codes" are steps of an 8-bit channel.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import pandas as pd
 
 BASELINE, TWIN, LIBM = "phong", "aa-twin", "phong-libm"
 COPY, TRIAD, DOT, FMA = "copy", "triad", "dot", "fma"
-#: rows that are not formulas: what the machine can do at best, and the baseline again under another name
+#: timing rows that are no formulas: what the machine can do at best
 CEILINGS = (COPY, TRIAD, DOT, FMA)
+#: how a largest error was found, the weaker first: in samples, by a search, over every input, or bounded by a proof
+COVERAGES = ("sampled", "searched", "exhaustive", "certified")
+#: what stands for the precision of certified rows: the formula in exact arithmetic
+EXACT = "exact"
 
 
-CELL_COLUMNS = (
-    "approximation", "lambda_form", "space", "beta_policy", "alpha", "gamma", "beta", "precision", "gated",
-)  # fmt: skip
-ACCURACY_COLUMNS = (
-    *CELL_COLUMNS, "stratum", "perturbation", "length_error", "truth", "samples", "max_abs", "mean_abs", "rms", "bias",
-    "p50_abs", "p99_abs", "p999_abs", "max_above", "max_below", "codes_8bit", "model_max", "length_max", "rounding_max",
-    "coverage", "nonfinite", "above_one", "negative", "excluded",
-)  # fmt: skip
-#: what identifies a row of accuracy.parquet; where only the coverage differs, `results.strongest` chooses
-ACCURACY_KEY = (
-    *(c for c in CELL_COLUMNS if c != "beta"), "stratum", "perturbation", "length_error", "truth", "coverage",
-)  # fmt: skip
-TIMING_COLUMNS = (
-    "approximation", "lambda_form", "space", "beta_policy", "gamma", "precision", "working_set", "elements", "threads",
-    "ns_min", "ns_median", "ratio", "ratio_low", "ratio_high", "verdict", "dot_ratio", "bandwidth_fraction", "rounds",
-    "contaminated",
-)  # fmt: skip
-WORST_COLUMNS = (
-    *CELL_COLUMNS, "stratum", "perturbation", "length_error", "truth", "coverage", "rank", "error", "exact", "value",
-    "ax", "ay", "az", "bx", "by", "bz",
-)  # fmt: skip
-#: errors of a formula on interpolated normals. mesh: icosphere, torus, uv-sphere or a file's name; edge_degrees: widest
-#: angle between the normals at the ends of an edge, of these triangles; left_out: degenerate triangles of the file;
-#: normals: raw or renormalised; pair: classic 2(L.N)N-L, lengthwise 2(N.L)N-(N.N)L, half (N, H); truth: interpolated
-#: (exact Phong of the interpolated normal made unit) or surface (of the true surface's normal); length_max: largest
-#: change from the normals not being unit, and for truth surface from not being the surface's
-MESH_COLUMNS = (
-    "mesh", "edge_degrees", "triangles", "left_out", "normals", "pair", *CELL_COLUMNS, "truth", "samples", "max_abs",
-    "mean_abs", "rms", "codes_8bit", "model_max", "length_max", "nonfinite", "above_one",
-)  # fmt: skip
-#: what a cell makes of one hostile input. outcome: value, saturates, nan, infinite, above-one, negative,
-#: refused; alpha and beta are those of the case
-BEHAVIOUR_COLUMNS = (*CELL_COLUMNS, "case", "outcome", "lowest", "highest", "exact")
-#: shape of the lobe over all angles. rises: places where it grows away from its peak; largest_rise: how far above what
-#: it was nearer to the peak; kink: second difference over the squared step at the lobe's end, over the largest of exact
-#: Phong's; missing where no end is
-#: overflows: samples whose lambda (or cosine) or value is infinite or at the end of fixed point; subnormals: likewise
-SMOOTHNESS_COLUMNS = (
-    *CELL_COLUMNS, "samples", "rises", "largest_rise", "kink", "kink_degrees", "overflows", "subnormals",
-)  # fmt: skip
-#: a picture of a scene by a formula against that of exact Phong: the fields of scene.pictures.PictureError; lobe_max: a
-#: bound on a colour's error by the lobe's own largest error, the lights and the materials; left_out: why a formula does
-#: not fit the scene, in which case there are no numbers
-SCENE_COLUMNS = (
-    "scene", "width", "height", "depth", "approximation", "lambda_form", "beta_policy", "gamma", "max_abs", "mean_abs",
-    "rms", "psnr", "max_codes", "visible", "flip", "energy", "highlight_area", "lobe_max", "left_out",
-)  # fmt: skip
-#: what a picture did not need, a line of the ledger each, and how leaving it out changes the picture. setting: the
-#: contribution below which reflections stop, of name "cutoff", where `of` and `skipped` are all rays and those saved;
-#: same_bits, largest_change: against the picture without this skip alone; bound: what largest_change may be
-SKIP_COLUMNS = (
-    "scene", "width", "height", "depth", "name", "setting", "kind", "unit", "of", "skipped", "bound", "same_bits",
-    "largest_change",
-)  # fmt: skip
-#: times in scenes, interleaved. kind: formula (name over exact Phong), skip (the picture without it over the one with
-#: all), cutoff (reflections stopped over all followed), shading (a surface by the model `name` over Phong's, scene
-#: being infinity or near, and setting the exponent); formula: of the specular term; elements: pixels or points;
-#: ratio_low and ratio_high: 99 % sign-test interval over the rounds
-SCENE_TIME_COLUMNS = (
-    "scene", "kind", "name", "formula", "setting", "against", "elements", "depth", "rounds", "seconds", "ratio",
-    "ratio_low", "ratio_high",
-)  # fmt: skip
-#: what holding L, V or both constant over a square polygon changes, as at its middle. distance: of light and viewer, in
-#: polygon sides; max_abs: over points and placements, of a full-strength term; incidence_degrees and offset_degrees: of
-#: the worst placement, the light's from the normal and the viewer's from the mirrored light
-FAR_COLUMNS = (
-    "held", "term", "alpha", "distance", "placements", "samples", "max_abs", "incidence_degrees", "offset_degrees",
-)  # fmt: skip
-#: the columns of every table
-COLUMNS = {
-    "accuracy": ACCURACY_COLUMNS,
-    "timing": TIMING_COLUMNS,
-    "worst": WORST_COLUMNS,
-    "meshes": MESH_COLUMNS,
-    "behaviour": BEHAVIOUR_COLUMNS,
-    "smoothness": SMOOTHNESS_COLUMNS,
-    "scenes": SCENE_COLUMNS,
-    "skips": SKIP_COLUMNS,
-    "scene_times": SCENE_TIME_COLUMNS,
-    "far": FAR_COLUMNS,
+@dataclass(frozen=True, slots=True)
+class Column:
+    """A column: `kind` is its pandas type (Int64 may be missing); a key column helps to identify the row.
+
+    optional  runs of older versions lack it
+    """
+
+    name: str
+    kind: str
+    meaning: str
+    unit: str = ""
+    key: bool = False
+    optional: bool = False
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table of a run, stored as <name>.parquet."""
+
+    meaning: str
+    columns: tuple[Column, ...]
+
+    @property
+    def names(self) -> list[str]:
+        """Its columns, in their order."""
+        return [column.name for column in self.columns]
+
+    @property
+    def required(self) -> list[str]:
+        """Those that every run of the table has."""
+        return [column.name for column in self.columns if not column.optional]
+
+    @property
+    def key(self) -> list[str]:
+        """The columns that identify a row."""
+        return [column.name for column in self.columns if column.key]
+
+    @property
+    def types(self) -> dict[str, str]:
+        """Column -> pandas type."""
+        return {column.name: column.kind for column in self.columns}
+
+    def frame(self, rows: Iterable[Mapping[str, Any]] = ()) -> pd.DataFrame:
+        """The table of these rows, typed even where there are none; what a row lacks is missing."""
+        return pd.DataFrame(list(rows), columns=self.names).astype(self.types)
+
+
+def _key(name: str, kind: str, meaning: str, unit: str = "") -> Column:
+    return Column(name, kind, meaning, unit, key=True)
+
+
+_CELL = (
+    _key("approximation", "str", "name of the formula"),
+    _key("lambda_form", "str", "how lambda is computed: dot, difference, cross, tan2; none for formulas of the cosine"),
+    _key("space", "str", "the pair of vectors: reflect (R, V) or half (N, H)"),
+    _key("beta_policy", "str", "how the slope beta is chosen: taylor, minimax, energy, ...; none without a slope"),
+    _key("alpha", "float64", "exponent of exact Phong"),
+    _key("gamma", "Int64", "power that the chain of squarings reaches; missing for formulas without one"),
+    Column("beta", "float64", "slope at the peak; missing for formulas without one"),
+    _key("precision", "str", "working precision; `exact` for certified rows"),
+    _key("gated", "bool", "values are 0 where a.b <= 0"),
+)
+_BY_NAME = {column.name: column for column in _CELL}
+_INPUTS = (
+    _key("stratum", "str", "inputs: highlight, uniform, peak, cutoff, grazing, lengths, hostile, cosines, vectors"),
+    _key("perturbation", "str", "wrong lengths: none, a, both, opposite, or as a cause such as rsqrt-12 leaves them"),
+    _key("length_error", "float64", "largest relative error of the vectors' lengths, signed", "1"),
+    _key("truth", "str", "exact Phong of the true angle (angle), or of the vectors as they are (given)"),
+)
+_COVERAGE = _key("coverage", "str", "how maxima were found: sampled, searched, exhaustive, certified")
+_SAMPLES = Column("samples", "int64", "inputs evaluated", "count")
+_MAX_ABS = Column("max_abs", "float64", "largest |error|, the error being approximation - exact", "1")
+_MEAN_ABS = Column("mean_abs", "float64", "mean |error|", "1")
+_RMS = Column("rms", "float64", "root of the mean squared error", "1")
+_CODES = Column("codes_8bit", "float64", "largest |error| in steps of an 8-bit channel", "codes")
+_MODEL = Column("model_max", "float64", "largest error of the formula in exact arithmetic on unit vectors", "1")
+_LENGTH = Column("length_max", "float64", "largest change from the vectors' lengths", "1")
+_NONFINITE = Column("nonfinite", "int64", "values that are NaN or infinite", "count")
+_ABOVE_ONE = Column("above_one", "int64", "values above 1", "count")
+_ERRORS = (
+    _MAX_ABS,
+    _MEAN_ABS,
+    _RMS,
+    Column("bias", "float64", "mean error", "1"),
+    Column("p50_abs", "float64", "median of |error|", "1"),
+    Column("p99_abs", "float64", "99 % of |error| are smaller", "1"),
+    Column("p999_abs", "float64", "99.9 % of |error| are smaller", "1"),
+    Column("max_above", "float64", "largest approximation - exact", "1"),
+    Column("max_below", "float64", "largest exact - approximation", "1"),
+    _CODES,
+    _MODEL,
+    _LENGTH,
+    Column("rounding_max", "float64", "largest change from the working precision; missing for float64", "1"),
+)
+_COUNTS = (_NONFINITE, _ABOVE_ONE, Column("negative", "int64", "values below 0", "count"))
+_RATIO = (
+    Column("ratio", "float64", "time / time of what it is compared with, median over rounds", "1"),
+    Column("ratio_low", "float64", "lower end of the ratio's 99 % sign-test interval", "1"),
+    Column("ratio_high", "float64", "upper end of that interval", "1"),
+)
+_AXES = ("ax", "ay", "az", "bx", "by", "bz")
+_HEX = tuple(Column(axis, "str", f"component of vector {axis[0]}", "hex float") for axis in _AXES)
+_PICTURE = (
+    _key("scene", "str", "name of the scene"),
+    _key("width", "int64", "of the picture", "pixels"),
+    _key("height", "int64", "of the picture", "pixels"),
+    _key("depth", "int64", "reflections followed at most", "count"),
+)
+
+ACCURACY = Table(
+    "Errors of a cell, a formula at one exponent and precision, on one kind of input",
+    (
+        *_CELL,
+        *_INPUTS,
+        _SAMPLES,
+        *_ERRORS,
+        _COVERAGE,
+        *_COUNTS,
+        Column("excluded", "int64", "inputs left out of the error statistics: no finite exact value", "count"),
+    ),
+)
+TIMING = Table(
+    "Times of kernels from vectors to values, interleaved with exact Phong's",
+    (
+        *(_BY_NAME[name] for name in ("approximation", "lambda_form", "space", "beta_policy", "gamma", "precision")),
+        _key("working_set", "str", "which memory holds the data: l1, l2, memory"),
+        Column("elements", "int64", "pairs of a pass", "count"),
+        _key("threads", "int64", "threads that ran at once", "count"),
+        Column("ns_min", "float64", "least time over clean epochs, per element", "ns"),
+        Column("ns_median", "float64", "median time, per element", "ns"),
+        *_RATIO,
+        Column("verdict", "str", "faster or slower than exact Phong by at least 2 %, or unresolved"),
+        Column("dot_ratio", "float64", "time / time of a bare dot product", "1"),
+        Column("bandwidth_fraction", "float64", "share of the bandwidth that a copy or a triad reaches", "1"),
+        Column("rounds", "int64", "rounds that were kept", "count"),
+        Column("contaminated", "int64", "rounds that showed interference and were repeated", "count"),
+        Column("repeats", "int64", "passes of an epoch", "count", optional=True),
+        Column("compile_ms", "float64", "time of compiling; 0 where a cache had it", "ms", optional=True),
+        Column("lit", "float64", "share of pairs that are lit, of kernels that skip dark ones", "1", True, True),
+        Column("processes", "int64", "fresh processes whose readings are merged", "count", optional=True),
+    ),
+)
+WORST = Table(
+    "The inputs of a cell's largest errors",
+    (
+        *_CELL,
+        *_INPUTS,
+        _COVERAGE,
+        _key("rank", "int64", "1 is the largest, among inputs of unit, wrong and hostile lengths each"),
+        Column("error", "float64", "|error| at this input", "1"),
+        Column("exact", "float64", "exact Phong at this input", "1"),
+        Column("value", "float64", "the formula's value at this input", "1"),
+        *_HEX,
+    ),
+)
+MESHES = Table(
+    "Errors of a cell on normals interpolated over triangles",
+    (
+        _key("mesh", "str", "icosphere, torus, uv-sphere or a file's name"),
+        _key("edge_degrees", "float64", "widest angle between the normals at the ends of an edge", "degrees"),
+        Column("triangles", "int64", "of the mesh", "count"),
+        Column("left_out", "int64", "degenerate triangles of the file", "count"),
+        _key("normals", "str", "raw or renormalised"),
+        _key("pair", "str", "classic 2(L.N)N-L, lengthwise 2(N.L)N-(N.N)L, half (N, H)"),
+        *_CELL,
+        _key("truth", "str", "exact Phong of the interpolated normal made unit (interpolated), or of the surface's"),
+        _SAMPLES,
+        _MAX_ABS,
+        _MEAN_ABS,
+        _RMS,
+        _CODES,
+        _MODEL,
+        replace(_LENGTH, meaning="largest change from normals that are not unit; for truth surface, not the surface's"),
+        _NONFINITE,
+        _ABOVE_ONE,
+    ),
+)
+BEHAVIOUR = Table(
+    "What a cell makes of a hostile input; alpha and beta are the case's",
+    (
+        *_CELL,
+        _key("case", "str", "name of the input"),
+        Column("outcome", "str", "value, saturates, nan, infinite, above-one, negative, refused"),
+        Column("lowest", "float64", "smallest value", "1"),
+        Column("highest", "float64", "largest value", "1"),
+        Column("exact", "float64", "exact Phong; missing where it has no value", "1"),
+    ),
+)
+SMOOTHNESS = Table(
+    "Shape of a cell's lobe over all angles",
+    (
+        *_CELL,
+        _SAMPLES,
+        Column("rises", "int64", "places where it grows away from its peak", "count"),
+        Column("largest_rise", "float64", "how far it rises above what it was nearer to the peak", "1"),
+        Column("kink", "float64", "second difference at its end, over exact Phong's largest; missing if endless", "1"),
+        Column("kink_degrees", "float64", "angle at which it ends", "degrees"),
+        Column("overflows", "int64", "samples that are infinite, or at the end of fixed point", "count"),
+        Column("subnormals", "int64", "samples that are subnormal", "count"),
+    ),
+)
+SCENES = Table(
+    "A picture of a scene by a formula against that of exact Phong",
+    (
+        *_PICTURE,
+        *(_BY_NAME[name] for name in ("approximation", "lambda_form", "beta_policy", "gamma")),
+        replace(_MAX_ABS, meaning="largest change of a colour"),
+        replace(_MEAN_ABS, meaning="mean change of a colour"),
+        replace(_RMS, meaning="root of the mean squared change of a colour"),
+        Column("psnr", "float64", "peak signal-to-noise ratio", "dB"),
+        Column("max_codes", "Int64", "largest change of a stored channel", "codes"),
+        Column("visible", "float64", "share of pixels that change by a code or more", "1"),
+        Column("flip", "float64", "mean FLIP difference", "1"),
+        Column("energy", "float64", "light of the picture over that of exact Phong", "1"),
+        Column("highlight_area", "float64", "area of highlights over that of exact Phong", "1"),
+        Column("lobe_max", "float64", "bound on a colour's change by the lobe's error, lights and materials", "1"),
+        Column("left_out", "str", "why the formula does not fit the scene; there are then no numbers"),
+    ),
+)
+SKIPS = Table(
+    "What a picture did not need, and what leaving it out changes",
+    (
+        *_PICTURE,
+        _key("name", "str", "the kind of work left out; cutoff: reflections below a contribution"),
+        _key("setting", "float64", "that contribution, of name cutoff", "1"),
+        Column("kind", "str", "exact or approximate"),
+        Column("unit", "str", "what `of` and `skipped` count"),
+        Column("of", "Int64", "how many there were", "count"),
+        Column("skipped", "Int64", "how many were left out", "count"),
+        Column("bound", "float64", "what largest_change may be at most", "1"),
+        Column("same_bits", "bool", "the picture without this skip alone has the same bits"),
+        Column("largest_change", "float64", "of a colour, against the picture without this skip alone", "1"),
+    ),
+)
+SCENE_TIMES = Table(
+    "Times in scenes, interleaved",
+    (
+        _key("scene", "str", "name of the scene; for kind shading infinity or near, where light and viewer are"),
+        _key(
+            "kind", "str", "formula (over exact Phong), skip (without over with), cutoff (over all followed), shading"
+        ),
+        _key("name", "str", "the formula, the skip, or the model of kind shading"),
+        _key("formula", "str", "of the specular term"),
+        _key("setting", "float64", "contribution of kind cutoff, exponent of kind shading"),
+        _key("against", "str", "what `ratio` compares with"),
+        _key("elements", "int64", "pixels or points", "count"),
+        _key("depth", "int64", "reflections followed at most", "count"),
+        Column("rounds", "int64", "rounds that were kept", "count"),
+        Column("seconds", "float64", "median time", "s"),
+        *_RATIO,
+    ),
+)
+FAR = Table(
+    "What holding directions constant over a square polygon changes, as at its middle, at full strength",
+    (
+        _key("held", "str", "what is held: L, V or both"),
+        _key("term", "str", "diffuse or specular"),
+        _key("alpha", "float64", "exponent of the specular term"),
+        _key("distance", "float64", "of light and viewer", "sides of the polygon"),
+        Column("placements", "int64", "placements of light and viewer", "count"),
+        _SAMPLES,
+        replace(_MAX_ABS, meaning="largest change over points and placements"),
+        Column("incidence_degrees", "float64", "of the worst placement: light from normal", "degrees"),
+        Column("offset_degrees", "float64", "of the worst placement: viewer from mirrored light", "degrees"),
+    ),
+)
+TABLES: Mapping[str, Table] = {
+    "accuracy": ACCURACY,
+    "timing": TIMING,
+    "worst": WORST,
+    "meshes": MESHES,
+    "behaviour": BEHAVIOUR,
+    "smoothness": SMOOTHNESS,
+    "scenes": SCENES,
+    "skips": SKIPS,
+    "scene_times": SCENE_TIMES,
+    "far": FAR,
 }
+#: all metrics of accuracy rows
+METRICS = [column.name for column in (*_ERRORS, *_COUNTS)]
+#: those that say how wrong a cell is, smaller being better: what a front is drawn of
+ERROR_METRICS = [column.name for column in _ERRORS if column.name != "bias"]
+#: what identifies a measured case: an accuracy row but for its coverage, of which `runs.strongest` chooses
+CASE = [name for name in ACCURACY.key if name != _COVERAGE.name]
+#: what identifies a formula of a run at one precision, the kernel that it is timed by, and an input to it
+CELL = ["approximation", "lambda_form", "space", "beta_policy", "gamma", "precision"]
+KERNEL = [name for name in CELL if name != "beta_policy"]
+INPUT = ["alpha", "stratum", "perturbation", "length_error"]

@@ -1,7 +1,6 @@
 """Triangle meshes of a scene: tessellated surfaces and OBJ files, transformed, with their materials."""
 
 import math
-import warnings
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -12,7 +11,7 @@ from phongbench.errors import InputError
 from phongbench.formulas.formula import Specular
 from phongbench.inputs import meshes, obj_files
 from phongbench.inputs.mtl_files import Material as Named
-from phongbench.inputs.mtl_files import read_mtl
+from phongbench.inputs.mtl_files import mtl_paths, read_mtl
 from phongbench.scenes.scene import MOST_TRIANGLES, Material, Mesh
 from phongbench.shading.lighting import Material as Reflection
 from phongbench.support.documents import Table
@@ -37,24 +36,24 @@ def read_mesh(table: Table, materials: list[Material], material: int | None, fol
     if table.has("file") == table.has("surface"):
         raise table.fault("a mesh has either a file or a surface", "file", f"surface is {_known()}")
     if table.has("file"):
-        vertices, faces, normals, worn = _from_file(table, materials, material, folder)
+        surface, worn, notes = _from_file(table, materials, material, folder)
     else:
         form = meshes.TESSELLATIONS[table.text("surface", among=meshes.TESSELLATIONS)]
-        made = form(table.number("degrees", 10.0, FINEST if folder else FINEST_AFAR, COARSEST))
-        vertices, faces, normals = made.vertices, made.faces, made.normals
-        worn = np.full(len(faces), material, np.int32)
-    if len(faces) > MOST_TRIANGLES:
-        raise table.fault(f"{len(faces):,} triangles are more than {MOST_TRIANGLES:,}", "file", "use a coarser mesh")
+        surface, notes = form(table.number("degrees", 10.0, FINEST if folder else FINEST_AFAR, COARSEST)), ()
+        worn = np.full(len(surface.faces), material, np.int32)
+    if (count := len(surface.faces)) > MOST_TRIANGLES:
+        raise table.fault(f"{count:,} triangles are more than {MOST_TRIANGLES:,}", "file", "use a coarser mesh")
     linear, shift = _transform(table)
-    turned = normals @ np.linalg.inv(linear)  # normals are turned by the inverse's transpose
+    turned = surface.normals @ np.linalg.inv(linear)  # normals are turned by the inverse's transpose
     turned /= np.linalg.norm(turned, axis=1, keepdims=True)
     return Mesh(
-        vertices @ linear.T + shift,
-        faces.astype(np.int32),
+        surface.vertices @ linear.T + shift,
+        surface.faces.astype(np.int32),
         turned,
         worn,
         table.text("normals", "unit", ("unit", "raw")) == "unit",
         table.text("smooth", "normals", SMOOTH),
+        notes,
     )
 
 
@@ -94,8 +93,8 @@ def _rotation(degrees: Iterable[float]) -> Array:
 
 def _from_file(
     table: Table, materials: list[Material], material: int | None, folder: Path | None
-) -> tuple[Array, Array, Array, Array]:
-    """Vertices, faces, normals and each face's material, of an OBJ."""
+) -> tuple[meshes.Surface, Array, tuple[str, ...]]:
+    """The surface of an OBJ, each face's material, and what is not drawn as the files say."""
     name = table.text("file")
     if folder is None:
         raise table.fault("a scene from afar cannot name files", "file", f"use a surface: {_known()}")
@@ -103,63 +102,36 @@ def _from_file(
         raise table.fault("no file has such a name", "file", "give the path of an OBJ file")
     path = folder / name
     with table.blamed("file"):
-        checked = obj_files.load(path)
+        obj = obj_files.load_obj(path)
+        notes = tuple(f"{path}: {note}" for note in obj.surface.notes)
         if material is not None:
-            return checked.vertices, checked.faces, checked.normals, np.full(len(checked.faces), material, np.int32)
-        return _with_materials(path, materials)
+            return obj.surface, np.full(len(obj.surface.faces), material, np.int32), notes
+        worn, more = _worn(path, obj, materials)
+        return obj.surface, worn, notes + more
 
 
-def _with_materials(path: Path, materials: list[Material]) -> tuple[Array, Array, Array, Array]:
-    """As `_from_file`, by trimesh, which sorts the faces by material; the numbers come from the MTL itself.
-
-    trimesh keeps colours in 8 bits.
-    """
-    import trimesh
-
-    lines = path.read_text(encoding="utf-8-sig").splitlines()
-    library, has_normals = _library(path, lines), any(line.startswith("vn ") for line in lines)
-    with warnings.catch_warnings():
-        # faces with and without normals side by side make trimesh take the median of nothing
-        warnings.simplefilter("ignore", RuntimeWarning)
-        found = trimesh.load_scene(path, process=False, group_material=True, split_objects=False, maintain_order=True)
-    vertices, faces, normals, worn = [], [], [], []
-    shift = 0
-    for part in found.geometry.values():
-        name = _name(getattr(getattr(part.visual, "material", None), "name", None) or "")
-        if name not in library:
-            fix = "write usemtl before the first face, or give the object a material"
-            raise InputError("some faces have no material", str(path), fix)
-        vertices.append(np.asarray(part.vertices, float))
-        faces.append(np.asarray(part.faces, np.int64) + shift)
-        normals.append(np.asarray(part.vertex_normals, float))
-        worn.append(np.full(len(part.faces), _index(library[name], materials), np.int32))
-        shift += len(part.vertices)
-    corners, triangles, given = (np.concatenate(parts) for parts in (vertices, faces, normals))
-    # those of a file without normals are trimesh's own, of each material alone: creases where two of them meet
-    smooth = meshes.area_weighted_normals(corners, triangles)
-    lengths = np.linalg.norm(given, axis=1, keepdims=True)
-    if has_normals:
-        smooth = np.where(lengths > 0.5, given / np.maximum(lengths, 0.5), smooth)  # 0 where a vertex has none
-    return corners, triangles, smooth, np.concatenate(worn)
-
-
-def _library(path: Path, lines: list[str]) -> dict[str, Named]:
-    """The materials of the MTL files that an OBJ names; InputError for a line that uses another."""
-    names = [line.split(maxsplit=1)[1].strip() for line in lines if line.startswith("mtllib ")]
-    if not names:
+def _worn(path: Path, obj: obj_files.ObjFile, materials: list[Material]) -> tuple[Array, tuple[str, ...]]:
+    """Each face's material of the MTL files that an OBJ names, which are appended, and notes on these files."""
+    if not obj.libraries:
         fix = "add a line like: mtllib scene.mtl, or give the object a material"
         raise InputError("the OBJ file names no MTL file", str(path), fix)
-    found = {m.name: m for name in names for m in read_mtl(path.parent / name)}
-    for number, line in enumerate(lines, 1):
-        if line.startswith("usemtl ") and _name(line[7:]) not in found:
-            fix = f"define it there, or give the object a material; known: {', '.join(found)}"
-            raise InputError(f"the material {line[7:].strip()!r} is not in the MTL file", f"{path}:{number}", fix)
-    return found
-
-
-def _name(text: str) -> str:
-    """A material's name as `read_mtl` gives it."""
-    return "-".join(text.split())
+    paths, missing = mtl_paths(path.parent, obj.libraries)
+    if not paths:
+        fix = "put it beside the OBJ file, or give the object a material"
+        raise InputError("cannot read the MTL file: it is not there", str(path.parent / missing[0]), fix)
+    if obj.bare:
+        fix = "write usemtl before the first face, or give the object a material"
+        raise InputError("some faces have no material", f"{path}:{obj.bare}", fix)
+    read, absent = read_mtl(*paths), f"; not there: {', '.join(missing)}" if missing else ""
+    places = np.zeros(len(obj.materials), np.int32)
+    for use in np.unique(obj.worn).tolist():
+        number, text = obj.materials[use]
+        if (found := read.find(text)) is None:
+            fix = f"define it there, or give the object a material; known: {', '.join(m.name for m in read.materials)}"
+            raise InputError(f"the material {text!r} is not in the MTL file{absent}", f"{path}:{number}", fix)
+        places[use] = _index(found, materials)
+    notes = read.notes + tuple(f"{path}: the MTL file {name!r} is not there" for name in missing)
+    return places[obj.worn], notes
 
 
 def _index(named: Named, materials: list[Material]) -> int:

@@ -59,21 +59,18 @@ def compare(
     scene: Scene,
     formulas: Iterable[Specular] = USUAL,
     *,
-    rounds: int = 3,
     progress: Progress = _SILENT,
     registry: Registry = REGISTRY,
     **wishes: Any,
 ) -> list[dict[str, Any]]:
-    """A row for each formula: its picture's error, what the lobe's error promised, and its time over exact Phong's.
+    """A row for each formula: its picture's error, and what the lobe's error promised.
 
-    rounds   pictures of each that are timed, in turn with exact Phong's; the time is all of a picture, rays included;
-             0: none is, and seconds and ratio are None
     registry the approximations that formulas and materials may name
     wishes   of `render`: size, depth, ...
     returns  rows of name, lambda_form, gamma, beta; the fields of PictureError; `lobe_error`, a bound on a pixel's
-             error from the lobe's error, the lights and the materials; seconds and ratio; `left_out`, why a formula
-             could not be drawn, in which case there are no numbers: it does not fit a material, a user's own raises,
-             or its picture is not finite
+             error from the lobe's error, the lights and the materials; `left_out`, why a formula could not be drawn,
+             in which case there are no numbers: it does not fit a material, a user's own raises, or its picture is
+             not finite
     """
     chosen = list(formulas)
     progress.stage(f"formulas of {scene.name}", len(chosen))
@@ -88,7 +85,7 @@ def compare(
             "beta": formula.beta,
         }
         try:
-            rows.append(row | _measured(scene, formula, exact.picture, rounds, wishes))
+            rows.append(row | _errors(scene, formula, exact.picture, wishes))
         except InputError as problem:
             rows.append(row | {"left_out": f"{problem.where}: {problem.what}" if problem.where else problem.what})
         progress.advance()
@@ -102,18 +99,11 @@ def name_of(row: Mapping[str, Any]) -> str:
     return f"{name} {row['beta']}" if row["beta"] else name
 
 
-def _measured(scene: Scene, formula: Specular, exact: Array, rounds: int, wishes: dict[str, Any]) -> dict[str, Any]:
+def _errors(scene: Scene, formula: Specular, exact: Array, wishes: dict[str, Any]) -> dict[str, Any]:
     picture = render(scene, specular=formula, thrift=Thrift.exact(), **wishes).picture
-    own: list[float] = []
-    plain: list[float] = []
-    for _ in range(rounds):
-        own.append(render(scene, specular=formula, **wishes).seconds["total"])
-        plain.append(render(scene.exact(), specular=Specular(), **wishes).seconds["total"])
     return {
         **images.compare(exact, picture).as_dict(),
         "lobe_error": lobe_error(scene, formula, wishes["registry"]),
-        "seconds": min(own, default=None),
-        "ratio": float(np.median(np.divide(own, plain))) if own else None,
         "left_out": None,
     }
 

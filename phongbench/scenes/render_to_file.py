@@ -91,7 +91,7 @@ def draw(wish: Wish, progress: Progress = _SILENT) -> dict[str, Any]:
     progress.advance()
     done = render(scene, progress=progress, **wishes)
     told: dict[str, Any] = {"scene": scene.name, "specular": wish.specular or "phong", "picture": str(out)}
-    told |= done.as_dict()
+    told |= {"notes": list(scene.notes), **done.as_dict()}
     told["seconds"] = {"preparing": preparing, **told["seconds"]}
     told["mrays_per_second"] = round(done.rays / done.seconds["total"] / 1e6, 3)
     if not wish.compare:

@@ -93,6 +93,7 @@ class Mesh:
     unit       bool  whether interpolated normals are scaled to length 1 again
     smooth     "normals": Phong shading; "colours": Gouraud shading, which lights the vertices, see vertices.py;
                "none": flat faces
+    notes      sentences on what its files hold that is changed or not drawn
     """
 
     vertices: NDArray[np.float64]
@@ -101,6 +102,7 @@ class Mesh:
     materials: NDArray[np.int32]
     unit: bool = True
     smooth: str = "normals"
+    notes: tuple[str, ...] = ()
 
 
 Object = Sphere | Plane | Mesh
@@ -181,3 +183,8 @@ class Scene:
     def of(self, kind: type[Any]) -> list[Any]:
         """The objects of one kind, in their order."""
         return [thing for thing in self.objects if isinstance(thing, kind)]
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What the files of its meshes hold that is changed or not drawn, each once."""
+        return tuple(dict.fromkeys(note for mesh in self.of(Mesh) for note in mesh.notes))

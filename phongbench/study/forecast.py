@@ -9,8 +9,8 @@ from phongbench.accuracy import sweep as engine
 from phongbench.formulas.registry import REGISTRY
 from phongbench.formulas.spec import Approximation
 from phongbench.inputs.plan import Plan
+from phongbench.support.process import cores
 from phongbench.support.progress import Progress
-from phongbench.timing import measure
 
 #: what a forecast allows for loading a compiled kernel, and for making and writing a row; measured, and rounded up
 LOAD_SECONDS, ROW_SECONDS = 0.015, 2e-5
@@ -54,10 +54,10 @@ def forecast(
     loaded = engine.compile_kernels(sweep, progress.share)
     progress.stage("trying every stratum")
     rate = engine.trial_rates(sweep)
-    sweeping = sum(c.evaluations / rate[c.stratum.name] for c in sweep.batches) / (jobs or measure.cores())
+    sweeping = sum(c.evaluations / rate[c.stratum.name] for c in sweep.batches) / (jobs or cores())
     seconds = {
         "accuracy": LOAD_SECONDS * loaded + sweeping + ROW_SECONDS * rows_expected,
-        "stability": sum(p.seconds(plan, jobs or measure.cores()) for p in probes.chosen(plan)),
+        "stability": sum(p.seconds(plan, jobs or cores()) for p in probes.chosen(plan)),
         "timing": plan.timing_budget if plan.timing else 0.0,
     }
     return Forecast(len(sweep.cells), rows_expected, sweep.evaluations, 90 * rows_expected + 200_000, seconds)

@@ -14,10 +14,11 @@ from contextlib import contextmanager
 
 from phongbench.accuracy import sweep as engine
 from phongbench.compiler import jit
-from phongbench.compiler.lowering import precision_named
 from phongbench.inputs.plan import Plan
 from phongbench.support.process import seldom_collected
-from phongbench.timing import measure, skip_kernels
+from phongbench.timing import skip_kernels
+from phongbench.timing.measure import compile_all
+from phongbench.timing.timed_kernels import timed_formulas
 
 
 def start(plan: Plan) -> "subprocess.Popen[bytes] | None":
@@ -64,13 +65,7 @@ def compile_for(plan: Plan) -> None:
     sweep = engine.prepare(plan)
     engine.compile_drivers(sweep)
     if plan.timing:
-        measure.compile_all(
-            measure.subjects(
-                (sweep.registry[c.approximation], c.lambda_form, c.setting, precision_named(c.precision))
-                for c in sweep.cells
-            ),
-            lit=skip_kernels.LIT if plan.skipping else (),
-        )
+        compile_all(timed_formulas(sweep.cells, sweep.registry), lit=skip_kernels.LIT if plan.skipping else ())
 
 
 if __name__ == "__main__":

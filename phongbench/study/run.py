@@ -18,8 +18,7 @@ from phongbench.accuracy import sweep as engine
 from phongbench.accuracy import tables as rows
 from phongbench.accuracy.probes import consistency
 from phongbench.accuracy.probes.probe import ProbeContext
-from phongbench.compiler.lowering import precision_named
-from phongbench.errors import BudgetError, InputError, InterruptedStudyError, MeasurementError
+from phongbench.errors import BudgetError, InputError, InterruptedStudyError
 from phongbench.formulas.registry import REGISTRY
 from phongbench.formulas.spec import Approximation
 from phongbench.inputs.plan import Plan
@@ -30,7 +29,10 @@ from phongbench.study import precompile
 from phongbench.support import process
 from phongbench.support.process import seldom_collected
 from phongbench.support.progress import Progress
-from phongbench.timing import measure, processes, skip_kernels
+from phongbench.timing import skip_kernels
+from phongbench.timing.measure import Timing
+from phongbench.timing.processes import measure_in_processes
+from phongbench.timing.timed_kernels import timed_formulas
 
 #: finished batches are written down after so many seconds, or so many rows, which bounds the memory
 CHECKPOINT_SECONDS, CHECKPOINT_ROWS = 5.0, 10_000
@@ -76,7 +78,7 @@ class Outcome:
 
 def default_jobs() -> int:
     """The cores this process may use."""
-    return measure.cores()
+    return process.cores()
 
 
 @seldom_collected()
@@ -278,48 +280,48 @@ def _keep(path: Path, parts: list[pd.DataFrame], fresh: list[engine.Measured]) -
 
 def _time(sweep: engine.Sweep, progress: Progress) -> pd.DataFrame:
     """Time every kernel of the plan that differs in time, once."""
-    specs = sweep.registry
-    subjects = measure.subjects(
-        (specs[c.approximation], c.lambda_form, c.setting, precision_named(c.precision))
-        for position, c in enumerate(sweep.cells)
-        if c.gated and position not in sweep.failures and c.setting.space == specs[c.approximation].spaces[0]
+    specs, plan = sweep.registry, sweep.plan
+    cells = (
+        cell
+        for position, cell in enumerate(sweep.cells)
+        if cell.gated and position not in sweep.failures and cell.formula.space == specs[cell.approximation].spaces[0]
     )
-    progress.stage("timing", 1.0)
-    last = 0.0
 
-    def step(done: int, total: int, text: str) -> None:
-        nonlocal last
-        progress.advance(done / max(total, 1) - last)
-        last = done / max(total, 1)
-
-    problems: list[MeasurementError] = []
-    notes: list[str] = []
-
-    def measured(seconds: float) -> pd.DataFrame:
-        return processes.measure(
-            subjects,
-            processes=sweep.plan.processes,
+    def measured(seconds: float) -> Timing:
+        progress.stage("timing", 1.0)
+        return measure_in_processes(
+            timed,
+            processes=plan.processes,
             budget_seconds=seconds,
-            seed=sweep.plan.seed,
-            threads=(1, 2) if measure.cores() > 1 else (1,),
-            lit=skip_kernels.LIT if sweep.plan.skipping else (),
-            progress=step,
-            problems=problems,
-            notes=notes,
+            seed=plan.seed,
+            threads=(1, 2) if process.cores() > 1 else (1,),
+            lit=skip_kernels.LIT if plan.skipping else (),
+            progress=_Steps(progress),
         )
 
+    timed = timed_formulas(cells, specs)
     try:
-        frame = measured(sweep.plan.timing_budget)
+        timing = measured(plan.timing_budget)
     except BudgetError as short:  # known only after the sweep, which must not be lost: so the budget gives way
         enough = STRETCH * short.needed
         progress.note(f"{short.what}; it may take {enough:.0f} s")
-        progress.stage("timing", 1.0)
-        last = 0.0
-        notes.clear()
-        frame = measured(enough)
-    for note in (*notes, *(f"not timed: {problem}" for problem in problems)):
+        timing = measured(enough)
+    for note in (*timing.notes, *(f"not timed: {problem}" for problem in timing.problems)):
         progress.note(note)
-    return _in_every_space(frame, specs)
+    return _in_every_space(timing.rows, specs)
+
+
+@dataclass
+class _Steps:
+    """Tells a progress whose whole is 1 how far a timing is."""
+
+    progress: Progress
+    last: float = 0.0
+
+    def __call__(self, done: int, total: int, text: str) -> None:
+        share = done / max(total, 1)
+        self.progress.advance(share - self.last)
+        self.last = share
 
 
 def _in_every_space(frame: pd.DataFrame, specs: Mapping[str, Approximation]) -> pd.DataFrame:

@@ -30,7 +30,7 @@ def write_whole(path: Path, write: Callable[[Path], object], *, sync: bool = Tru
         try:
             write(temporary)
             if sync:
-                with temporary.open("rb") as file:
+                with temporary.open("rb+") as file:  # Windows syncs only what can be written to
                     os.fsync(file.fileno())
             temporary.replace(path)
         finally:

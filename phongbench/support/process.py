@@ -1,4 +1,4 @@
-"""This process: the user's Ctrl-C, which must not get lost, and how often Python looks for cyclic garbage.
+"""This process: its cores, the user's Ctrl-C, which must not get lost, and how often Python looks for cyclic garbage.
 
 Python turns SIGINT into an exception wherever the main thread happens to be. Raised within a finaliser or a callback
 from C, it is printed and forgotten, and the work goes on for hours. So the signal is also noted, and long work asks for
@@ -6,6 +6,7 @@ it at every step.
 """
 
 import gc
+import os
 import signal
 import threading
 from collections.abc import Callable, Iterator
@@ -14,6 +15,11 @@ from typing import Any
 
 #: objects made, less those freed, before Python looks; and how often it looks at the young before at the older ones
 RARELY = (50_000, 20, 20)
+
+
+def cores() -> int:
+    """The cores this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 @contextmanager

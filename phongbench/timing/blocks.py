@@ -1,6 +1,6 @@
 """Kernels over one set of buffers: allocation, calibration, verification, and one epoch with its evidence.
 
-Nothing here decides anything about rounds or statistics; see timing.py, pacing.py and clock.py.
+Nothing here decides anything about rounds or statistics; see session.py, budget.py and rounds.py.
 """
 
 from collections.abc import Callable
@@ -17,12 +17,12 @@ from phongbench.errors import MeasurementError
 from phongbench.formulas.kernel import read_only
 from phongbench.inputs import pairs
 from phongbench.inputs.strata import STRATA
-from phongbench.results.machine import MEMORY_CAP, Caches
+from phongbench.results.machine import MEMORY_CAP, Caches, cache_sizes
 from phongbench.results.schema import COPY, TRIAD
-from phongbench.timing import epoch_loop, rounds, timed_kernels
+from phongbench.timing import epoch_loop, timed_kernels
 from phongbench.timing.interference import Witness, disturbed
-from phongbench.timing.rounds import Epoch
-from phongbench.timing.timed_kernels import Contender
+from phongbench.timing.rounds import EPOCH_NS, Epoch, agreed, repeats_for
+from phongbench.timing.timed_kernels import TimedKernel
 
 #: (precision, seed, count) -> a, b of shape (3, count)
 Inputs = Callable[[Precision, int, int], tuple[Array, Array]]
@@ -60,6 +60,12 @@ def memory_sizes(caches: Caches) -> tuple[int, ...]:
     return tuple(size for size in (largest >> k for k in range(16)) if size >= floor)
 
 
+def block_bytes() -> dict[str, int]:
+    """Bytes of each working set on this machine, "memory" at its smallest."""
+    caches = cache_sizes()
+    return {"l1": caches.l1 // 2, "l2": caches.l2 // 2, "memory": memory_sizes(caches)[-1]}
+
+
 def highlight_pairs(precision: Precision, seed: int, count: int) -> tuple[Array, Array]:
     """Pairs of the highlight stratum at shininess ALPHA: what kernels are timed on."""
     stratum = next(s for s in STRATA if s.name == "highlight")
@@ -92,34 +98,36 @@ class Share:
 
 
 class Block:
-    """All contenders of one precision over one set of buffers.
+    """All kernels of one precision over one set of buffers.
 
-    lit  the share of pairs that are lit, where that is what the block is about; see skipping.py
+    lit      the share of pairs that are lit, where that is what the block is about; see skip_kernels.py
+    differs  the kernels whose output differed from the verified one while they were timed
     """
 
     def __init__(
         self,
         working_set: str,
         precision: Precision,
-        group: list[Contender],
+        kernels: list[TimedKernel],
         total_bytes: int,
         seed: int,
         inputs: Inputs = highlight_pairs,
         lit: float | None = None,
     ) -> None:
-        self.working_set, self.precision, self.contenders, self.inputs = working_set, precision, group, inputs
+        self.working_set, self.precision, self.kernels, self.inputs = working_set, precision, kernels, inputs
         self.lit, self.cached = lit, working_set != "memory"
-        self.crew: ThreadPoolExecutor | None = None
+        self.pool: ThreadPoolExecutor | None = None
         self.allocate(total_bytes, seed)
         self.repeats = 1
-        self.pass_ns: NDArray[np.float64] = np.zeros(len(group))
+        self.pass_ns: NDArray[np.float64] = np.zeros(len(kernels))
         self.digests: list[int] = []
+        self.differs: set[int] = set()
         self.usual_spin = 0.0
 
     @staticmethod
-    def prepare(precision: Precision, contender: Contender) -> None:
+    def prepare(precision: Precision, kernel: TimedKernel) -> None:
         """Compile the drivers for this precision."""
-        block = Block("l1", precision, [contender], 1, 0)
+        block = Block("l1", precision, [kernel], 1, 0)
         block.nanoseconds(0, 1)
         block.shares[0].digest()
         epoch_loop.spin(block.shares[0].scratch)
@@ -127,8 +135,8 @@ class Block:
 
     @property
     def threads(self) -> int:
-        """The most threads any contender runs on."""
-        return max(c.threads for c in self.contenders)
+        """The most threads any kernel runs on."""
+        return max(kernel.threads for kernel in self.kernels)
 
     def allocate(self, total_bytes: int, seed: int) -> None:
         """Inputs for every thread, equal but in memory of its own."""
@@ -142,51 +150,40 @@ class Block:
         self.allocate(total_bytes, seed)
         self.pass_ns = self.pass_ns * scale
 
-    def keep(self, kept: list[int]) -> None:
-        """Leave out all contenders but these."""
-        self.contenders, self.pass_ns = [self.contenders[i] for i in kept], self.pass_ns[kept]
-        self.digests = [self.digests[i] for i in kept] if self.digests else []
+    def keep(self, places: list[int]) -> None:
+        """Leave out all kernels but these."""
+        self.kernels, self.pass_ns = [self.kernels[i] for i in places], self.pass_ns[places]
+        self.digests = [self.digests[i] for i in places] if self.digests else []
         self.shares = self.shares[: self.threads]
 
     def close(self) -> None:
         """Let go of the further threads."""
-        if self.crew:
-            self.crew.shutdown()
-            self.crew = None
+        if self.pool:
+            self.pool.shutdown()
+            self.pool = None
 
     def nanoseconds(self, index: int, repeats: int) -> float:
-        """Nanoseconds of that many passes, from the first start to the last end; with several threads, over their
-        number.
+        """Nanoseconds of that many passes, from the first start to the last end; over the number of threads.
 
         Spins are left in each scratch.
         """
-        c = self.contenders[index]
-        meeting = np.zeros(c.threads * epoch_loop.STRIDE, np.int64)
+        threads, kernel = self.kernels[index].threads, self.kernels[index].kernel
+        loop, row, table = kernel.loop, kernel.coefficients, kernel.table
+        meeting, warm = np.zeros(threads * epoch_loop.STRIDE, np.int64), self.warm(repeats)
 
         def work(me: int) -> None:
             mine = self.shares[me]
-            epoch_loop.run(
-                c.kernel,
-                mine.a,
-                mine.b,
-                c.coefficients,
-                c.table,
-                mine.out,
-                self.warm(repeats),
-                repeats,
-                mine.scratch,
-                meeting,
-                me,
-            )
+            a, b, out, scratch = mine.a, mine.b, mine.out, mine.scratch
+            epoch_loop.run(loop, a, b, row, table, out, warm, repeats, scratch, meeting, me)
 
-        if c.threads > 1 and self.crew is None:
-            self.crew = ThreadPoolExecutor(self.threads - 1)
-        others = [self.crew.submit(work, me) for me in range(1, c.threads)] if self.crew else []
+        if threads > 1 and self.pool is None:
+            self.pool = ThreadPoolExecutor(self.threads - 1)
+        others = [self.pool.submit(work, me) for me in range(1, threads)] if self.pool else []
         work(0)
         for other in others:
             other.result()
-        stamps = np.array([share.scratch[[epoch_loop.STARTED, epoch_loop.ENDED]] for share in self.shares[: c.threads]])
-        return float(stamps[:, 1].max() - stamps[:, 0].min()) / c.threads
+        stamps = np.array([share.scratch[[epoch_loop.STARTED, epoch_loop.ENDED]] for share in self.shares[:threads]])
+        return float(stamps[:, 1].max() - stamps[:, 0].min()) / threads
 
     def warm(self, repeats: int) -> int:
         """Untimed passes before so many timed ones: they bring inputs back into the cache, and the core to its pace.
@@ -201,45 +198,41 @@ class Block:
         The fastest formula fills an epoch, so slower ones take longer, libm's power many times longer; a bare copy may
         stay below an epoch, but not below the least number of ticks.
         """
-        for index in range(len(self.contenders)):
+        for index in range(len(self.kernels)):
             once = max(1.0, self.nanoseconds(index, 1))
-            few = max(1, round(0.2 * rounds.EPOCH_NS / once)) if self.cached else 1
-            self.pass_ns[index] = rounds.agreed(partial(self._reading, index, few))
-        bare = (COPY, TRIAD)
-        alone = [(c.name, ns) for c, ns in zip(self.contenders, self.pass_ns, strict=True) if c.threads == 1]
-        formulas = [ns for name, ns in alone if name not in bare]
-        least = rounds.repeats_for(float(self.pass_ns.min()), tick, 0.0)
-        self.repeats = max(rounds.repeats_for(min(formulas), tick), least)
+            few = max(1, round(0.2 * EPOCH_NS / once)) if self.cached else 1
+            self.pass_ns[index] = agreed(partial(self._reading, index, few))
+        alone = [(k.name, ns) for k, ns in zip(self.kernels, self.pass_ns, strict=True) if k.threads == 1]
+        fastest = min(ns for name, ns in alone if name not in (COPY, TRIAD))
+        self.repeats = max(repeats_for(fastest, tick), repeats_for(float(self.pass_ns.min()), tick, 0.0))
         scratch = self.shares[0].scratch
         self.usual_spin = float(np.percentile([epoch_loop.spin(scratch) for _ in range(51)], 25))
 
     def _reading(self, index: int, repeats: int) -> float:
         return max(1.0, self.nanoseconds(index, repeats)) / repeats
 
-    def verify(self, found: list[MeasurementError]) -> None:
+    def verify(self) -> list[MeasurementError]:
         """Run every kernel once and compare it with plain Python; what differs is left out, and reported."""
-        kept: list[int] = []
-        digests: list[int] = []
+        problems: list[MeasurementError] = []
+        right: dict[int, int] = {}
         a, b = (rows[:, :_CHECKED].astype(np.float64) for rows in (self.shares[0].a, self.shares[0].b))
-        for index, c in enumerate(self.contenders):
+        for index, kernel in enumerate(self.kernels):
             for share in self.shares:
                 share.out.fill(np.nan)
             self.nanoseconds(index, 1)
-            wrong = float(np.mean(~(np.abs(self.shares[0].out[:_CHECKED] - c.plain(a, b)) <= c.tolerance)))
-            if wrong > _STRAY:
-                found.append(self.void(c, f"{wrong:.0%} of its values differ from the plain formula"))
+            off = ~(np.abs(self.shares[0].out[:_CHECKED] - kernel.plain(a, b)) <= kernel.tolerance)
+            if (wrong := float(off.mean())) > _STRAY:
+                problems.append(self.void(kernel, f"{wrong:.0%} of its values differ from the plain formula"))
             else:
-                kept.append(index)
-                digests.append(self.digest())
-        self.keep(kept)
-        self.digests = digests
+                right[index] = self.digest()
+        self.keep(list(right))
+        self.digests = list(right.values())
+        return problems
 
-    def void(self, c: Contender, why: str) -> MeasurementError:
-        """The problem that takes this contender's row away."""
-        words = [str(part) for part in c.key if part is not None]
-        return MeasurementError(
-            f"{why}; its row is left out", f"{' '.join(words)}, {self.working_set}", "the kernel is wrong"
-        )
+    def void(self, kernel: TimedKernel, why: str) -> MeasurementError:
+        """The problem that takes this kernel's row away."""
+        words = " ".join(str(part) for part in kernel.key if part is not None)
+        return MeasurementError(f"{why}; its row is left out", f"{words}, {self.working_set}", "the kernel is wrong")
 
     @property
     def where(self) -> str:
@@ -251,25 +244,25 @@ class Block:
         return self.shares[share].digest()
 
     def seconds_of(self, indices: list[int]) -> float:
-        """What a round of these contenders is expected to take."""
+        """What a round of these kernels is expected to take."""
         passes = self.repeats + self.warm(self.repeats)
-        threads = np.array([self.contenders[i].threads for i in indices])
+        threads = np.array([self.kernels[i].threads for i in indices])
         total = float((self.pass_ns[indices] * threads * passes + OVERHEAD_NS + MEETING_NS * (threads > 1)).sum())
         return (total if self.cached else 1.15 * total) / 1e9  # reading a large output to check it
 
     @property
     def round_seconds(self) -> float:
-        """What a round of all contenders is expected to take."""
-        return self.seconds_of(list(range(len(self.contenders))))
+        """What a round of all kernels is expected to take."""
+        return self.seconds_of(list(range(len(self.kernels))))
 
-    def epoch(self, witness: Witness, lying: set[int], index: int) -> Epoch:
+    def epoch(self, witness: Witness, index: int) -> Epoch:
         """One reading with its evidence; its outputs are compared with the verified one."""
         before = witness.see(0.0)
         nanoseconds = self.nanoseconds(index, self.repeats)
-        used = [share.scratch for share in self.shares[: self.contenders[index].threads]]
+        used = [share.scratch for share in self.shares[: self.kernels[index].threads]]
         after = witness.see(float(max(max(s[epoch_loop.SPIN_BEFORE], s[epoch_loop.SPIN_AFTER]) for s in used)))
         if any(self.digest(me) != self.digests[index] for me in range(len(used))):
-            lying.add(index)
+            self.differs.add(index)
         starts = [int(s[epoch_loop.STARTED]) for s in used]
         apart = max(starts) - min(starts) > _APART_NS
         return Epoch(nanoseconds, apart or disturbed(before, after, self.usual_spin))

@@ -1,10 +1,16 @@
 """Signs that something else ran while a block was timed."""
 
-import os
-import resource
 from contextlib import suppress
 from dataclasses import dataclass
+from io import FileIO
 from pathlib import Path
+from typing import Any
+
+resource: Any
+try:
+    import resource
+except ImportError:  # Windows counts no involuntary switches: a slow spin is the evidence there
+    resource = None
 
 #: a spin that takes this much longer than usual is evidence that something else had the core
 SPIN_SLACK = 1.25
@@ -34,23 +40,26 @@ class Witness:
     """Reads the counters of the system that are evidence; a counter it does not have stays at 0."""
 
     def __init__(self, stat: Path = Path("/proc/stat")) -> None:
-        self._stat: int | None = None
+        self._stat: FileIO | None = None
         with suppress(OSError):
-            self._stat = os.open(stat, os.O_RDONLY)
+            self._stat = FileIO(stat)
+        # the thread's own on Linux, the process's where there is nothing finer
+        self._who = getattr(resource, "RUSAGE_THREAD", getattr(resource, "RUSAGE_SELF", 0))
 
     def see(self, spin: float) -> Evidence:
         """The counters now; about 3 microseconds."""
-        usage = resource.getrusage(getattr(resource, "RUSAGE_THREAD", resource.RUSAGE_SELF))
-        return Evidence(usage.ru_nivcsw, self._stolen(), spin)
+        switches = resource.getrusage(self._who).ru_nivcsw if resource is not None else 0
+        return Evidence(switches, self._stolen(), spin)
 
     def _stolen(self) -> int:
         if self._stat is None:
             return 0
-        fields = os.pread(self._stat, 256, 0).split(b"\n", 1)[0].split()
+        self._stat.seek(0)
+        fields = self._stat.read(256).split(b"\n", 1)[0].split()
         return int(fields[8]) if len(fields) > 8 else 0
 
     def close(self) -> None:
         """Let go of the counters."""
         if self._stat is not None:
-            os.close(self._stat)
+            self._stat.close()
             self._stat = None

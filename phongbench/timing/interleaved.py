@@ -1,41 +1,92 @@
-"""Whole calls timed in turn: what a picture takes beside another of the same scene."""
+"""Whole calls timed in turn: what each takes as a multiple of another, with the interval that all times here have."""
 
+import math
 import time
-from collections.abc import Callable, Sequence
-from typing import Any
+from collections.abc import Callable, Hashable, Mapping
+from dataclasses import dataclass
+from typing import Any, Generic, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
-from phongbench.timing import rounds as clock
-from phongbench.timing import statistics
+from phongbench.timing.rounds import Epoch, Readings, run_rounds
 from phongbench.timing.statistics import MIN_ROUNDS
 
-#: rounds of all calls: the fewest that give an interval
-ROUNDS = MIN_ROUNDS
+K = TypeVar("K", bound=Hashable)
 
 
-def in_turn(calls: Sequence[Callable[[], object]], *, rounds: int = ROUNDS, seed: int = 1) -> NDArray[np.float64]:
-    """Seconds (rounds, calls). A round holds every call once, in an order that differs between rounds.
+@dataclass(frozen=True)
+class Times(Generic[K]):
+    """What the calls took.
 
-    calls  each was called once before: nothing is compiled or read for the first time here
+    names     of the calls, in the order of the readings' columns
+    failures  name -> what took a call out of the later rounds
     """
-    seconds = np.empty((rounds, len(calls)))
-    for number, order in enumerate(clock.orders(len(calls), rounds, np.random.default_rng(seed))):
-        for call in order.tolist():
-            started = time.perf_counter()
-            calls[call]()
-            seconds[number, call] = time.perf_counter() - started
+
+    names: tuple[K, ...]
+    readings: Readings
+    failures: Mapping[K, Exception]
+
+    def seconds(self, name: K) -> float:
+        """The least that a call took."""
+        return self.readings.least(self.names.index(name)) / 1e9
+
+    def median(self, name: K) -> float:
+        """The median of a call's seconds."""
+        return self.readings.median(self.names.index(name)) / 1e9
+
+    def row(self, name: K, base: K) -> dict[str, Any]:
+        """A call's time over another's: rounds, least seconds, and the ratio with the ends of its interval.
+
+        The ratio is the median over the rounds; the interval is `statistics.sign_interval`, whose ends are None below
+        MIN_ROUNDS.
+        """
+        call, other = self.names.index(name), self.names.index(base)
+        ratio = self.readings.ratio(call, other)
+        return {"rounds": self.readings.rounds(call), "seconds": self.seconds(name), **ratio.columns()}
+
+
+def clocked(call: Callable[[], object]) -> Callable[[], float]:
+    """The call as one that returns its seconds."""
+
+    def seconds() -> float:
+        started = time.perf_counter()
+        call()
+        return time.perf_counter() - started
+
     return seconds
 
 
-def over(seconds: NDArray[np.float64], call: int, other: int) -> dict[str, Any]:
-    """The columns of a call's time over another's: the least seconds, and the ratio with its interval."""
-    ratio = statistics.ratio(seconds[:, call], seconds[:, other])
-    return {
-        "rounds": len(seconds),
-        "seconds": float(seconds[:, call].min()),
-        "ratio": ratio.middle,
-        "ratio_low": ratio.low,
-        "ratio_high": ratio.high,
-    }
+def interleaved(
+    calls: Mapping[K, Callable[[], float]],
+    *,
+    rounds: int = MIN_ROUNDS,
+    warm: int = 0,
+    seed: int = 1,
+    step: Callable[[], object] = lambda: None,
+    leaves_on: tuple[type[Exception], ...] = (),
+) -> Times[K]:
+    """Time calls in rounds that hold each of them once, in an order that differs between rounds.
+
+    calls      name -> does its work once and returns its seconds; see `clocked`
+    rounds     below MIN_ROUNDS there is no interval
+    warm       how often each is called before, for what is compiled or read the first time
+    seed       of the orders
+    step       is called after every call
+    leaves_on  exceptions that take only the call that raises them out of the remaining rounds
+    """
+    names = tuple(calls)
+    failures: dict[K, Exception] = {}
+
+    def epoch(index: int) -> Epoch:
+        name, seconds = names[index], math.nan
+        if name not in failures:
+            try:
+                seconds = calls[name]()
+            except leaves_on as problem:
+                failures[name] = problem
+        step()
+        return Epoch(1e9 * seconds)
+
+    for index in [*range(len(names))] * warm:
+        epoch(index)
+    return Times(names, run_rounds(epoch, len(names), rounds, np.random.default_rng(seed)), failures)

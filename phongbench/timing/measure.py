@@ -13,33 +13,40 @@ undecided get further rounds, and stopping when it is decided makes their interv
 """
 
 import math
-import os
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import nullcontext
+from dataclasses import dataclass, field
 
 import pandas as pd
 
 from phongbench.compiler import jit
-from phongbench.compiler.lowering import FLOAT32, Precision, precision_named
+from phongbench.compiler.lowering import FLOAT32, Precision
 from phongbench.errors import InputError, MeasurementError, UnknownNameError
-from phongbench.results.schema import BASELINE
-from phongbench.timing import skip_kernels, table, timed_kernels
+from phongbench.results.schema import BASELINE, TIMING
+from phongbench.support.process import cores
+from phongbench.timing import skip_kernels, timed_kernels
 from phongbench.timing.blocks import WORKING_SETS, Block
 from phongbench.timing.machine_lock import machine_lock
-from phongbench.timing.session import Laboratory, Progress
-from phongbench.timing.table import COLUMNS
-from phongbench.timing.timed_kernels import Contender, Subject, subjects
-
-__all__ = ["COLUMNS", "WORKING_SETS", "Progress", "Subject", "check", "compile_all", "cores", "measure", "subjects"]
+from phongbench.timing.session import Progress, Session
+from phongbench.timing.timed_kernels import Key, TimedFormula, TimedKernel
 
 
-def cores() -> int:
-    """The cores this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+@dataclass(frozen=True)
+class Timing:
+    """What a measurement gives.
+
+    rows      the table TIMING, one row per kernel and working set; void kernels have none
+    problems  what made a kernel's row void
+    notes     what the budget was too small for
+    """
+
+    rows: pd.DataFrame
+    problems: list[MeasurementError] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
 
 
 def measure(
-    timed: Sequence[Subject],
+    timed: Sequence[TimedFormula],
     *,
     budget_seconds: float,
     working_sets: Sequence[str] = WORKING_SETS,
@@ -47,45 +54,34 @@ def measure(
     progress: Progress | None = None,
     threads: Sequence[int] = (1,),
     lit: Sequence[float] = (),
-    problems: list[MeasurementError] | None = None,
-    notes: list[str] | None = None,
     locked: bool = False,
-) -> pd.DataFrame:
-    """Time the subjects beside the exact powers and the ceilings.
+) -> Timing:
+    """Time the formulas beside the exact powers and the ceilings.
 
-    timed           subjects, float32 or float64; see `subjects`. None gives no rows
+    timed           float32 or float64; see `timed_formulas`. None gives no rows
     budget_seconds  for everything but compilation, which comes first and is a column of its own
     working_sets    which of l1, l2, memory
     seed            of inputs and orders
-    progress        told (epochs done, epochs planned, working set)
-    threads         1, and numbers of threads on which `contenders.THREADED` are timed too
-    lit             shares of lit pairs at which skipping is timed, in float32; see skipping.py
-    problems        receives what made a kernel's row void; without it the first problem is raised at the end
-    notes           receives what the budget was too small for
+    progress        is called with (epochs done, epochs planned, working set)
+    threads         1, and numbers of threads on which `timed_kernels.THREADED` are timed too
+    lit             shares of lit pairs at which skipping is timed, in float32; see skip_kernels.py
     locked          True if the caller holds the machine's lock
-    returns         DataFrame with COLUMNS, one row per kernel and working set; void kernels have none
     Raises InputError where the budget cannot give the rounds an interval needs, saying what can; LockedError while
     another timing runs.
     """
     check(budget_seconds, working_sets, threads)
     if not timed:
-        return table.frame([])
-    found: list[MeasurementError] = []
+        return Timing(TIMING.frame())
+    problems: list[MeasurementError] = []
     with nullcontext() if locked else machine_lock():
-        groups = list(_compile_all(timed, found))
-        skips = skip_kernels.group(FLOAT32) if lit else []
-        with jit.compilations() as compiled:
-            laboratory = Laboratory(groups, working_sets, budget_seconds, seed, progress, found, threads, lit, skips)
-            rows = laboratory.run()
-        if compiled and not jit.DISABLED:
+        groups = list(_compile_all(timed, problems))
+        skips = skip_kernels.kernels(FLOAT32) if lit else []
+        with jit.compilations() as late:
+            session = Session(groups, skips, working_sets, budget_seconds, seed, threads, lit, progress, problems)
+            rows = session.run()
+        if late and not jit.DISABLED:
             raise MeasurementError("something was compiled while timing", "timing", "run again; if it stays, report it")
-    if problems is None and found:
-        raise found[0]
-    if problems is not None:
-        problems.extend(found)
-    if notes is not None:
-        notes.extend(laboratory.notes)
-    return table.frame(rows)
+    return Timing(TIMING.frame(rows), problems, session.notes)
 
 
 def check(budget: float, working_sets: Sequence[str], threads: Sequence[int]) -> None:
@@ -105,29 +101,28 @@ def check(budget: float, working_sets: Sequence[str], threads: Sequence[int]) ->
         raise InputError(why, "NUMBA_DISABLE_JIT", "unset it, or leave timing out")
 
 
-def compile_all(timed: Iterable[Subject], *, lit: Sequence[float] = ()) -> None:
-    """Compile, or load from the cache, everything a measurement of these subjects runs."""
+def compile_all(timed: Iterable[TimedFormula], *, lit: Sequence[float] = ()) -> None:
+    """Compile, or load from the cache, everything a measurement of these formulas runs."""
     for _ in _compile_all(timed, []):
         pass
     if lit:
-        skip_kernels.group(FLOAT32)
+        skip_kernels.kernels(FLOAT32)
 
 
 def _compile_all(
-    timed: Iterable[Subject], found: list[MeasurementError]
-) -> Iterator[tuple[Precision, list[Contender]]]:
-    """The contenders of each precision; subjects that do not compile become problems."""
-    by_precision: dict[str, list[Subject]] = {}
-    for subject in timed:
-        by_precision.setdefault(subject.precision.name, []).append(subject)
-    for name, mine in by_precision.items():
-        precision = precision_named(name)
-        group = {c.key: c for c in timed_kernels.companions(precision)}
-        for subject in mine:
+    timed: Iterable[TimedFormula], problems: list[MeasurementError]
+) -> Iterator[tuple[Precision, list[TimedKernel]]]:
+    """The kernels of each precision; formulas that do not compile become problems."""
+    by_precision: dict[Precision, list[TimedFormula]] = {}
+    for formula in timed:
+        by_precision.setdefault(formula.precision, []).append(formula)
+    for precision, formulas in by_precision.items():
+        kernels: dict[Key, TimedKernel] = {k.key: k for k in timed_kernels.companions(precision)}
+        for formula in formulas:
             try:
-                if subject.key not in group:
-                    group[subject.key] = timed_kernels.compiled(subject)
+                if formula.key not in kernels:
+                    kernels[formula.key] = timed_kernels.compiled(formula)
             except MeasurementError as problem:
-                found.append(problem)
-        Block.prepare(precision, next(c for c in group.values() if c.name == BASELINE))
-        yield precision, list(group.values())
+                problems.append(problem)
+        Block.prepare(precision, next(k for k in kernels.values() if k.name == BASELINE))
+        yield precision, list(kernels.values())

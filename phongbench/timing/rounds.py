@@ -1,4 +1,4 @@
-"""The arithmetic of believable timing: orders, calibration, intervals, verdicts, evidence of disturbances.
+"""The arithmetic of believable timing: orders, calibration, rounds of readings and what they amount to.
 
 Nothing here knows a kernel; everything takes its readings as arguments, so a made-up clock tests all of it.
 """
@@ -19,9 +19,6 @@ EPOCH_NS, EPOCH_TICKS = 100_000, 1000
 AGREEMENT = 0.1
 
 
-# orders
-
-
 def latin_square(size: int, rng: np.random.Generator) -> Integers:
     """A shuffled Latin square: every kernel once in each round (row) and once at each position (column).
 
@@ -38,9 +35,6 @@ def orders(size: int, rounds: int, rng: np.random.Generator) -> Iterator[Integer
     """The order of the kernels in each round: rows of Latin squares, a fresh one whenever the last is used up."""
     for start in range(0, rounds, size):
         yield from latin_square(size, rng)[: rounds - start]
-
-
-# calibration
 
 
 def agreed(reading: Callable[[], float], tries: int = 8) -> float:
@@ -69,38 +63,27 @@ def tick(readings: Integers) -> float:
     return float(steps.min())
 
 
-# statistics
-
-
-# evidence
-
-
-# rounds
-
-
 @dataclass(frozen=True, slots=True)
 class Epoch:
-    """One reading: nanoseconds of an epoch, and whether something disturbed it."""
+    """One reading: nanoseconds of an epoch, NaN where there is none, and whether something disturbed it."""
 
     nanoseconds: float
-    disturbed: bool
+    disturbed: bool = False
 
 
 @dataclass(frozen=True)
 class Readings:
     """All epochs of a block.
 
-    used      float (rounds, kernels)  nanoseconds that count: the first undisturbed reading of a round, else the
-                                       repeated one; NaN where a round left the kernel out
-    clean     bool (rounds, kernels)   whether that reading is undisturbed
-    marked    int (kernels,)           disturbed epochs, the repeated ones included
-    every     list of (round, kernel, Epoch)  every reading, in the order taken: none is ever dropped
+    used    float (rounds, kernels)  nanoseconds that count: the first undisturbed reading of a round, else the
+                                     repeated one; NaN where a round left the kernel out
+    clean   bool (rounds, kernels)   whether that reading is undisturbed
+    marked  int (kernels,)           disturbed epochs, the repeated ones included
     """
 
     used: Floats
     clean: NDArray[np.bool_]
     marked: Integers
-    every: list[tuple[int, int, Epoch]]
 
     def least(self, kernel: int) -> float:
         """The shortest undisturbed epoch, or the shortest of all where none is undisturbed."""
@@ -121,20 +104,19 @@ class Readings:
 
     def with_further(self, further: "Readings", members: Sequence[int]) -> "Readings":
         """These readings with rounds appended in which only the members were timed, in that order."""
+        columns = list(members)
         used = np.full((len(further.used), self.used.shape[1]), np.nan)
         clean = np.zeros(used.shape, np.bool_)
         marked = self.marked.copy()
-        columns = list(members)
         used[:, columns], clean[:, columns] = further.used, further.clean
         marked[columns] += further.marked
-        every = [(len(self.used) + n, columns[k], epoch) for n, k, epoch in further.every]
-        return Readings(
-            np.concatenate([self.used, used]), np.concatenate([self.clean, clean]), marked, [*self.every, *every]
-        )
+        return Readings(np.concatenate([self.used, used]), np.concatenate([self.clean, clean]), marked)
 
     def _clean_ones(self, kernel: int) -> Floats:
-        column, clean = self.used[:, kernel], self.clean[:, kernel]
-        return column[clean] if clean.any() else column[np.isfinite(column)]
+        column = self.used[:, kernel]
+        there = np.isfinite(column)
+        clean = there & self.clean[:, kernel]
+        return column[clean] if clean.any() else column[there]
 
 
 def run_rounds(
@@ -147,32 +129,29 @@ def run_rounds(
     go_on: Callable[[int], bool] = lambda done: True,
     after_round: Callable[[int], None] = lambda done: None,
 ) -> Readings:
-    """Time all kernels once per round, interleaved; a disturbed epoch is repeated once, and both readings are kept.
+    """Time all kernels once per round, interleaved; a disturbed epoch is repeated once, and both readings are counted.
 
     epoch        kernel index -> Epoch
     repeat       whether there is time to repeat disturbed epochs
     go_on        rounds done -> whether to take another
-    after_round  told how many rounds are done
+    after_round  called with how many rounds are done
     """
     used: list[Floats] = []
     clean: list[NDArray[np.bool_]] = []
     marked = np.zeros(kernels, np.int64)
-    every: list[tuple[int, int, Epoch]] = []
     for number, order in enumerate(orders(kernels, rounds, rng)):
         if not go_on(number):
             break
-        times, quiet = np.empty(kernels), np.ones(kernels, np.bool_)
+        times, undisturbed = np.empty(kernels), np.ones(kernels, np.bool_)
         for kernel in order.tolist():
             reading = epoch(kernel)
-            every.append((number, kernel, reading))
             marked[kernel] += reading.disturbed
             if reading.disturbed and repeat():
                 reading = epoch(kernel)
-                every.append((number, kernel, reading))
                 marked[kernel] += reading.disturbed
-            times[kernel], quiet[kernel] = reading.nanoseconds, not reading.disturbed
+            times[kernel], undisturbed[kernel] = reading.nanoseconds, not reading.disturbed
         used.append(times)
-        clean.append(quiet)
+        clean.append(undisturbed)
         after_round(number + 1)
     size = (len(used), kernels)
-    return Readings(np.array(used).reshape(size), np.array(clean, np.bool_).reshape(size), marked, every)
+    return Readings(np.array(used).reshape(size), np.array(clean, np.bool_).reshape(size), marked)

@@ -20,24 +20,24 @@ from phongbench.compiler import intrinsics, jit
 from phongbench.compiler.lowering import Body, Precision, lower
 from phongbench.compiler.precisions import Array
 from phongbench.formulas import coordinate_kernels, lambda_forms, pair_kernels
-from phongbench.formulas.kernel import known_values, limit
-from phongbench.formulas.registry import REGISTRY
+from phongbench.formulas.formula import Formula
+from phongbench.formulas.kernel import Kernel, known_values, limit
 from phongbench.formulas.spec import MAX_COEFFICIENTS, Approximation, Setting
 from phongbench.inputs import pairs
 from phongbench.inputs.strata import STRATA
 from phongbench.timing import timed_kernels
-from phongbench.timing.timed_kernels import ALPHA, Contender, Subject
+from phongbench.timing.timed_kernels import ALPHA, TimedFormula, TimedKernel
 
 #: shares of lit pairs that are timed
 LIT = (0.01, 0.1, 0.5, 1.0)
 #: pairs that are skipped together. 16 costs less where the lit ones are scattered, but its test weighs more
 BLOCK = 64
-#: what is timed plain and skipping: (approximation, lambda form, setting)
-PAIRED = (("phong", "none", Setting(ALPHA)), ("lyon", "dot", Setting(ALPHA, 8, "taylor")))
+#: what is timed plain and skipping
+PAIRED = (Formula.parse("phong"), Formula.parse("lyon:dot:8"))
 
 
 def skip_kernel(spec: Approximation, form: str, setting: Setting, precision: Precision) -> Any:
-    """`vector_kernels.pairs_kernel` in blocks that may be skipped; its coefficients are followed by `limit`."""
+    """`pair_kernels.pairs_kernel` in blocks that may be skipped; its coefficients are followed by `limit`."""
     bound, coordinate = coordinate_kernels.bound_parts(spec, form, precision, known_values(spec, setting))
     return _skip_kernel(bound, coordinate, form, precision)
 
@@ -84,23 +84,24 @@ def _skip_kernel(bound: Body, coordinate: Body, form: str, precision: Precision)
     return jit.elementwise(pair_kernels.pairs_signature(precision.carrier), skipping)
 
 
-def group(precision: Precision) -> list[Contender]:
+def kernels(precision: Precision) -> list[TimedKernel]:
     """What a block about skipping holds: the usual companions, and each of PAIRED plain and skipping."""
-    found = list(timed_kernels.companions(precision, {name: REGISTRY[name] for name, _, _ in PAIRED}))
-    for name, form, setting in PAIRED:
-        plain = timed_kernels.compiled(Subject(REGISTRY[name], form, setting, precision, f"{name}-plain"))
+    found = list(timed_kernels.companions(precision, {f.approximation: f.spec() for f in PAIRED}))
+    for formula in PAIRED:
+        name, spec, setting = formula.approximation, formula.spec(), formula.setting(ALPHA)
+        plain = timed_kernels.compiled(TimedFormula(formula, spec, precision, label=f"{name}-plain"))
         started = time.perf_counter()
-        kernel = skip_kernel(REGISTRY[name], form, setting, precision)
+        loop = skip_kernel(spec, formula.lambda_form, setting, precision)
         took = 1e3 * (time.perf_counter() - started)
-        row = np.append(plain.coefficients, precision.constant(limit(REGISTRY[name], setting, precision)))
-        key = (f"{name}-skip", *plain.key[1:])
-        found += [plain, replace(plain, key=key, kernel=kernel, coefficients=row, compile_ms=took)]
+        row = np.append(plain.kernel.coefficients, precision.constant(limit(spec, setting, precision)))
+        skipping = Kernel(loop, row, plain.kernel.table)
+        found += [plain, replace(plain, key=(f"{name}-skip", *plain.key[1:]), kernel=skipping, compile_ms=took)]
     return found
 
 
 def names() -> frozenset[str]:
     """The rows that a block about skipping is timed for; the others in it are what they are compared with."""
-    return frozenset(f"{name}-{kind}" for name, _, _ in PAIRED for kind in ("plain", "skip"))
+    return frozenset(f"{formula.approximation}-{kind}" for formula in PAIRED for kind in ("plain", "skip"))
 
 
 def inputs(lit: float) -> Callable[[Precision, int, int], tuple[Array, Array]]:

@@ -4,13 +4,14 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-#: confidence of every interval; the sign test reaches it from 8 rounds on
-LEVEL = 0.99
-MIN_ROUNDS = 8
+#: confidence of every interval, and how it is shown beside one; the sign test reaches it from 8 rounds on
+LEVEL, MIN_ROUNDS = 0.99, 8
+LEVEL_TEXT = f"{100 * LEVEL:g} %"
 #: a difference smaller than this is never claimed: code layout alone makes as much
 CLAIM = 0.02
 Floats = NDArray[np.float64]
@@ -25,15 +26,19 @@ class Interval:
     low: float
     high: float
 
+    def columns(self) -> dict[str, Any]:
+        """The columns of a ratio; None for the ends of an interval that has none."""
+        low, high = (self.low, self.high) if math.isfinite(self.high) else (None, None)
+        return {"ratio": self.middle, "ratio_low": low, "ratio_high": high}
+
 
 def sign_test_rank(count: int, level: float = LEVEL) -> int:
     """The largest k whose k-th smallest and k-th largest of `count` values enclose the median so surely; 0 if none."""
-    outside, k, total = 0, 0, 2**count
-    while k < count:
-        outside += math.comb(count, k)
-        if 2 * outside > (1 - level) * total:
-            break
-        k += 1
+    allowed, parts = (1 - level).as_integer_ratio()
+    k, below, binomial = 0, 1, 1  # of 2^count outcomes, those with at most k values on one side, and with exactly k
+    while k < count and 2 * below * parts <= allowed << count:
+        binomial = binomial * (count - k) // (k + 1)
+        k, below = k + 1, below + binomial
     return k
 
 
@@ -50,11 +55,11 @@ def ratio(times: Floats, baseline: Floats, level: float = LEVEL) -> Interval:
     return Interval(math.exp(logs.middle), math.exp(logs.low), math.exp(logs.high) if logs.high < 700 else math.inf)
 
 
-def verdict(found: Interval) -> str:
+def verdict(ratio: Interval) -> str:
     """faster, slower or unresolved: the whole interval lies on one side of 1, and the median at least CLAIM away."""
-    if found.high < 1 and found.middle <= 1 - CLAIM:
+    if ratio.high < 1 and ratio.middle <= 1 - CLAIM:
         return "faster"
-    return "slower" if found.low > 1 and found.middle >= 1 + CLAIM else "unresolved"
+    return "slower" if ratio.low > 1 and ratio.middle >= 1 + CLAIM else "unresolved"
 
 
 def contested(intervals: Sequence[Interval]) -> list[int]:

@@ -7,57 +7,14 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from phongbench.results.schema import BASELINE, COPY, DOT, TRIAD, TWIN
+from phongbench.results.schema import BASELINE, COPY, DOT, TIMING, TRIAD, TWIN
 from phongbench.timing.rounds import Readings
 from phongbench.timing.statistics import Interval, sign_interval, verdict
-from phongbench.timing.timed_kernels import Contender
-
-#: columns of timing.parquet as contract.md fixes them, then ours
-COLUMNS = [
-    "approximation",
-    "lambda_form",
-    "space",
-    "beta_policy",
-    "gamma",
-    "precision",
-    "working_set",
-    "elements",
-    "threads",
-    "ns_min",
-    "ns_median",
-    "ratio",
-    "ratio_low",
-    "ratio_high",
-    "verdict",
-    "dot_ratio",
-    "bandwidth_fraction",
-    "rounds",
-    "contaminated",
-    "repeats",
-    "compile_ms",
-    "lit",
-    "processes",
-]
-_NUMBERS = (
-    "ns_min",
-    "ns_median",
-    "ratio",
-    "ratio_low",
-    "ratio_high",
-    "dot_ratio",
-    "bandwidth_fraction",
-    "compile_ms",
-    "lit",
-)
-_COUNTS = ("elements", "threads", "rounds", "contaminated", "repeats", "processes")
-TYPES = dict.fromkeys(COLUMNS, "str") | dict.fromkeys(_NUMBERS, "float64") | dict.fromkeys(_COUNTS, "int64")
-TYPES["gamma"] = "Int64"
-#: what identifies a row
-KEY = ["approximation", "lambda_form", "space", "beta_policy", "gamma", "precision", "working_set", "threads", "lit"]
+from phongbench.timing.timed_kernels import TimedKernel
 
 
-def analyse(timed: Sequence[Contender], readings: Readings, per_epoch: int) -> list[dict[str, Any]]:
-    """One row for each contender of a block: nanoseconds, ratios and verdict, from the epochs' readings.
+def analyse(kernels: Sequence[TimedKernel], readings: Readings, per_epoch: int) -> list[dict[str, Any]]:
+    """One row for each kernel of a block: nanoseconds, ratios and verdict, from the epochs' readings.
 
     per_epoch  elements times repeats: what an epoch's nanoseconds are divided by
 
@@ -65,13 +22,12 @@ def analyse(timed: Sequence[Contender], readings: Readings, per_epoch: int) -> l
     at best, where there are two. The bandwidth is a fraction of what one thread copies or triads in the same rounds,
     whichever moves more: the least times of the two kernels may stem from moments when neighbours were unlike.
     """
-    place = {c.name: i for i, c in reversed(list(enumerate(timed)))}
+    place = {kernel.name: i for i, kernel in reversed(list(enumerate(kernels)))}
     baseline, dot = place[BASELINE], place[DOT]
-    bare = [place[name] for name in (COPY, TRIAD)]
-    ceiling = max(bare, key=lambda k: timed[k].rows / readings.median(k))
+    ceiling = max((place[COPY], place[TRIAD]), key=lambda i: kernels[i].rows / readings.median(i))
     rows = []
-    for i, c in enumerate(timed):
-        name, form, space, gamma, precision = c.key
+    for i, kernel in enumerate(kernels):
+        name, form, space, gamma, precision = kernel.key
         ratio = readings.ratio(i, baseline)
         rows.append(
             {
@@ -81,18 +37,16 @@ def analyse(timed: Sequence[Contender], readings: Readings, per_epoch: int) -> l
                 "beta_policy": "none",
                 "gamma": gamma,
                 "precision": precision,
-                "threads": c.threads,
+                "threads": kernel.threads,
                 "ns_min": readings.least(i) / per_epoch,
                 "ns_median": readings.median(i) / per_epoch,
-                "ratio": ratio.middle,
-                "ratio_low": ratio.low,
-                "ratio_high": ratio.high,
+                **ratio.columns(),
                 "verdict": verdict(ratio),
                 "dot_ratio": readings.ratio(i, dot).middle,
-                "bandwidth_fraction": c.rows / timed[ceiling].rows / readings.ratio(i, ceiling).middle,
+                "bandwidth_fraction": kernel.rows / kernels[ceiling].rows / readings.ratio(i, ceiling).middle,
                 "rounds": readings.rounds(i),
                 "contaminated": int(readings.marked[i]),
-                "compile_ms": c.compile_ms,
+                "compile_ms": kernel.compile_ms,
                 "lit": math.nan,
                 "processes": 1,
             }
@@ -107,11 +61,6 @@ def withheld(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
     return [row if row["approximation"] == TWIN else {**row, "verdict": "unresolved"} for row in rows]
 
 
-def frame(rows: list[dict[str, Any]]) -> pd.DataFrame:
-    """The table of these rows, with its types even where it is empty."""
-    return pd.DataFrame(rows, columns=COLUMNS).astype(TYPES)
-
-
 def merged(frames: Sequence[pd.DataFrame]) -> pd.DataFrame:
     """One row per kernel from the tables of several processes, each with its own placement in memory.
 
@@ -122,24 +71,21 @@ def merged(frames: Sequence[pd.DataFrame]) -> pd.DataFrame:
     """
     everything = pd.concat(frames, ignore_index=True)
     rows = []
-    for _, same in everything.groupby(KEY, dropna=False, sort=False):
+    for _, same in everything.groupby(TIMING.key, dropna=False, sort=False):
         if len(same) == len(frames):
             rows.append(_one(same))
-    return frame(withheld(rows))
+    return TIMING.frame(withheld(rows))
 
 
 def _one(same: pd.DataFrame) -> dict[str, Any]:
     logs = {name: np.log(same[name].to_numpy(np.float64)) for name in ("ratio", "ratio_low", "ratio_high")}
-    middle, low, high = (float(np.median(logs[name])) for name in ("ratio", "ratio_low", "ratio_high"))
+    middle, low, high = (float(np.median(log)) for log in logs.values())
     across = sign_interval(logs["ratio"])
     if math.isinf(across.low):
         across = Interval(middle, float(logs["ratio_low"].min()), float(logs["ratio_high"].max()))
-    found = Interval(math.exp(middle), math.exp(min(low, across.low)), math.exp(max(high, across.high)))
+    ratio = Interval(math.exp(middle), math.exp(min(low, across.low)), math.exp(max(high, across.high)))
     row: dict[str, Any] = {str(name): value for name, value in same.iloc[0].items()}
-    for name in ("ns_median", "dot_ratio", "bandwidth_fraction"):
-        row[name] = float(same[name].median())
-    for name in ("rounds", "contaminated", "processes"):
-        row[name] = int(same[name].sum())
+    row |= {name: float(same[name].median()) for name in ("ns_median", "dot_ratio", "bandwidth_fraction")}
+    row |= {name: int(same[name].sum()) for name in ("rounds", "contaminated", "processes")}
     row |= {"ns_min": float(same["ns_min"].min()), "compile_ms": float(same["compile_ms"].max())}
-    row |= {"ratio": found.middle, "ratio_low": found.low, "ratio_high": found.high}
-    return row | {"verdict": verdict(found)}
+    return row | ratio.columns() | {"verdict": verdict(ratio)}

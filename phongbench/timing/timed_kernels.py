@@ -1,7 +1,7 @@
 """What a timing run times: approximations, the three exact powers, and the ceilings, all behind one compiled signature.
 
-Each contender takes (a, b, coefficients, table, out) with a and b of shape (3, n), so one compiled driver times them
-all over the same buffers, and differences are differences of the loops.
+Each kernel takes (a, b, coefficients, table, out) with a and b of shape (3, n), so one compiled driver times them all
+over the same buffers, and differences are differences of the loops.
 """
 
 import time
@@ -14,12 +14,14 @@ import numpy as np
 
 from phongbench.compiler import jit
 from phongbench.compiler.lowering import Precision, lower
-from phongbench.compiler.precisions import Array
+from phongbench.compiler.precisions import Array, precision_named
 from phongbench.errors import InputError, KernelError, MeasurementError
 from phongbench.formulas import lambda_forms, pair_kernels
-from phongbench.formulas.kernel import coefficient_row, known_values, needs_gate, table_row
+from phongbench.formulas.formula import Formula, Registry
+from phongbench.formulas.kernel import Kernel
 from phongbench.formulas.registry import REGISTRY
 from phongbench.formulas.spec import MAX_COEFFICIENTS, Approximation, Setting
+from phongbench.inputs.plan import Cell
 from phongbench.results.schema import BASELINE, COPY, DOT, FMA, LIBM, TRIAD, TWIN
 
 #: fused multiply-adds of the row `fma`, one after the other for each element: as much arithmetic as a short formula has
@@ -30,72 +32,80 @@ THREADED = ((BASELINE, None), (DOT, None), ("lyon", 8))
 ALPHA, FURTHER_ALPHAS = 50.0, (64.0, 1000.0)
 #: rows of the arrays a formula reads and writes
 ROWS = 7
+#: what tells rows apart: name, lambda form, space, gamma, precision
+Key = tuple[str, str, str, int | None, str]
 
 
 @dataclass(frozen=True)
-class Subject:
-    """A kernel to be timed.
+class TimedFormula:
+    """A formula to be timed in one precision.
 
-    Time depends neither on alpha nor on the beta policy, so the setting's slope is ignored and its alpha only chooses
-    coefficients.
-    label  str   name in the table, where it is not the approximation's own
+    Time depends neither on the exponent nor on the slope: they only choose coefficients.
+
+    spec   its entry in the registry
+    label  name in the table, where it is not the formula's own
     """
 
-    approximation: Approximation
-    lambda_form: str
-    setting: Setting
+    formula: Formula
+    spec: Approximation
     precision: Precision
+    alpha: float = ALPHA
     label: str = ""
+
+    @classmethod
+    def of(
+        cls, spelling: str, precision: Precision, alpha: float = ALPHA, label: str = "", registry: Registry = REGISTRY
+    ) -> "TimedFormula":
+        """The formula of a spelling, e.g. "lyon:dot:8"."""
+        formula = Formula.parse(spelling, registry)
+        return cls(formula, formula.spec(registry), precision, alpha, label)
 
     @property
     def name(self) -> str:
         """What the row is called."""
-        return self.label or self.approximation.name
+        return self.label or self.spec.name
 
     @property
-    def gamma(self) -> int | None:
-        """The setting's gamma if the approximation has one."""
-        return self.setting.gamma if self.approximation.uses_gamma else None
+    def setting(self) -> Setting:
+        """What its coefficients are made for."""
+        return self.formula.setting(self.alpha)
 
     @property
-    def key(self) -> tuple[str, str, str, int | None, str]:
-        """What tells rows apart: name, lambda form, space, gamma, precision."""
-        return self.name, self.lambda_form, self.setting.space, self.gamma, self.precision.name
+    def key(self) -> Key:
+        """What tells its row from others."""
+        return self.name, self.formula.lambda_form, self.formula.space, self.formula.gamma, self.precision.name
 
 
-def subjects(cells: Iterable[tuple[Approximation, str, Setting, Precision]]) -> tuple[Subject, ...]:
-    """The distinct kernels behind cells, in the order first met, at shininess ALPHA where it is accepted.
+def timed_formulas(cells: Iterable[Cell], registry: Registry = REGISTRY) -> tuple[TimedFormula, ...]:
+    """The formulas behind cells that differ in time, in the order first met, at shininess ALPHA where it is accepted.
 
     Emulated precisions are left out: their steps are conversions, so their time says nothing about hardware that has
     them.
     """
-    found: dict[Any, Subject] = {}
-    for approximation, form, setting, precision in cells:
+    chosen: dict[Key, TimedFormula] = {}
+    for cell in cells:
+        spec, precision = registry[cell.approximation], precision_named(cell.precision)
         if not precision.rounds:
-            usual = replace(setting, alpha=ALPHA, slope=approximation.slopes[0])
-            chosen = usual if approximation.accepts(usual) else replace(setting, slope=approximation.slopes[0])
-            subject = Subject(approximation, form, chosen, precision)
-            found.setdefault(subject.key, subject)
-    return tuple(found.values())
+            formula = replace(cell.formula, slope=spec.slopes[0])
+            alpha = ALPHA if spec.accepts(formula.setting(ALPHA)) else cell.alpha
+            timed = TimedFormula(formula, spec, precision, alpha)
+            chosen.setdefault(timed.key, timed)
+    return tuple(chosen.values())
 
 
 @dataclass(frozen=True)
-class Contender:
-    """A subject compiled, with what it takes to run and to believe it.
+class TimedKernel:
+    """A compiled kernel, with what it takes to run and to believe it.
 
-    key           name, lambda form, space, gamma, precision
-    kernel        compiled loop (a, b, coefficients, table, out)
-    coefficients, table   its arguments
-    plain         float64 (3, m), (3, m) -> (m,)   the same values in plain Python, the compiled ones' yardstick
-    tolerance     largest believable difference from `plain`
-    rows          rows of n elements read and written
-    compile_ms    milliseconds of compilation in this process, near 0 where it was done before
+    kernel      compiled loop (a, b, coefficients, table, out) with its arguments
+    plain       float64 (3, m), (3, m) -> (m,)   the same values in plain Python, the compiled ones' yardstick
+    tolerance   largest believable difference from `plain`
+    rows        rows of n elements read and written
+    compile_ms  milliseconds of compilation in this process, near 0 where it was done before
     """
 
-    key: tuple[str, str, str, int | None, str]
-    kernel: Any
-    coefficients: Array
-    table: Array
+    key: Key
+    kernel: Kernel
     plain: Callable[[Array, Array], Array]
     tolerance: float
     rows: int = ROWS
@@ -108,40 +118,35 @@ class Contender:
         return self.key[0]
 
 
-def compiled(subject: Subject) -> Contender:
-    """The subject's kernel, compiled now; MeasurementError where that fails, for whatever reason in the kernel."""
-    spec, setting, precision = subject.approximation, subject.setting, subject.precision
+def compiled(timed: TimedFormula) -> TimedKernel:
+    """The formula's kernel, compiled now; MeasurementError where that fails, for whatever reason in the kernel."""
+    spec, setting, precision = timed.spec, timed.setting, timed.precision
     if precision.rounds:
         raise InputError(
-            f"{precision.name} is emulated, so its time says nothing", subject.name, "time float32 or float64"
+            f"{precision.name} is emulated, so its time says nothing", timed.name, "time float32 or float64"
         )
     try:
         spec.check(setting)
         started = time.perf_counter()
-        known, gated = known_values(spec, setting), needs_gate(spec, subject.lambda_form, setting)
-        kernel = pair_kernels.pairs_kernel(spec, subject.lambda_form, precision, known, gated=gated)
+        kernel = Kernel.of_pairs(spec, timed.formula.lambda_form, setting, precision)
         took = 1e3 * (time.perf_counter() - started)
-        row, table = coefficient_row(spec, setting, precision), table_row(spec, setting, precision)
     except (KernelError, jit.CompileError, ArithmeticError, LookupError, ValueError) as problem:
         raise MeasurementError(
-            f"cannot be compiled: {problem}".splitlines()[0], subject.name, "fix its kernel"
+            f"cannot be compiled: {problem}".splitlines()[0], timed.name, "fix its kernel"
         ) from problem
-    return Contender(
-        subject.key, kernel, row, table, _plain(subject), _tolerance(setting.exponent, precision), compile_ms=took
-    )
+    return TimedKernel(timed.key, kernel, _plain(timed), _tolerance(setting.exponent, precision), compile_ms=took)
 
 
-def companions(precision: Precision, registry: Any = REGISTRY) -> Iterator[Contender]:
+def companions(precision: Precision, registry: Registry = REGISTRY) -> Iterator[TimedKernel]:
     """What every block holds: exact Phong (the baseline), its twin, libm's power, integer powers, the ceilings."""
-    phong = compiled(Subject(registry[BASELINE], "none", Setting(ALPHA), precision))
+    phong = compiled(TimedFormula.of(BASELINE, precision, registry=registry))
     yield phong
     yield replace(phong, key=(TWIN, *phong.key[1:]), compile_ms=0.0)
     yield _bare(LIBM, precision, _tolerance(ALPHA, precision), phong.plain)
-    whole = registry.get("integer-power")
-    if whole is not None:
-        yield compiled(Subject(whole, whole.lambda_forms[0], Setting(ALPHA), precision))
-        for alpha in FURTHER_ALPHAS:
-            yield compiled(Subject(whole, whole.lambda_forms[0], Setting(alpha), precision, f"{whole.name}-{alpha:g}"))
+    if "integer-power" in registry:
+        for alpha in (ALPHA, *FURTHER_ALPHAS):
+            label = "" if alpha == ALPHA else f"integer-power-{alpha:g}"
+            yield compiled(TimedFormula.of("integer-power", precision, alpha, label, registry))
     rounding = 8 * float(np.finfo(precision.dtype).eps)
     yield _bare(COPY, precision, 0.0, lambda a, b: a[0], rows=2)
     yield _bare(TRIAD, precision, ALPHA * rounding, lambda a, b: a[0] + ALPHA * b[0], rows=3)
@@ -156,13 +161,13 @@ def _chained(a: Array, b: Array) -> Array:
     return np.asarray(value)
 
 
-def on_threads(group: Iterable[Contender], counts: Iterable[int]) -> list[Contender]:
+def on_threads(kernels: Iterable[TimedKernel], counts: Iterable[int]) -> list[TimedKernel]:
     """The members of THREADED again, for each number of threads above 1."""
     return [
-        replace(c, threads=count, compile_ms=0.0)
+        replace(kernel, threads=count, compile_ms=0.0)
         for count in sorted(set(counts) - {1})
-        for c in group
-        if (c.name, c.key[3]) in THREADED
+        for kernel in kernels
+        if (kernel.name, kernel.key[3]) in THREADED
     ]
 
 
@@ -171,12 +176,11 @@ def _tolerance(exponent: float, precision: Precision) -> float:
     return 200 * exponent * float(np.finfo(precision.dtype).eps)
 
 
-def _plain(subject: Subject) -> Callable[[Array, Array], Array]:
+def _plain(timed: TimedFormula) -> Callable[[Array, Array], Array]:
     def values(a: Array, b: Array) -> Array:
-        body = subject.approximation.bound(subject.setting)
+        body, form = timed.spec.bound(timed.setting), timed.formula.lambda_form
         cosine = lambda_forms.dot(*a, *b)
         with np.errstate(all="ignore"):
-            form = subject.lambda_form
             coordinate = cosine if form == "none" else lambda_forms.LAMBDA_FORMS[form](*a, *b)
         pairs = zip(np.asarray(coordinate).tolist(), np.asarray(cosine).tolist(), strict=True)
         return np.array([float(body(x)) if c > 0 else 0.0 for x, c in pairs])
@@ -186,18 +190,18 @@ def _plain(subject: Subject) -> Callable[[Array, Array], Array]:
 
 def _bare(
     name: str, precision: Precision, tolerance: float, plain: Callable[[Array, Array], Array], rows: int = ROWS
-) -> Contender:
+) -> TimedKernel:
     started = time.perf_counter()
-    kernel = _bare_kernel(name, precision)
+    loop = _bare_loop(name, precision)
     took = 1e3 * (time.perf_counter() - started)
     row = np.zeros(MAX_COEFFICIENTS, precision.carrier)
     row[0], row[1] = precision.constant(ALPHA), precision.constant(1 / ALPHA)
     key = (name, "none", "reflect", None, precision.name)
-    return Contender(key, kernel, row, np.zeros(1, precision.carrier), plain, tolerance, rows, took)
+    return TimedKernel(key, Kernel(loop, row, np.zeros(1, precision.carrier)), plain, tolerance, rows, took)
 
 
 @cache
-def _bare_kernel(name: str, precision: Precision) -> Any:
+def _bare_loop(name: str, precision: Precision) -> Any:
     """Loops that are no formula of the registry: libm's power, and the ceilings."""
     dot, zero = lower(lambda_forms.dot, precision), precision.constant(0.0)
 

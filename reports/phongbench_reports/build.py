@@ -13,8 +13,7 @@ import numpy as np
 import pandas as pd
 
 from phongbench.support.atomic_files import write_bytes
-from phongbench.support.process import seldom_collected
-from phongbench.timing.measure import cores
+from phongbench.support.process import cores, seldom_collected
 from phongbench_reports.cuts import Absent, Study
 from phongbench_reports.figures import FIGURES
 from phongbench_reports.figures.pictures import SECTIONS

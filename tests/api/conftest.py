@@ -20,7 +20,7 @@ from starlette.testclient import TestClient
 from phongbench.accuracy import sweep, tables
 from phongbench.inputs.plan import preset
 from phongbench.results import runs as results
-from phongbench.results.schema import TIMING_COLUMNS
+from phongbench.results.schema import TIMING
 from phongbench_api.app import create_app
 from phongbench_api.settings import Settings
 from phongbench_reports import build
@@ -53,7 +53,7 @@ def _timing(accuracy: pd.DataFrame) -> pd.DataFrame:
     told = pd.concat([told, twin], ignore_index=True)
     told["ratio_low"], told["ratio_high"] = 0.99 * told["ratio"], 1.01 * told["ratio"]
     told["ns_min"] = told["ns_median"] = 0.6 * told["ratio"]
-    return told[list(TIMING_COLUMNS)]
+    return told[TIMING.required]
 
 
 def _store(folder: Path, tables: dict[str, pd.DataFrame], plan: dict[str, Any], **manifest: Any) -> None:
@@ -127,7 +127,7 @@ def client_of(client: TestClient, runs: Path) -> Callable[..., TestClient]:
     def make(**settings: Any) -> TestClient:
         app = create_app(replace(Settings(runs=runs), **settings))
         app.state.service.kernels = client.app.state.service.kernels  # type: ignore[attr-defined]
-        app.state.service.office.open = True
+        app.state.service.admission.open = True
         return TestClient(app, base_url="http://localhost")
 
     return make

@@ -17,7 +17,7 @@ import pytest
 from phongbench.accuracy import sweep, tables
 from phongbench.inputs.plan import preset
 from phongbench.results import runs as results
-from phongbench.results.schema import TIMING_COLUMNS
+from phongbench.results.schema import TIMING
 
 RUN = "20260101-000000-0123abcd"
 #: what chromium is called on today's systems
@@ -153,7 +153,7 @@ def _run(folder: Path) -> None:
     timing["ratio_low"], timing["ratio_high"] = timing["ratio"] * (1 - half), timing["ratio"] * (1 + half)
     timing["ns_min"] = timing["ns_median"] = 0.6 * timing["ratio"]
     folder.mkdir(parents=True)
-    stored = {"accuracy": accuracy, "timing": timing[list(TIMING_COLUMNS)]}
+    stored = {"accuracy": accuracy, "timing": timing[TIMING.required]}
     files = {f"{name}.parquet": results.write_table(folder, name, frame) for name, frame in stored.items()}
     told = {"schema": results.SCHEMA, "run": folder.name, "state": "complete", "plan": plan.as_dict(), "seed": 1}
     results.write_manifest(folder, {**told, "code": "0", "provenance": {}, "files": files})

@@ -7,10 +7,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from phongbench.formulas.formula import Formula
 from phongbench.formulas.kernel import highlights
 from phongbench.formulas.registry import REGISTRY
 from phongbench.formulas.shader_code.export import shader
-from phongbench.formulas.spec import Approximation, Setting
+from phongbench.formulas.spec import Approximation
 
 CASES = [
     (s.name, form, space) for s in REGISTRY.values() for form, space in itertools.product(s.lambda_forms, s.spaces)
@@ -112,10 +113,11 @@ def pairs() -> tuple[Any, Any]:
 
 
 def check(page: Any, spec: Approximation, form: str, space: str, language: str, program: str) -> None:
-    setting = Setting(ALPHA, 8 if spec.uses_gamma else None, spec.slopes[-1], space)
+    formula = Formula.of(spec.name, form, 8, spec.slopes[-1], space)
+    setting = formula.setting(ALPHA)
     a, b = pairs()
     padded = np.concatenate([np.pad(v, ((0, 0), (0, 1))) for v in (a, b)])
-    text = shader(spec, form, setting, language).text
+    text = shader(formula, ALPHA, language).text
     values = page.evaluate(program, [text, [float(x) for x in padded.ravel()], COUNT])
     expected = highlights(spec, form, setting, a, b, layout="aos")
     # a GPU's power may be off by some 16 roundings of its logarithm; where the bits of floats are read there are steps

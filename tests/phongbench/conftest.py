@@ -12,7 +12,7 @@ import pytest
 from phongbench.accuracy import sweep, tables
 from phongbench.inputs.plan import Plan, preset
 from phongbench.results import runs
-from phongbench.results.schema import TIMING_COLUMNS
+from phongbench.results.schema import TIMING
 from phongbench.scenes.scene import Scene
 from phongbench.scenes.scene_files import read_scene
 
@@ -96,7 +96,7 @@ def timing_of(accuracy: pd.DataFrame, ratio: Callable[[Any], float]) -> pd.DataF
     rows = pd.concat([rows, twin], ignore_index=True)
     rows["ratio_low"], rows["ratio_high"] = 0.99 * rows["ratio"], 1.01 * rows["ratio"]
     rows["ns_min"] = rows["ns_median"] = 0.6 * rows["ratio"]
-    return rows[list(TIMING_COLUMNS)]
+    return rows[TIMING.required]
 
 
 def usual_ratio(row: Any) -> float:

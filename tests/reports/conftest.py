@@ -17,7 +17,7 @@ import pandas as pd
 import pytest
 
 import phongbench_reports
-from phongbench.results.schema import COLUMNS, MESH_COLUMNS
+from phongbench.results.schema import MESHES, TABLES
 
 Vector = npt.NDArray[np.float64]
 LENGTHS = (1e-4, 3.7e-4, 1.75e-3, 1e-2, 5e-2, 0.1)
@@ -34,13 +34,13 @@ class MadeUpRun:
     accuracy: pd.DataFrame
     timing: pd.DataFrame
     worst: pd.DataFrame
-    meshes: pd.DataFrame = field(default_factory=lambda: pd.DataFrame(columns=list(MESH_COLUMNS)))
+    meshes: pd.DataFrame = field(default_factory=MESHES.frame)
     behaviour: pd.DataFrame = field(default_factory=pd.DataFrame)
     smoothness: pd.DataFrame = field(default_factory=pd.DataFrame)
-    scenes: pd.DataFrame = field(default_factory=lambda: pd.DataFrame(columns=list(COLUMNS["scenes"])))
-    skips: pd.DataFrame = field(default_factory=lambda: pd.DataFrame(columns=list(COLUMNS["skips"])))
-    scene_times: pd.DataFrame = field(default_factory=lambda: pd.DataFrame(columns=list(COLUMNS["scene_times"])))
-    far: pd.DataFrame = field(default_factory=lambda: pd.DataFrame(columns=list(COLUMNS["far"])))
+    scenes: pd.DataFrame = field(default_factory=TABLES["scenes"].frame)
+    skips: pd.DataFrame = field(default_factory=TABLES["skips"].frame)
+    scene_times: pd.DataFrame = field(default_factory=TABLES["scene_times"].frame)
+    far: pd.DataFrame = field(default_factory=TABLES["far"].frame)
 
     @property
     def frames(self) -> tuple[pd.DataFrame, ...]:
@@ -272,7 +272,7 @@ def mesh_rows(accuracy: pd.DataFrame) -> pd.DataFrame:
                     **{name: of[name] for name in kept},
                 }
             )
-    return pd.DataFrame(rows).astype({"gamma": "Int64"}) if rows else pd.DataFrame(columns=list(MESH_COLUMNS))
+    return pd.DataFrame(rows).astype({"gamma": "Int64"}) if rows else MESHES.frame()
 
 
 def make_run(

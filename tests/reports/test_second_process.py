@@ -29,7 +29,7 @@ def stored(run: Any, tmp_path_factory: pytest.TempPathFactory) -> runs.Run:
     files = {}
     for name in TABLES:
         frame = getattr(run, name)
-        whole = frame.reindex(columns=[*frame.columns, *(c for c in schema.COLUMNS[name] if c not in frame)])
+        whole = frame.reindex(columns=[*frame.columns, *(c for c in schema.TABLES[name].names if c not in frame)])
         files[f"{name}.parquet"] = runs.write_table(folder, name, whole)
     known = {"schema": runs.SCHEMA, "plan": preset("quick").as_dict(), "code": "", "provenance": {}, "seed": 1}
     runs.write_manifest(folder, {**run.manifest, **known, "state": "complete", "files": files})

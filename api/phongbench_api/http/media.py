@@ -1,6 +1,7 @@
 """Bytes in, bytes out: media types, strict JSON, raw and npy arrays."""
 
 import ast
+import hashlib
 import io
 import math
 import time
@@ -9,10 +10,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import orjson
+from starlette.requests import Request
 from starlette.responses import Response
 
 from phongbench.compiler.precisions import Array
-from phongbench_api.http.problems import MalformedError, NotAcceptableError, RequestError
+from phongbench_api.http.problems import MalformedError, NotAcceptableError, RequestError, UnsupportedMediaError
 
 JSON, OCTETS, NPY = "application/json", "application/octet-stream", "application/x-npy"
 CSV, SVG, PARQUET, PNG = "text/csv", "image/svg+xml", "application/vnd.apache.parquet", "image/png"
@@ -52,6 +54,16 @@ class _Wanted(NamedTuple):
 def media_type(header: str | None) -> str:
     """A content type without its parameters, lower case."""
     return (header or "").partition(";")[0].strip().lower()
+
+
+def body_type(request: Request, readable: Sequence[str]) -> str:
+    """The media type of a request's body; UnsupportedMediaError unless it is one of these."""
+    kind = media_type(request.headers.get("content-type"))
+    if kind not in readable:
+        known = ", ".join(readable)
+        headers = {"accept-post": known}
+        raise UnsupportedMediaError("no such body is read here", "Content-Type", f"send {known}", headers=headers)
+    return kind
 
 
 def negotiate(accept: str | None, offered: Sequence[str]) -> str:
@@ -107,6 +119,23 @@ def json(data: Any, spans: Spans | None = None, status: int = 200, headers: dict
     return Response(body, status, (headers or {}) | (spans.header() if spans else {}), media_type=JSON)
 
 
+def response(body: Any, media_type: str, spans: Spans, headers: dict[str, str] | None = None) -> Response:
+    """A body that is encoded, with the times of its parts."""
+    spans.mark("encode")
+    return Response(body, headers=(headers or {}) | spans.header(), media_type=media_type)
+
+
+def file(request: Request, headers: dict[str, str], content: tuple[bytes, str], spans: Spans | None = None) -> Response:
+    """A file's bytes with their media type, or 304 where the client has them already."""
+    body, media_type = content
+    tag = f'"{hashlib.sha256(body).hexdigest()[:32]}"'
+    headers = {"etag": tag, "cache-control": "no-cache"} | headers
+    held = [one.strip().removeprefix("W/") for one in request.headers.get("if-none-match", "").split(",")]
+    if tag in held:
+        return Response(None, 304, headers)
+    return response(body, media_type, spans or Spans(), headers)
+
+
 def strict(data: Any) -> Any:
     """The data with "NaN", "Infinity" and "-Infinity" for what JSON has no number for (orjson would write null)."""
     if isinstance(data, float | np.floating):
@@ -128,15 +157,15 @@ def vectors(values: Any, field: str) -> Array:
     if not isinstance(values, list):
         raise RequestError("must be a list of [x, y, z]", field)
     try:
-        found = np.array(values, dtype=np.float64) if values else np.empty((0, 3))
+        array = np.array(values, dtype=np.float64) if values else np.empty((0, 3))
     except (ValueError, TypeError, OverflowError):
-        found = np.empty(0)
+        array = np.empty(0)
     # NumPy would take "1.5", true and null too; a look at the types costs as much as the conversion did
-    if found.ndim != 2 or found.shape[1] != 3 or not _all_numbers(values):
+    if array.ndim != 2 or array.shape[1] != 3 or not _all_numbers(values):
         index = next(i for i, value in enumerate(values) if not _is_vector(value))
         raise RequestError(f"entry {index} is not three numbers", field, "each is [x, y, z]", index=index)
-    check_finite(found, field)
-    return found
+    check_finite(array, field)
+    return array
 
 
 def _all_numbers(values: list[list[Any]]) -> bool:
@@ -150,19 +179,19 @@ def _is_vector(value: Any) -> bool:
     )
 
 
-def check_finite(found: Array, field: str) -> None:
-    """RequestError names the first vector of an (n, 3) array that holds a NaN or an infinity.
+def check_finite(array: Array, field: str, first: int = 0) -> None:
+    """RequestError names the first vector of an (n, 3) array that holds a NaN or an infinity, counted from `first`.
 
     The dot product with itself is finite only if all are; it costs half of looking at each, and an overflow is looked
     at again.
     """
-    flat = found.reshape(-1)
+    flat = array.reshape(-1)
     with np.errstate(over="ignore", invalid="ignore"):
         total = np.dot(flat, flat)
     if not np.isfinite(total):
-        bad = ~np.isfinite(found).all(axis=1)
+        bad = ~np.isfinite(array).all(axis=1)
         if bad.any():
-            index = int(bad.argmax())
+            index = first + int(bad.argmax())
             raise RequestError(f"vector {index} is not finite", field, "give finite numbers", index=index)
 
 
@@ -224,10 +253,8 @@ def npy_bytes(values: Array) -> bytes:
     return out.getvalue()
 
 
-def binary(values: Array, media: str, spans: Spans) -> Response:
+def binary(values: Array, media_type: str, spans: Spans) -> Response:
     """Values as little-endian octets or as .npy."""
     plain = values.astype(values.dtype.newbyteorder("<"), copy=False)
-    body: Any = npy_bytes(plain) if media == NPY else np.ascontiguousarray(plain).data.cast("B")
-    spans.mark("encode")
-    headers = spans.header() | {"phongbench-dtype": f"f{plain.dtype.itemsize}"}
-    return Response(body, headers=headers, media_type=media)
+    body: Any = npy_bytes(plain) if media_type == NPY else np.ascontiguousarray(plain).data.cast("B")
+    return response(body, media_type, spans, {"phongbench-dtype": f"f{plain.dtype.itemsize}"})

@@ -9,7 +9,7 @@ from pydantic import BaseModel
 from starlette.responses import Response
 
 from phongbench import __version__
-from phongbench_api.http import media as wire
+from phongbench_api.http import media
 from phongbench_api.http.problems import KINDS, MEDIA
 
 _PROBLEM = {
@@ -38,14 +38,14 @@ _PROBLEM = {
 _ABOUT = "Shading on request, stored runs and finished reports. Nothing here writes, and nothing starts a measurement."
 
 
-def described(example: Any, *problems: int, also: tuple[str, ...] = (), media: str = wire.JSON) -> dict[str, Any]:
+def described(example: Any, *problems: int, also: tuple[str, ...] = ()) -> dict[str, Any]:
     """Arguments of a route: its answer by example, the other media types it makes, and the problems it may answer.
 
     Every route may answer 421 (a foreign Host) and 415 (a compressed body) too.
     """
     content: dict[str, Any] = {kind: {"schema": {"type": "string", "format": "binary"}} for kind in also}
     if example is not None:
-        content |= {media: {"schema": _shape(example), "example": example}}
+        content |= {media.JSON: {"schema": _shape(example), "example": example}}
     responses: dict[int | str, Any] = {200: {"description": "The answer", "content": content}}
     for status in sorted({*problems, 415, 421}):
         reference = {"schema": {"$ref": "#/components/schemas/Problem"}}
@@ -58,6 +58,12 @@ def _shape(example: Any) -> dict[str, Any]:
     if isinstance(example, dict):
         return {"type": "object", "required": sorted(example), "properties": {k: {} for k in example}}
     return {}
+
+
+def object_schema(properties: dict[str, Any], *required: str) -> dict[str, Any]:
+    """The schema of an object that has these members and no others."""
+    members: dict[str, Any] = {"type": "object", "additionalProperties": False, "properties": properties}
+    return members | ({"required": list(required)} if required else {})
 
 
 def query(model: type[BaseModel], *, optional: bool = False) -> list[dict[str, Any]]:

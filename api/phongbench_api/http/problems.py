@@ -1,7 +1,9 @@
 """Every error of the service as a problem document (RFC 9457), by one table. Nothing of the request is ever echoed."""
 
 import logging
-from collections.abc import Mapping, Sequence
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,6 +17,8 @@ from starlette.responses import Response
 from phongbench.errors import CorruptRunError, InputError, PhongbenchError, UnknownNameError
 
 log = logging.getLogger("phongbench.api")
+#: fields that are entries of a list, whose index is named
+_ENTRY = re.compile(r"(?:points|normals|scene\.(?:objects|lights|materials))\[(\d+)\]")
 MEDIA = "application/problem+json"
 
 
@@ -107,8 +111,8 @@ def kind_of(problem: Exception) -> Kind:
 
 def document(kind: Kind, detail: str, **more: Any) -> dict[str, Any]:
     """A problem document; `more` are its own members, those that are None left out."""
-    told = {"type": f"/docs#{kind.slug}", "title": kind.title, "status": kind.status, "detail": detail}
-    return told | {name: value for name, value in more.items() if value is not None}
+    members = {"type": f"/docs#{kind.slug}", "title": kind.title, "status": kind.status, "detail": detail}
+    return members | {name: value for name, value in more.items() if value is not None}
 
 
 def answer(kind: Kind, detail: str, headers: Mapping[str, str] | None = None, **more: Any) -> Response:
@@ -131,9 +135,9 @@ def of_error(problem: PhongbenchError) -> Response:
     return answer(kind_of(problem), detail, headers, mend=fix, errors=named)
 
 
-def of_validation(found: Sequence[Mapping[str, Any]]) -> Response:
+def of_validation(details: Sequence[Mapping[str, Any]]) -> Response:
     """The response to values that a model refused: which fields, and what they must be."""
-    errors = [{"field": _field(error), "detail": str(error["msg"])} for error in found[:20]]
+    errors = [{"field": _field(error), "detail": str(error["msg"])} for error in details[:20]]
     return answer(KINDS[422], f"{errors[0]['field']}: {errors[0]['detail']}", errors=errors)
 
 
@@ -143,6 +147,24 @@ def _field(error: Mapping[str, Any]) -> str:
     if error["type"] == "extra_forbidden":
         path = [*path[:-1], "(unknown)"]
     return ".".join(map(str, path)) or "(body)"
+
+
+@contextmanager
+def request_errors(field: str | None = None) -> Iterator[None]:
+    """The library's errors inside become RequestErrors that name their field and repeat nothing of what was sent.
+
+    field  the field to name, instead of the one that the library names
+    """
+    try:
+        yield
+    except RequestError:
+        raise
+    except InputError as problem:
+        what, fix = problem.what, problem.fix
+        if isinstance(problem, UnknownNameError):
+            what, fix = f"unknown {problem.kind}", f"known: {', '.join(problem.known)}"
+        entry = _ENTRY.match(problem.where or "")
+        raise RequestError(what, field or problem.where, fix, index=int(entry[1]) if entry else None) from None
 
 
 def install(app: FastAPI) -> None:

@@ -1,19 +1,6 @@
 """Every family of routes, in the order of the documentation: one module each, one name here."""
 
-from phongbench_api.routes import (
-    answers,
-    curve,
-    files,
-    formulas,
-    health,
-    pages,
-    render,
-    rows,
-    runs,
-    shade,
-    shader,
-    specular,
-)
+from phongbench_api.routes import answers, curve, files, formulas, health, pages, render, runs, shade, shader, specular
 
 ROUTERS = (
     health.router,
@@ -25,7 +12,6 @@ ROUTERS = (
     shader.router,
     answers.router,
     runs.router,
-    rows.router,
     files.router,
     pages.router,
 )

@@ -1,41 +1,68 @@
-"""What to ship: recommendations, fronts and claims."""
+"""What to ship: recommendations, fronts and claims; answers are cached until a file of the run changes."""
 
+from collections.abc import Callable
 from typing import Annotated, Any
 
 from fastapi import APIRouter, Query, Request
 from starlette.responses import Response
 
-from phongbench_api import questions
+from phongbench.analysis.claims import answer as judged
+from phongbench.analysis.front import points
+from phongbench.analysis.recommend import recommend as cheapest
+from phongbench.results.runs import Run
+from phongbench_api.http import media
 from phongbench_api.http.openapi import described
-from phongbench_api.models import FrontAsk, RecommendAsk
-from phongbench_api.service import service
+from phongbench_api.models import FrontParameters, RecommendParameters
+from phongbench_api.service import Service, service
 
 router = APIRouter(prefix="/v1", tags=["answers"])
-_POINT: dict[str, Any] = {"points": []}
+_STORED = (404, 409, 422, 503)
+#: predicted seconds of a question that has not been answered yet: reading and checking a run's files
+SECONDS = 0.2
 
 
 @router.get(
     "/recommend",
     summary="The cheapest formula within an error budget",
-    **described({"choices": [], "nearest_miss": None}, 404, 409, 422, 503),
+    **described({"choices": [], "nearest_miss": None}, *_STORED),
 )
-async def recommend(request: Request, ask: Annotated[RecommendAsk, Query()]) -> Response:
+async def recommend(request: Request, parameters: Annotated[RecommendParameters, Query()]) -> Response:
     """The cheapest formula whose largest error is within the budget, the next one, and the nearest miss.
 
     Without `run` the newest whole run with times answers; where there is none, the closed-form laws.
     """
-    return await questions.answered(request, service(request), lambda: questions.recommended(service(request), ask))
+    here, budget = service(request), parameters.model_dump(exclude={"run"})
+
+    def work(_cancelled: object) -> Any:
+        run = here.store.newest_timed() if parameters.run is None else here.store.intact(parameters.run)
+        return _cached(here, run, parameters, lambda: cheapest(run, **budget))
+
+    return await here.admission.run(request, SECONDS, work, media.json, media.Spans())
 
 
-@router.get("/runs/{run}/front", summary="The error/time front of a run", **described(_POINT, 404, 409, 422, 503))
-async def front(request: Request, run: str, ask: Annotated[FrontAsk, Query()]) -> Response:
+@router.get("/runs/{run}/front", summary="The error/time front of a run", **described({"points": []}, *_STORED))
+async def front(request: Request, run: str, parameters: Annotated[FrontParameters, Query()]) -> Response:
     """Every timed formula with its error, its time, and whether another one beats it in both."""
-    return await questions.answered(request, service(request), lambda: questions.front_of(service(request), run, ask))
+    options = parameters.model_dump()
+    return await _answer(request, run, parameters, lambda stored: points(stored, **options))
 
 
-@router.get(
-    "/runs/{run}/claims", summary="The textbook claims, judged", **described({"claims": []}, 404, 409, 422, 503)
-)
+@router.get("/runs/{run}/claims", summary="The textbook claims, judged", **described({"claims": []}, *_STORED))
 async def claims(request: Request, run: str) -> Response:
     """Each claim with its verdict, its conditions and the rows that decide it."""
-    return await questions.answered(request, service(request), lambda: questions.claims_of(service(request), run))
+    return await _answer(request, run, "claims", judged)
+
+
+async def _answer(request: Request, name: str, question: object, answer: Callable[[Run], Any]) -> Response:
+    here = service(request)
+
+    def work(_cancelled: object) -> Any:
+        run = here.store.intact(name)
+        return _cached(here, run, question, lambda: answer(run))
+
+    return await here.admission.run(request, SECONDS, work, media.json, media.Spans())
+
+
+def _cached(here: Service, run: Run | None, question: object, make: Callable[[], Any]) -> Any:
+    state = None if run is None else (run.path, here.store.stamp(run))
+    return here.answers.get((state, question), make)

@@ -1,30 +1,83 @@
-"""A formula over the angle."""
+"""A formula over the angle: as numbers, as a table, or drawn."""
 
+import csv
+import io
+from collections.abc import Callable
 from functools import partial
-from typing import Annotated
+from typing import Annotated, Any
 
+import numpy as np
 from fastapi import APIRouter, Query, Request
+from numpy.typing import NDArray
 from starlette.responses import Response
 
-from phongbench_api import curves
-from phongbench_api.http import media as wire
+from phongbench.compiler.precisions import precision_named
+from phongbench_api.http import media
 from phongbench_api.http.openapi import described
-from phongbench_api.models import CurveAsk
-from phongbench_api.service import service
+from phongbench_api.models import CurveParameters
+from phongbench_api.service import Service, service
+from phongbench_api.work import evaluation
 
 router = APIRouter(prefix="/v1", tags=["shading"])
+FAMILY = (media.JSON, media.CSV, media.SVG)
+COLUMNS = ("angle_degrees", "value", "exact", "error")
+EXAMPLE: dict[str, Any] = {name: [0.0] for name in COLUMNS} | {
+    "name": "lyon:cross:8",
+    "max_abs_error": 0.0,
+    "worst_index": 0,
+    "beta": 6.25,
+    "cutoff_degrees": 34.0,
+}
+#: predicted seconds of drawing; the first picture also imports what draws
+DRAWING = 0.5
 
 
 @router.get(
     "/curve",
     summary="Value and error against the angle",
-    **described(curves.EXAMPLE, 406, 413, 422, 503, also=(wire.CSV, wire.SVG)),
+    **described(EXAMPLE, 406, 413, 422, 503, also=(media.CSV, media.SVG)),
 )
-async def curve(request: Request, ask: Annotated[CurveAsk, Query()]) -> Response:
+async def curve(request: Request, parameters: Annotated[CurveParameters, Query()]) -> Response:
     """The lobe of a formula, exact Phong's, and their difference, over the angle between R and V."""
-    spans = wire.Spans()
-    media = wire.negotiate(request.headers.get("accept"), curves.FAMILY)
-    cost, work = curves.plan(service(request), ask, media)
+    spans, here = media.Spans(), service(request)
+    media_type = media.negotiate(request.headers.get("accept"), FAMILY)
+    cost, work = _work(here, parameters, media_type)
     spans.mark("parse")
-    encode = partial(curves.answer, media)
-    return await service(request).office.do(request, cost, work, encode, spans)
+    return await here.admission.run(request, cost, work, partial(_answer, media_type), spans)
+
+
+def _work(here: Service, parameters: CurveParameters, media_type: str) -> tuple[float, Callable[[Any], Any]]:
+    """Predicted seconds, and the work: numbers, or the drawn SVG."""
+    lobe, precision = evaluation.requested(parameters), precision_named(parameters.precision)
+    cost = here.kernels.curve_cost(lobe, parameters.points, precision)
+
+    def numbers(_cancelled: Any) -> Any:
+        here.kernels.compile_curve(lobe, precision)
+        return evaluation.curve(lobe, _angles(parameters), precision, parameters.perturbation, parameters.length_error)
+
+    def drawn(cancelled: Any) -> bytes:
+        from phongbench_reports.figures.lobe import svg  # late: it brings matplotlib
+
+        return svg(str(lobe.formula), lobe.alpha, numbers(cancelled))
+
+    return (cost + DRAWING, drawn) if media_type == media.SVG else (cost, numbers)
+
+
+def _angles(parameters: CurveParameters) -> NDArray[np.float64]:
+    if parameters.spacing == "square":
+        return parameters.degrees * np.linspace(0.0, 1.0, parameters.points) ** 2
+    return np.linspace(0.0, parameters.degrees, parameters.points)
+
+
+def _answer(media_type: str, curve: Any, spans: media.Spans) -> Response:
+    if media_type == media.JSON:
+        return media.json(curve, spans)
+    return media.response(curve if media_type == media.SVG else _csv(curve), media_type, spans)
+
+
+def _csv(curve: dict[str, Any]) -> str:
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow(COLUMNS)
+    writer.writerows(zip(*(curve[name].tolist() for name in COLUMNS), strict=True))
+    return out.getvalue()

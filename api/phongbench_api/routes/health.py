@@ -1,15 +1,37 @@
 """Is the server there, is it ready, and what is it?"""
 
+from dataclasses import asdict
+from typing import Any
+
 from fastapi import APIRouter, Request
 from starlette.responses import Response
 
-from phongbench_api import facts
+from phongbench import __version__
+from phongbench.compiler.lowering import PRECISIONS
+from phongbench.inputs.mtl_files import OPENGL
+from phongbench.results.provenance import versions
 from phongbench_api.http import media
 from phongbench_api.http.openapi import described
 from phongbench_api.http.problems import BusyError
 from phongbench_api.service import service
+from phongbench_api.settings import Settings
 
 router = APIRouter(tags=["server"])
+_EXAMPLE = {"name": "phongbench", "version": __version__}
+_LIMITS = (
+    "max_body",
+    "max_json",
+    "max_points",
+    "max_json_points",
+    "max_lights",
+    "max_pixels",
+    "max_scene",
+    "max_triangles",
+    "max_rows",
+    "max_cost",
+    "max_wait",
+    "read_seconds",
+)
 
 
 @router.get("/healthz", summary="Is the server there?", **described({"status": "ok"}))
@@ -21,12 +43,33 @@ async def healthz() -> Response:
 @router.get("/readyz", summary="May requests be sent here?", **described({"status": "ok"}, 503))
 async def readyz(request: Request) -> Response:
     """503 until the kernels are warm, and again while the server goes down."""
-    if not service(request).office.open or service(request).office.draining:
+    admission = service(request).admission
+    if not admission.open or admission.draining:
         raise BusyError("not ready", headers={"retry-after": "1"})
     return media.json({"status": "ok"})
 
 
-@router.get("/v1/meta", summary="Versions, limits, media types", **described(facts.EXAMPLE))
+@router.get("/v1/meta", summary="Versions, limits, media types", **described(_EXAMPLE))
 async def meta(request: Request) -> Response:
     """What this server is, what it reads and writes, and how much of it."""
-    return media.json(facts.meta(service(request).settings))
+    return media.json(_meta(service(request).settings))
+
+
+def _meta(settings: Settings) -> dict[str, Any]:
+    values = asdict(settings)
+    return {
+        **_EXAMPLE,
+        "versions": asdict(versions()),
+        "precisions": list(PRECISIONS),
+        "materials": [asdict(material) for material in OPENGL],
+        "dtypes": list(media.DTYPES),
+        "limits": {name: values[name] for name in _LIMITS},
+        "cores": settings.cores,
+        "media_types": {
+            "specular": {"in": [media.JSON, media.OCTETS, media.NPY], "out": [media.JSON, media.OCTETS, media.NPY]},
+            "shade": {"in": [media.JSON, media.MULTIPART], "out": [media.JSON, media.NPY, media.OCTETS]},
+            "render": {"in": [media.JSON], "out": [media.PNG, media.JSON, media.NPY]},
+            "curve": {"out": [media.JSON, media.CSV, media.SVG]},
+            "rows": {"out": [media.JSON, media.CSV, media.PARQUET]},
+        },
+    }

@@ -1,27 +1,83 @@
-"""The explorer page and the documentation."""
+"""The pages that the package brings, read once, with no outside host: the explorer and the documentation."""
 
-from fastapi import APIRouter, Request
+from functools import cache
+from importlib import resources
+from typing import Any
+
+from fastapi import APIRouter, FastAPI, Request
+from jinja2 import Environment, PackageLoader
 from starlette.responses import Response
 
-from phongbench_api import pages, stored_files
-from phongbench_api.http import media
+from phongbench import __version__
+from phongbench_api.http import media, problems
+from phongbench_api.http.problems import NotFoundError
 
 router = APIRouter(include_in_schema=False)
+_MEDIA = {
+    "html": "text/html; charset=utf-8",
+    "css": "text/css; charset=utf-8",
+    "js": "text/javascript; charset=utf-8",
+    "mjs": "text/javascript; charset=utf-8",
+    "svg": "image/svg+xml",
+    "png": "image/png",
+    "ico": "image/x-icon",
+    "json": "application/json",
+    "woff2": "font/woff2",
+    "txt": "text/plain; charset=utf-8",
+    "webmanifest": "application/manifest+json",
+    "md": "text/plain; charset=utf-8",
+}
 
 
 @router.get("/")
 async def explorer(request: Request) -> Response:
     """The explorer."""
-    return stored_files.answer(request, pages.file("index.html"), media.Spans(), stored=False)
+    return media.file(request, {}, _file("index.html"))
 
 
 @router.get("/docs")
 async def docs(request: Request) -> Response:
     """The documentation."""
-    return stored_files.answer(request, pages.documentation(request.app), media.Spans(), stored=False)
+    return media.file(request, {}, _documentation(request.app))
 
 
 @router.get("/web/{path:path}")
 async def asset(request: Request, path: str) -> Response:
     """A script, style or picture of the pages."""
-    return stored_files.answer(request, pages.file(path), media.Spans(), stored=False)
+    return media.file(request, {}, _file(path))
+
+
+@cache
+def files() -> dict[str, tuple[bytes, str]]:
+    """Every file of the folder web by its path there, with its media type; a request's path is only looked up here."""
+    pages: dict[str, tuple[bytes, str]] = {}
+    _collect(resources.files("phongbench_api") / "web", "", pages)
+    return pages
+
+
+def _collect(folder: Any, prefix: str, pages: dict[str, tuple[bytes, str]]) -> None:
+    for entry in folder.iterdir():
+        suffix = "txt" if "LICENSE" in entry.name else entry.name.rpartition(".")[2]
+        if entry.is_dir():
+            _collect(entry, f"{prefix}{entry.name}/", pages)
+        elif suffix in _MEDIA:
+            pages[prefix + entry.name] = (entry.read_bytes(), _MEDIA[suffix])
+
+
+def _file(path: str) -> tuple[bytes, str]:
+    if path not in files():
+        raise NotFoundError("the page has no such file")
+    return files()[path]
+
+
+def _documentation(app: FastAPI) -> tuple[bytes, str]:
+    """The documentation as a page without scripts, made from the OpenAPI document once."""
+    if not hasattr(app.state, "documentation"):
+        loader = PackageLoader("phongbench_api")
+        templates = Environment(loader=loader, autoescape=True, trim_blocks=True, lstrip_blocks=True)
+        kinds = sorted(
+            {kind for _, kind in problems.STATUS} | set(problems.KINDS.values()), key=lambda kind: kind.status
+        )
+        page = templates.get_template("docs.html.j2").render(api=app.openapi(), kinds=kinds, version=__version__)
+        app.state.documentation = page.encode()
+    return app.state.documentation, _MEDIA["html"]

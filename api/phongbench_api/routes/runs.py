@@ -1,30 +1,80 @@
-"""The stored runs."""
+"""The stored runs, and the rows of their tables."""
 
-from typing import Annotated
+from functools import partial
+from typing import Annotated, Any
 
 from fastapi import APIRouter, Query, Request
 from starlette.responses import Response
 
-from phongbench_api import listing
 from phongbench_api.http import media
 from phongbench_api.http.openapi import described
-from phongbench_api.models import PageAsk
+from phongbench_api.http.problems import RequestError
+from phongbench_api.models import PageParameters
+from phongbench_api.runs import row_query
+from phongbench_api.runs.run_store import RunStore
 from phongbench_api.service import service
 
 router = APIRouter(prefix="/v1/runs", tags=["runs"])
+#: predicted seconds of reading manifests
+READING = 0.01
+_RUN: dict[str, Any] = {"run": "20260101-000000-0123abcd", "state": "complete"}
+_RUNS = {"runs": [_RUN], "total": 1, "next": None}
 
 
-@router.get("", summary="Every stored run, newest first", **described(listing.EXAMPLE, 422, 503))
-async def runs(request: Request, ask: Annotated[PageAsk, Query()]) -> Response:
+@router.get("", summary="Every stored run, newest first", **described(_RUNS, 422, 503))
+async def runs(request: Request, parameters: Annotated[PageParameters, Query()]) -> Response:
     """Manifests; a run whose manifest cannot be read is listed with the state `corrupt`."""
-    spans, home = media.Spans(), service(request)
-    work = lambda gone: listing.page(home.store, ask)  # noqa: E731
-    return await home.office.do(request, listing.LISTING, work, media.json, spans)
+    here = service(request)
+    work = lambda cancelled: _page(here.store, parameters)  # noqa: E731
+    return await here.admission.run(request, READING, work, media.json, media.Spans())
 
 
-@router.get("/{run}", summary="One run", **described(listing.EXAMPLE_RUN, 404, 409, 503))
+@router.get("/{run}", summary="One run", **described(_RUN, 404, 409, 503))
 async def run(request: Request, run: str) -> Response:
     """The manifest of a run, by its id or `latest`."""
-    spans, home = media.Spans(), service(request)
-    work = lambda gone: home.store.told(home.store.find(run).path)  # noqa: E731
-    return await home.office.do(request, listing.LISTING, work, media.json, spans)
+    here = service(request)
+    work = lambda cancelled: here.store.summary(here.store.find(run).path)  # noqa: E731
+    return await here.admission.run(request, READING, work, media.json, media.Spans())
+
+
+def _page(store: RunStore, parameters: PageParameters) -> dict[str, Any]:
+    """`runs` from the newest on, their `total` number, and the cursor of the `next` page or None.
+
+    The cursor is the name of the last folder listed, so that a run made meanwhile shifts nothing.
+    """
+    folders = store.folders()
+    names = [path.name for path in folders]
+    if parameters.cursor is not None and parameters.cursor not in names:
+        raise RequestError("is not the `next` of an answer before", "cursor", "begin again without it")
+    start = 0 if parameters.cursor is None else names.index(parameters.cursor) + 1
+    end = start + parameters.limit
+    following = names[end - 1] if end < len(folders) else None
+    return {"runs": [store.summary(path) for path in folders[start:end]], "total": len(folders), "next": following}
+
+
+def _add_rows(table: str) -> None:
+    async def rows(request: Request, run: str) -> Response:
+        spans, here = media.Spans(), service(request)
+        media_type = media.negotiate(request.headers.get("accept"), row_query.FAMILY)
+        query = row_query.requested(request, table, here.settings.max_rows)
+        spans.mark("parse")
+        work = lambda cancelled: row_query.page(here.store, here.tables, run, table, query)  # noqa: E731
+        return await here.admission.run(
+            request, row_query.cost(query), work, partial(row_query.answer, media_type), spans
+        )
+
+    router.add_api_route(
+        f"/{{run}}/{table}",
+        rows,
+        name=table,
+        operation_id=f"rows_{table}",
+        summary=f"Rows of {table}.parquet",
+        description="Filtered by any key column (repeatable), with chosen `columns`, `sort`ed (`-` before a name: "
+        "descending), in pages: `next` is the `cursor` of the following one.",
+        openapi_extra={"parameters": row_query.parameters(table)},
+        **described(row_query.EXAMPLE, 404, 406, 409, 422, 503, also=(media.CSV, media.PARQUET)),
+    )
+
+
+for name in row_query.KEYS:
+    _add_rows(name)

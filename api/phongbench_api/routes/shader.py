@@ -8,39 +8,38 @@ from starlette.responses import Response
 
 from phongbench.compiler.precisions import FLOAT32
 from phongbench.formulas.shader_code import export
-from phongbench_api.http import media as wire
+from phongbench_api.http import media
 from phongbench_api.http.openapi import described
-from phongbench_api.models import ShaderAsk
+from phongbench_api.models import ShaderParameters
 from phongbench_api.service import service
 from phongbench_api.work import evaluation
 
 router = APIRouter(prefix="/v1", tags=["shading"])
-FAMILY = (wire.TEXT, wire.JSON)
+FAMILY = (media.TEXT, media.JSON)
 EXAMPLE = {"language": "glsl", "text": "float highlight(vec3 r, vec3 v) { .. }", "max_error": 0.0299}
 #: predicted seconds of writing one and looking for its largest error
 SECONDS = 0.01
 
 
 @router.get(
-    "/shader", summary="A formula as GLSL, HLSL, WGSL or C", **described(EXAMPLE, 406, 422, 503, also=(wire.TEXT,))
+    "/shader", summary="A formula as GLSL, HLSL, WGSL or C", **described(EXAMPLE, 406, 422, 503, also=(media.TEXT,))
 )
-async def shader(request: Request, ask: Annotated[ShaderAsk, Query()]) -> Response:
+async def shader(request: Request, parameters: Annotated[ShaderParameters, Query()]) -> Response:
     """The source of a function of two directions, in float32, with its constants filled in."""
-    spans = wire.Spans()
-    media = wire.negotiate(request.headers.get("accept"), FAMILY)
-    formula, here = evaluation.asked(ask), service(request)
+    spans, here = media.Spans(), service(request)
+    media_type = media.negotiate(request.headers.get("accept"), FAMILY)
+    lobe = evaluation.requested(parameters)
     spans.mark("parse")
 
-    def work(_gone: object) -> export.Shader:
-        here.kernels.compile_curve(formula, FLOAT32)
-        return export.shader(formula.spec, formula.form, formula.setting, ask.language)
+    def work(_cancelled: object) -> export.Shader:
+        here.kernels.compile_curve(lobe, FLOAT32)
+        return export.shader(lobe.formula, lobe.alpha, parameters.language)
 
-    cost = SECONDS + here.kernels.curve_cost(formula, export.ANGLES, FLOAT32)
-    return await here.office.do(request, cost, work, partial(_answer, media), spans)
+    cost = SECONDS + here.kernels.curve_cost(lobe, export.ANGLES, FLOAT32)
+    return await here.admission.run(request, cost, work, partial(_answer, media_type), spans)
 
 
-def _answer(media: str, found: export.Shader, spans: wire.Spans) -> Response:
-    if media == wire.JSON:
-        return wire.json(found.as_dict(), spans)
-    spans.mark("encode")
-    return Response(found.text, headers=spans.header(), media_type=media)
+def _answer(media_type: str, shader: export.Shader, spans: media.Spans) -> Response:
+    if media_type == media.JSON:
+        return media.json(shader.as_dict(), spans)
+    return media.response(shader.text, media_type, spans)

@@ -5,25 +5,23 @@ from collections import OrderedDict
 from collections.abc import Callable, Hashable
 from typing import Any
 
-_KEPT = 256
 
+class AnswerCache:
+    """The `entries` answers used last, by a key of the question and the state of the files it was answered from."""
 
-class Answers:
-    """The answers given last, by what was asked and the state of the files."""
-
-    def __init__(self) -> None:
-        self._kept: OrderedDict[Hashable, Any] = OrderedDict()
+    def __init__(self, entries: int = 256) -> None:
+        self._entries, self._answers = entries, OrderedDict[Hashable, Any]()
         self._lock = threading.Lock()
 
     def get(self, key: Hashable, make: Callable[[], Any]) -> Any:
-        """The answer kept under this key, or a new one."""
+        """The answer stored under this key, or a new one; two threads may make the same one at once."""
         with self._lock:
-            if key in self._kept:
-                self._kept.move_to_end(key)
-                return self._kept[key]
+            if key in self._answers:
+                self._answers.move_to_end(key)
+                return self._answers[key]
         made = make()
         with self._lock:
-            self._kept[key] = made
-            while len(self._kept) > _KEPT:
-                self._kept.popitem(last=False)
+            self._answers[key] = made
+            while len(self._answers) > self._entries:
+                self._answers.popitem(last=False)
         return made

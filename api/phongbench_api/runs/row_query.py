@@ -16,13 +16,13 @@ import pyarrow.parquet as pq
 from starlette.requests import Request
 from starlette.responses import Response
 
-from phongbench.results.schema import ACCURACY_KEY, COLUMNS
-from phongbench_api.http import media as wire
+from phongbench.results.schema import TABLES
+from phongbench_api.http import media
 from phongbench_api.http.problems import NotFoundError, RequestError
-from phongbench_api.runs import table_cache
-from phongbench_api.service import Service
+from phongbench_api.runs.run_store import RunStore
+from phongbench_api.runs.table_cache import TableCache, column_kinds
 
-FAMILY = (wire.JSON, wire.CSV, wire.PARQUET)
+FAMILY = (media.JSON, media.CSV, media.PARQUET)
 EXAMPLE: dict[str, Any] = {"rows": [], "total": 0, "next": None}
 DEFAULT_LIMIT = 1000
 #: predicted seconds of a page: filter, sort, write
@@ -31,28 +31,17 @@ PAGE = 0.05
 VALUE = 4e-7
 _USUAL_COLUMNS = 32
 _PIECE = 1000
-#: columns that name a row, besides those that name an accuracy row
-_ALSO = (
-    "coverage",
-    "working_set",
-    "threads",
-    "verdict",
-    "rank",
-    "mesh",
-    "edge_degrees",
-    "normals",
-    "pair",
-    "case",
-    "outcome",
-)
 #: what a request may filter by, per table
-KEYS = {table: tuple(c for c in columns if c in ACCURACY_KEY or c in _ALSO) for table, columns in COLUMNS.items()}
+KEYS = {
+    name: [column for column in table.names if column in (*table.key, "verdict", "outcome")]
+    for name, table in TABLES.items()
+}
 _MOST_FILTERS = 64
 
 
 @dataclass(frozen=True, slots=True)
-class RowsAsk:
-    """What rows: filters by column, columns to tell, order, page."""
+class RowQuery:
+    """Which rows: filters by column, columns to give, order, page."""
 
     filters: dict[str, list[str]]
     columns: list[str] | None
@@ -62,11 +51,11 @@ class RowsAsk:
 
     def digest(self, table: str) -> str:
         """Changes with all that decides the order of the rows, but not with the page."""
-        told = orjson.dumps([table, sorted(self.filters.items()), self.sort])
-        return hashlib.sha256(told).hexdigest()[:12]
+        decisive = orjson.dumps([table, sorted(self.filters.items()), self.sort])
+        return hashlib.sha256(decisive).hexdigest()[:12]
 
 
-def asked(request: Request, table: str, most: int) -> RowsAsk:
+def requested(request: Request, table: str, most: int) -> RowQuery:
     """The parameters of a request for rows; RequestError names the one that is wrong."""
     filters: dict[str, list[str]] = {}
     plain: dict[str, str] = {}
@@ -89,7 +78,7 @@ def asked(request: Request, table: str, most: int) -> RowsAsk:
         if word
     ]
     chosen = [word for word in plain["columns"].split(",") if word] if "columns" in plain else None
-    return RowsAsk(filters, chosen, order, _limit(plain.get("limit"), most), plain.get("cursor"))
+    return RowQuery(filters, chosen, order, _limit(plain.get("limit"), most), plain.get("cursor"))
 
 
 def _limit(text: str | None, most: int) -> int:
@@ -100,25 +89,25 @@ def _limit(text: str | None, most: int) -> int:
     return int(text)
 
 
-def page(service: Service, run_name: str, table: str, ask: RowsAsk, gone: Callable[[], bool]) -> dict[str, Any]:
+def page(store: RunStore, cache: TableCache, run_name: str, table: str, query: RowQuery) -> dict[str, Any]:
     """`rows` as a pyarrow table, `total` rows that fit the filters, and the cursor of the `next` page or None."""
-    run = service.store.intact(run_name)
+    run = store.intact(run_name)
     path = run.path / f"{table}.parquet"
     if path.name not in run.manifest["files"]:
         raise NotFoundError(f"the run has no table {table}")
-    known = table_cache.names(path)
-    chosen = _known(ask.columns if ask.columns is not None else list(known), known, "columns")
-    _known([name for name, _ in ask.sort], known, "sort")
-    needed = list(dict.fromkeys([*ask.filters, *(name for name, _ in ask.sort)]))
+    known = column_kinds(path)
+    chosen = _known(query.columns if query.columns is not None else list(known), known, "columns")
+    _known([name for name, _ in query.sort], known, "sort")
+    needed = list(dict.fromkeys([*query.filters, *(name for name, _ in query.sort)]))
     _known(needed, known, "(query)")
-    stamp = service.store.stamp(run)
-    picked = _positions(service.columns.table(path, stamp, needed), ask, known) if needed else None
+    stamp = store.stamp(run)
+    picked = _positions(cache.table(path, stamp, needed), query, known) if needed else None
     total = len(picked) if picked is not None else int(run.manifest["files"][path.name]["rows"])
-    start = _start(ask, table, total)
-    whole = service.columns.table(path, stamp, chosen)
-    rows = whole.take(picked.slice(start, ask.limit)) if picked is not None else whole.slice(start, ask.limit)
+    start = _start(query, table, total)
+    whole = cache.table(path, stamp, chosen)
+    rows = whole.take(picked.slice(start, query.limit)) if picked is not None else whole.slice(start, query.limit)
     end = start + rows.num_rows
-    return {"rows": rows, "total": total, "next": _cursor(ask, table, end) if end < total else None}
+    return {"rows": rows, "total": total, "next": _cursor(query, table, end) if end < total else None}
 
 
 def _known(wanted: list[str], known: dict[str, Any], field: str) -> list[str]:
@@ -127,19 +116,19 @@ def _known(wanted: list[str], known: dict[str, Any], field: str) -> list[str]:
     return wanted
 
 
-def _positions(table: Any, ask: RowsAsk, known: dict[str, str]) -> Any:
-    """The positions of the rows that fit, in the order asked for; equal rows keep the file's order."""
+def _positions(table: Any, query: RowQuery, known: dict[str, str]) -> Any:
+    """The positions of the rows that fit, in the requested order; equal rows keep the file's order."""
     mask = None
-    for name, words in ask.filters.items():
+    for name, words in query.filters.items():
         fits = _fits(table.column(name), words, known[name], name)
         mask = fits if mask is None else pc.and_(mask, fits)
-    found = pa.array(range(0)) if mask is None else pc.indices_nonzero(pc.fill_null(mask, False))
-    if not ask.sort:
-        return found
-    part = table if mask is None else table.take(found)
-    plain = pa.table({name: _plain(part.column(name)) for name, _ in ask.sort})
-    order = pc.sort_indices(plain, sort_keys=ask.sort)
-    return order if mask is None else pc.take(found, order)
+    fitting = pa.array(range(0)) if mask is None else pc.indices_nonzero(pc.fill_null(mask, False))
+    if not query.sort:
+        return fitting
+    part = table if mask is None else table.take(fitting)
+    plain = pa.table({name: _plain(part.column(name)) for name, _ in query.sort})
+    order = pc.sort_indices(plain, sort_keys=query.sort)
+    return order if mask is None else pc.take(fitting, order)
 
 
 def _plain(column: Any) -> Any:
@@ -176,42 +165,41 @@ def _value(word: str, kind: str, name: str) -> Any:
     return int(number) if kind == "whole" else number
 
 
-def _cursor(ask: RowsAsk, table: str, start: int) -> str:
-    return base64.urlsafe_b64encode(f"{ask.digest(table)}.{start}".encode()).decode().rstrip("=")
+def _cursor(query: RowQuery, table: str, start: int) -> str:
+    return base64.urlsafe_b64encode(f"{query.digest(table)}.{start}".encode()).decode().rstrip("=")
 
 
-def _start(ask: RowsAsk, table: str, total: int) -> int:
-    if ask.cursor is None:
+def _start(query: RowQuery, table: str, total: int) -> int:
+    if query.cursor is None:
         return 0
     try:
-        text = base64.urlsafe_b64decode(ask.cursor + "=" * (-len(ask.cursor) % 4)).decode("ascii")
+        text = base64.urlsafe_b64decode(query.cursor + "=" * (-len(query.cursor) % 4)).decode("ascii")
     except ValueError:
         text = ""
     digest, _, start = text.partition(".")
-    if digest != ask.digest(table) or not start.isdigit() or len(start) > 12 or int(start) > total:
+    if digest != query.digest(table) or not start.isdigit() or len(start) > 12 or int(start) > total:
         raise RequestError("is not the `next` of an answer to this question", "cursor", "begin again without it")
     return int(start)
 
 
-def cost(ask: RowsAsk) -> float:
+def cost(query: RowQuery) -> float:
     """Predicted seconds of a page."""
-    return PAGE + ask.limit * VALUE * (len(ask.columns) if ask.columns else _USUAL_COLUMNS)
+    return PAGE + query.limit * VALUE * (len(query.columns) if query.columns else _USUAL_COLUMNS)
 
 
-def answer(media: str, found: dict[str, Any], spans: wire.Spans) -> Response:
-    """The page in the media type asked for; outside JSON, total and next are headers."""
-    write: dict[str, Callable[[Any], bytes]] = {wire.CSV: _csv, wire.PARQUET: _parquet}
-    body = _json(found) if media == wire.JSON else write[media](found["rows"])
-    spans.mark("encode")
-    headers = {"phongbench-total": str(found["total"])} | ({"phongbench-next": found["next"]} if found["next"] else {})
-    return Response(body, headers=headers | spans.header(), media_type=media)
+def answer(media_type: str, page: dict[str, Any], spans: media.Spans) -> Response:
+    """The page in this media type; outside JSON, total and next are headers."""
+    write: dict[str, Callable[[Any], bytes]] = {media.CSV: _csv, media.PARQUET: _parquet}
+    body = _json(page) if media_type == media.JSON else write[media_type](page["rows"])
+    headers = {"phongbench-total": str(page["total"])} | ({"phongbench-next": page["next"]} if page["next"] else {})
+    return media.response(body, media_type, spans, headers)
 
 
-def _json(found: dict[str, Any]) -> bytes:
+def _json(page: dict[str, Any]) -> bytes:
     """The page as JSON, written piece by piece: other threads get the interpreter in between."""
-    rows = found["rows"]
+    rows = page["rows"]
     pieces = [_records(rows.slice(start, _PIECE)) for start in range(0, rows.num_rows, _PIECE)]
-    rest = orjson.dumps({"total": found["total"], "next": found["next"]})
+    rest = orjson.dumps({"total": page["total"], "next": page["next"]})
     return b'{"rows":[' + b",".join(pieces) + b"]," + rest[1:]
 
 
@@ -222,9 +210,9 @@ def _records(rows: Any) -> bytes:
 
 
 def _values(column: Any) -> list[Any]:
-    """A column's values as JSON can tell them."""
+    """A column's values as JSON has them."""
     values: list[Any] = _plain(column).to_pylist()
-    return wire.strict(values) if pa.types.is_floating(column.type) else values
+    return media.strict(values) if pa.types.is_floating(column.type) else values
 
 
 def _csv(rows: Any) -> bytes:

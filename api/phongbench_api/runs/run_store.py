@@ -11,12 +11,13 @@ from pydantic import BaseModel, Field
 from phongbench.errors import CorruptRunError, InputError
 from phongbench.results import runs as results
 from phongbench.results.runs import MANIFEST, RUN_ID, Run
+from phongbench.results.schema import TABLES
 from phongbench_api.http.problems import NotFoundError
 
 _UNKNOWN = "no run of that id is stored here"
 
 
-class Store:
+class RunStore:
     """Runs under one folder.
 
     A name is compared with the folders that are there and never joined to a path; a folder behind a symbolic link does
@@ -32,10 +33,10 @@ class Store:
     def folders(self) -> list[Path]:
         """The folders that look like runs, newest first."""
         try:
-            found = [path for path in self.root.iterdir() if RUN_ID.fullmatch(path.name) and not path.is_symlink()]
+            named = [path for path in self.root.iterdir() if RUN_ID.fullmatch(path.name) and not path.is_symlink()]
         except OSError:  # no folder yet: no run yet
             return []
-        return sorted((path for path in found if (path / MANIFEST).is_file()), reverse=True)
+        return sorted((path for path in named if (path / MANIFEST).is_file()), reverse=True)
 
     def runs(self) -> Iterator[Run | tuple[Path, CorruptRunError]]:
         """Every run, newest first; one whose manifest cannot be read with its error."""
@@ -45,8 +46,8 @@ class Store:
             except CorruptRunError as problem:
                 yield path, problem
 
-    def told(self, path: Path) -> dict[str, Any]:
-        """What a list tells of the run in this folder: its manifest, or that it is corrupt."""
+    def summary(self, path: Path) -> dict[str, Any]:
+        """The manifest of the run in this folder with its id, or that it is corrupt."""
         try:
             run = self._load(path)
         except CorruptRunError:
@@ -92,17 +93,17 @@ class Store:
         with self._lock:
             if self._known.get(path, (None, None))[0] != stamp:
                 self._known[path] = (stamp, _loaded(path))
-            found = self._known[path][1]
-        if isinstance(found, CorruptRunError):
-            raise CorruptRunError(found.what, found.where, found.fix)
-        return found
+            run = self._known[path][1]
+        if isinstance(run, CorruptRunError):
+            raise CorruptRunError(run.what, run.where, run.fix)
+        return run
 
     def _stamp(self, path: Path) -> object:
-        names = (MANIFEST, *(f"{table}.parquet" for table in results.TABLES))
+        names = (MANIFEST, *(f"{table}.parquet" for table in TABLES))
         return tuple(_state(path / name) for name in names)
 
 
-class _Facts(BaseModel):
+class _File(BaseModel):
     sha256: str
     rows: int
     bytes: int
@@ -113,7 +114,7 @@ class _Manifest(BaseModel):
 
     run: str
     state: Literal["complete", "partial"]
-    files: dict[Annotated[str, Field(pattern=r"^[a-z_]+\.parquet$")], _Facts]
+    files: dict[Annotated[str, Field(pattern=r"^[a-z_]+\.parquet$")], _File]
     provenance: dict[str, Any]
 
 

@@ -1,6 +1,6 @@
-"""Columns of stored tables, read when first asked for and kept within a bound of memory.
+"""Columns of stored tables, read when first requested and held within a bound of memory.
 
-Names are kept as dictionaries of a few words, so that a filter compares whole numbers: a run of a million rows is
+Names are held as dictionaries of a few words, so that a filter compares whole numbers: a run of a million rows is
 filtered in milliseconds.
 """
 
@@ -15,19 +15,19 @@ import pyarrow.parquet as pq
 from phongbench.errors import CorruptRunError
 
 
-class Columns:
-    """The columns used last, at most `limit` bytes of them."""
+class TableCache:
+    """The columns of stored tables that were used last, at most `limit` bytes of them."""
 
     def __init__(self, limit: int) -> None:
         self._limit = limit
-        self._kept: OrderedDict[tuple[Path, object, str], Any] = OrderedDict()
+        self._columns: OrderedDict[tuple[Path, object, str], Any] = OrderedDict()
         self._lock = threading.Lock()
 
     @property
     def held(self) -> int:
         """Bytes in memory."""
         with self._lock:
-            return sum(column.nbytes for column in self._kept.values())
+            return sum(column.nbytes for column in self._columns.values())
 
     def table(self, path: Path, stamp: object, names: list[str]) -> Any:
         """A pyarrow table of these columns of a Parquet file whose state is `stamp`."""
@@ -36,25 +36,25 @@ class Columns:
         columns = [fresh[name] if name in fresh else self._get(path, stamp, name) for name in names]
         if any(column is None for column in columns):  # pushed out meanwhile
             columns = _read(path, names)
-        self._keep({(path, stamp, name): column for name, column in fresh.items()})
+        self._store({(path, stamp, name): column for name, column in fresh.items()})
         return pa.table(dict(zip(names, columns, strict=True)))
 
     def _get(self, path: Path, stamp: object, name: str) -> Any:
         with self._lock:
             key = (path, stamp, name)
-            if key in self._kept:
-                self._kept.move_to_end(key)
-            return self._kept.get(key)
+            if key in self._columns:
+                self._columns.move_to_end(key)
+            return self._columns.get(key)
 
-    def _keep(self, columns: dict[tuple[Path, object, str], Any]) -> None:
+    def _store(self, columns: dict[tuple[Path, object, str], Any]) -> None:
         with self._lock:
-            self._kept |= columns
-            total = sum(column.nbytes for column in self._kept.values())
-            while total > self._limit and self._kept:
-                total -= self._kept.popitem(last=False)[1].nbytes
+            self._columns |= columns
+            total = sum(column.nbytes for column in self._columns.values())
+            while total > self._limit and self._columns:
+                total -= self._columns.popitem(last=False)[1].nbytes
 
 
-def names(path: Path) -> dict[str, Any]:
+def column_kinds(path: Path) -> dict[str, str]:
     """The columns of a Parquet file with their types: text, whole, real or flag."""
     try:
         return {field.name: _kind(field.type) for field in pq.read_schema(path)}

@@ -21,12 +21,12 @@ from phongbench_api.settings import Settings
 
 T = TypeVar("T")
 R = TypeVar("R")
-#: what a piece of work is given: a question that it asks now and then, whether to stop
-Gone = Callable[[], bool]
+#: what work gets: a function that says whether to stop, to be called now and then
+Cancelling = Callable[[], bool]
 
 
-class Office:
-    """Admits work, and does it.
+class Admission:
+    """Admits work by its predicted cost, and does it.
 
     pending   predicted seconds of core time that are admitted and not done
     reading   bytes of bodies that are on their way in
@@ -46,21 +46,18 @@ class Office:
         return self.pending / self.settings.cores if self._jobs >= self.settings.cores else 0.0
 
     def check(self) -> None:
-        """BusyError while there is more to do than may be waited for; asked before a body is read."""
+        """BusyError while there is more to do than may be waited for; called before a body is read."""
         if self.draining:
             raise BusyError("the server is going down", headers={"retry-after": "5"})
         if not self.open:
             raise BusyError("the kernels are not warm yet", headers={"retry-after": "5"})
         if self.wait > self.settings.max_wait:
-            self._refuse(self.wait)
-
-    def _refuse(self, wait: float) -> None:
-        seconds = max(1, math.ceil(wait))
-        what = f"every core is taken for about {wait:.1f} s"
-        raise BusyError(what, fix=f"come back in {seconds} s", headers={"retry-after": str(seconds)})
+            seconds = max(1, math.ceil(self.wait))
+            what = f"every core is taken for about {self.wait:.1f} s"
+            raise BusyError(what, fix=f"come back in {seconds} s", headers={"retry-after": str(seconds)})
 
     @asynccontextmanager
-    async def room(self, size: int) -> AsyncIterator[None]:
+    async def receiving(self, size: int) -> AsyncIterator[None]:
         """While a body of this many bytes comes in: BusyError if too many do already."""
         if self.reading and self.reading + size > self.settings.max_reading:
             raise BusyError("too many bodies are on their way in", headers={"retry-after": "1"})
@@ -70,16 +67,21 @@ class Office:
         finally:
             self.reading -= size
 
-    async def do(
-        self, request: Request, cost: float, work: Callable[[Gone], T], encode: Callable[[T, Spans], R], spans: Spans
+    async def run(
+        self,
+        request: Request,
+        cost: float,
+        work: Callable[[Cancelling], T],
+        encode: Callable[[T, Spans], R],
+        spans: Spans,
     ) -> R:
-        """What `encode` makes of the work's result, by one core that is predicted to take so many seconds.
+        """What `encode` makes of the work's result, by one core that is predicted to take `cost` seconds.
 
         TooLargeError where that is more than one request may take, BusyError where the wait would be too long;
         Cancelled once the client is gone.
         """
         if cost <= self.settings.inline_cost:
-            return _done(work, encode, spans, _never)
+            return _encoded(work, encode, spans, lambda: False)
         if cost > self.settings.max_cost:
             what = f"this would take about {cost:.1f} s; a request may take {self.settings.max_cost:g} s"
             raise TooLargeError(what, fix="ask for less")
@@ -91,36 +93,34 @@ class Office:
             self.pending, self._jobs = self.pending - cost, self._jobs - 1
 
     async def _in_thread(
-        self, request: Request, work: Callable[[Gone], T], encode: Callable[[T, Spans], R], spans: Spans
+        self, request: Request, work: Callable[[Cancelling], T], encode: Callable[[T, Spans], R], spans: Spans
     ) -> R:
-        gone = threading.Event()
+        cancelled = threading.Event()
 
-        def begun() -> R:
+        def start() -> R:
             spans.mark("queue")
-            return _done(work, encode, spans, gone.is_set)
+            return _encoded(work, encode, spans, cancelled.is_set)
 
         with anyio.CancelScope() as scope:
-            watcher = asyncio.create_task(_watch(request, gone, scope))
+            watcher = asyncio.create_task(_watch(request, cancelled, scope))
             try:
-                return await anyio.to_thread.run_sync(begun, limiter=self._limiter)
+                return await anyio.to_thread.run_sync(start, limiter=self._limiter)
             finally:
                 watcher.cancel()
         raise Cancelled
 
 
-def _done(work: Callable[[Gone], T], encode: Callable[[T, Spans], R], spans: Spans, gone: Gone) -> R:
-    result = work(gone)
+def _encoded(
+    work: Callable[[Cancelling], T], encode: Callable[[T, Spans], R], spans: Spans, cancelled: Cancelling
+) -> R:
+    result = work(cancelled)
     spans.mark("kernel")
     return encode(result, spans)
 
 
-async def _watch(request: Request, gone: threading.Event, scope: anyio.CancelScope) -> None:
+async def _watch(request: Request, cancelled: threading.Event, scope: anyio.CancelScope) -> None:
     """Wait for the client to leave; work that waits is dropped at once, work that runs stops at its next look."""
     while (await request.receive())["type"] != "http.disconnect":
         pass
-    gone.set()
+    cancelled.set()
     scope.cancel()
-
-
-def _never() -> bool:
-    return False

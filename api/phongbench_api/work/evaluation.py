@@ -1,4 +1,4 @@
-"""Highlights and curves on request: the asked formula, found and checked, then evaluated by the library's kernels."""
+"""Highlights and curves on request: the requested formula, checked, then evaluated by the library's kernels."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -7,121 +7,138 @@ from typing import Any
 
 import numpy as np
 
-from phongbench.compiler.lowering import FLOAT64, Precision, precision_named
+from phongbench.compiler.lowering import FLOAT64, Precision
 from phongbench.compiler.precisions import Array
-from phongbench.errors import InputError, UnknownNameError
 from phongbench.formulas import curves
-from phongbench.formulas.formula import cell_name
+from phongbench.formulas.formula import Formula
 from phongbench.formulas.kernel import Kernel, evaluate
 from phongbench.formulas.registry import REGISTRY
 from phongbench.formulas.spec import Approximation, Setting
 from phongbench_api.http import media
-from phongbench_api.http.problems import Cancelled, RequestError
-from phongbench_api.models import FormulaAsk
+from phongbench_api.http.problems import Cancelled, RequestError, request_errors
+from phongbench_api.models import FormulaParameters
 
 #: pairs between two looks at whether the client is still there; a tile of float32 pairs stays in a second-level cache
 TILE = 1 << 15
+PHONG = Formula.of("phong")
 
 
 @dataclass(frozen=True, slots=True)
-class Formula:
-    """A formula at a setting, with its lambda form."""
+class Lobe:
+    """A formula at an exponent."""
 
-    spec: Approximation
-    form: str
-    setting: Setting
+    formula: Formula
+    alpha: float
+
+    @property
+    def spec(self) -> Approximation:
+        """The formula's entry in the registry."""
+        return self.formula.spec()
+
+    @property
+    def form(self) -> str:
+        """Its lambda form."""
+        return self.formula.lambda_form
+
+    @property
+    def setting(self) -> Setting:
+        """What its coefficients are made for."""
+        return self.formula.setting(self.alpha)
+
+
+def requested(parameters: FormulaParameters) -> Lobe:
+    """The formula of a request, by its spelling or its parts; RequestError names the field that is wrong."""
+    p = parameters
+    return _lobe(p.alpha, p.formula, p.approximation, p.lambda_form, p.gamma, p.beta, p.space)
 
 
 @lru_cache(maxsize=1024)
-def formula_of(
-    approximation: str, form: str | None, gamma: int | None, alpha: float, policy: str | None, space: str | None
-) -> Formula:
-    """The formula asked for, with its own defaults for what was left out; RequestError names the wrong field."""
-    spec = REGISTRY[approximation]
-    if form is not None and form not in spec.lambda_forms:
-        raise RequestError(f"{spec.name} has the forms {', '.join(spec.lambda_forms)}", "lambda")
-    if spec.uses_gamma != (gamma is not None):
-        raise RequestError(f"{spec.name} {'needs a' if spec.uses_gamma else 'takes no'} gamma", "gamma")
-    setting = Setting(alpha, gamma, policy or spec.slopes[0], space or spec.spaces[0])
-    try:
-        spec.check(setting)
-    except UnknownNameError as problem:
-        field = {"beta policy": "beta"}.get(problem.kind, problem.kind)
-        raise RequestError(f"{spec.name} has {', '.join(problem.known)}", field) from None
-    except InputError as problem:
-        raise RequestError(
-            problem.what, "gamma" if problem.what.startswith("gamma") else "alpha", problem.fix
-        ) from None
-    return Formula(spec, form or spec.lambda_forms[0], setting)
+def _lobe(
+    alpha: float,
+    spelling: str | None,
+    approximation: str | None,
+    form: str | None,
+    gamma: int | None,
+    slope: str | None,
+    space: str | None,
+) -> Lobe:
+    parts = (approximation, form, gamma, slope, space)
+    if spelling is not None:
+        if parts != (None,) * len(parts):
+            raise RequestError("is given beside approximation, lambda, gamma, beta or space", "formula", "give one")
+        with request_errors("formula"):
+            formula = Formula.parse(spelling)
+    elif approximation is None:
+        raise RequestError("is missing", "approximation", "give it, or a whole formula, e.g. formula=lyon:cross:8")
+    elif gamma is not None and not REGISTRY[approximation].uses_gamma:
+        raise RequestError(f"{approximation} takes no gamma", "gamma", "leave it out")
+    else:
+        with request_errors():
+            formula = Formula.of(approximation, form, gamma, slope, space)
+    with request_errors("alpha"):
+        formula.check(alpha)
+    return Lobe(formula, alpha)
 
 
-def asked(ask: FormulaAsk) -> Formula:
-    """The formula of a request."""
-    return formula_of(ask.approximation, ask.lambda_form, ask.gamma, ask.alpha, ask.beta, ask.space)
-
-
-def name_of(formula: Formula) -> str:
-    """The formula's name for people: "lyon, cross, gamma 8, minimax"."""
-    s = formula.setting
-    cell = {"approximation": formula.spec.name, "lambda_form": formula.form, "gamma": s.gamma}
-    return cell_name(cell | {"beta_policy": s.slope, "space": s.space})
+@lru_cache(maxsize=1024)
+def kernel(lobe: Lobe, precision: Precision) -> Kernel:
+    """The loop over pairs of shape (n, 3) with its coefficients, compiled if it was not."""
+    return Kernel.of_pairs(lobe.spec, lobe.form, lobe.setting, precision, "aos")
 
 
 def values(
-    formula: Formula, a: Array, b: Array, precision: Precision, cancelled: Callable[[], bool] = lambda: False
+    lobe: Lobe, a: Array, b: Array, precision: Precision, cancelled: Callable[[], bool] = lambda: False
 ) -> Array:
     """Highlights of pairs.
 
     a, b       (n, 3)  directions; may be read-only, not copied if they have the precision's type
-    cancelled  asked between tiles; Cancelled is raised once it says yes
+    cancelled  called between tiles; Cancelled is raised once it says yes
     returns    (n,)    in the precision's carrier; RequestError names the first vector that is not finite
     """
-    run = prepared(formula, precision.name)
+    loop = kernel(lobe, precision)
     out = np.empty(len(a), precision.carrier)
     for start in range(0, len(a), TILE):
         if cancelled():
             raise Cancelled
         piece = slice(start, start + TILE)
-        for field, given in (("a", a[piece]), ("b", b[piece])):
-            _check(given, field, start)
-        run(a[piece], b[piece], out[piece])
+        for field, vectors in (("a", a[piece]), ("b", b[piece])):
+            media.check_finite(vectors, field, start)
+        loop.fill_pairs(a[piece], b[piece], out[piece])
     return out
 
 
-def compared(formula: Formula, a: Array, b: Array, found: Array, cancelled: Callable[[], bool]) -> dict[str, Any]:
-    """The exact term of the vectors as they are, in float64, and where the found values are farthest from it."""
-    exact = _exact(formula.setting, a, b, cancelled)
-    error = np.abs(found - exact)
+def compared(lobe: Lobe, a: Array, b: Array, approximate: Array, cancelled: Callable[[], bool]) -> dict[str, Any]:
+    """The exact term of the vectors as they are, in float64, and where the approximate values are farthest from it."""
+    exact = _exact(lobe.setting, a, b, cancelled)
+    error = np.abs(approximate - exact)
     worst = int(error.argmax()) if len(error) else None
     largest = 0.0 if worst is None else error[worst]
     return {"exact": exact, "max_abs_error": largest, "worst_index": worst}
 
 
+def _exact(setting: Setting, a: Array, b: Array, cancelled: Callable[[], bool]) -> Array:
+    """Exact Phong; of pairs (N, H), Phong at twice their angle, the coplanar configuration."""
+    if setting.space == "reflect":
+        return values(Lobe(PHONG, setting.alpha), a, b, FLOAT64, cancelled)
+    cosine = np.einsum("ij,ij->i", a, b, dtype=np.float64)
+    return evaluate(PHONG.spec(), Setting(setting.alpha), 2 * cosine * cosine - 1, cosine)
+
+
 def curve(
-    formula: Formula,
-    angle: Array,
-    precision: Precision = FLOAT64,
-    perturbation: str = "none",
-    length_error: float = 0.0,
+    lobe: Lobe, angle: Array, precision: Precision = FLOAT64, perturbation: str = "none", length_error: float = 0.0
 ) -> dict[str, Any]:
     """Value, exact value and error at angles between R and V in degrees, and what they amount to.
 
     In float64 with right lengths the formula is evaluated at the angles themselves; else with vectors as `precision`
     holds them, and exact Phong is of the true angle between those.
     """
-    spec, form, setting = formula.spec, formula.form, formula.setting
-    if precision is FLOAT64 and not length_error:
-        cosine = np.cos(np.radians(angle))
-        value = curves.curve(spec, form, setting, cosine)
-        exact = curves.exact(setting.alpha, cosine)
-    else:
-        value, exact = curves.lobe(
-            spec, form, setting, angle, precision=precision, perturbation=perturbation, length_error=length_error
-        )
+    spec, form, setting = lobe.spec, lobe.form, lobe.setting
+    value, exact = curves.against_exact(spec, form, setting, angle, precision, perturbation, length_error)
     error = value - exact
     size = np.where(np.isfinite(error), np.abs(error), np.inf)
     worst = int(size.argmax())
     return {
+        "name": str(lobe.formula),
         "angle_degrees": angle,
         "value": value,
         "exact": exact,
@@ -131,30 +148,3 @@ def curve(
         "beta": spec.coefficients(setting).get("beta"),
         "cutoff_degrees": curves.cutoff_degrees(spec, form, setting),
     }
-
-
-def prepared(formula: Formula, precision: str) -> Callable[[Array, Array, Array], None]:
-    """A formula's kernel with its coefficients, compiled if it was not: (a, b, out) of (n, 3), (n, 3), (n,)."""
-    return _prepared(formula.spec.name, formula.form, formula.setting, precision)
-
-
-@lru_cache(maxsize=1024)
-def _prepared(name: str, form: str, setting: Setting, precision: str) -> Callable[[Array, Array, Array], None]:
-    return Kernel.of_pairs(REGISTRY[name], form, setting, precision_named(precision), "aos").fill_pairs
-
-
-def _check(given: Array, field: str, start: int) -> None:
-    try:
-        media.check_finite(given, field)
-    except RequestError as problem:
-        index = start + (problem.index or 0)
-        raise RequestError(f"vector {index} is not finite", field, problem.fix, index=index) from None
-
-
-def _exact(setting: Setting, a: Array, b: Array, cancelled: Callable[[], bool]) -> Array:
-    """Exact Phong; of pairs (N, H), Phong at twice their angle, the coplanar configuration."""
-    phong = REGISTRY["phong"]
-    if setting.space == "reflect":
-        return values(Formula(phong, phong.lambda_forms[0], Setting(setting.alpha)), a, b, FLOAT64, cancelled)
-    cosine = np.einsum("ij,ij->i", a, b, dtype=np.float64)
-    return evaluate(phong, Setting(setting.alpha), 2 * cosine * cosine - 1, cosine)

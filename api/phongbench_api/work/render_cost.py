@@ -17,7 +17,7 @@ _PICTURE, _RAY, _OBJECT, _EMBREE, _LIGHT, _SHADOW = 2e-3, 1.2e-7, 7e-10, 4e-7, 5
 _TRIANGLE, _PIXEL = 3e-6, 1.5e-7
 #: reading a scene: a byte, and a mesh or more in it
 _BYTE, _MESHES = 2e-6, 0.1
-#: predicted seconds of a tile, after which it is asked whether the client is still there; no smaller side than this
+#: predicted seconds of a tile, after which it is request whether the client is still there; no smaller side than this
 _TILE_SECONDS, _SMALLEST_TILE = 0.1, 8
 #: for measuring and compiling: long enough to be more than its beginning, short enough for a start
 _TRIAL = {"scene": "chequerboard", "size": [320, 180], "depth": 3, "shadows": True}
@@ -29,35 +29,35 @@ def reading(body: bytes) -> float:
     return 1e-3 + _BYTE * len(body) + _MESHES * (b'"mesh"' in body)
 
 
-def seconds(asked: RenderRequest) -> float:
+def seconds(request: RenderRequest) -> float:
     """Predicted seconds of drawing, at most: rays times what each may meet; twice where exact Phong is drawn too."""
-    once = asked.rays * _ray(asked) + _TRIANGLE * asked.triangles + _PICTURE
-    return once * (2 if asked.compare else 1) + _PIXEL * asked.pixels * (4 if asked.compare else 1)
+    once = request.rays * _ray(request) + _TRIANGLE * request.triangles + _PICTURE
+    return once * (2 if request.compare else 1) + _PIXEL * request.pixels * (4 if request.compare else 1)
 
 
-def _ray(asked: RenderRequest) -> float:
+def _ray(request: RenderRequest) -> float:
     """Predicted seconds of a ray, its shading and its shadow rays."""
-    scene = asked.scene
-    meeting = _OBJECT * len(scene.objects) + _EMBREE * (asked.triangles > 0)
+    scene = request.scene
+    meeting = _OBJECT * len(scene.objects) + _EMBREE * (request.triangles > 0)
     return _RAY + meeting + len(scene.lights) * (_LIGHT + (_SHADOW + meeting) * scene.picture.shadows)
 
 
-def tile(asked: RenderRequest) -> int:
+def tile(request: RenderRequest) -> int:
     """The side of tiles that take no longer than a client that is gone may hold a core."""
-    samples = asked.pixels * asked.scene.picture.supersampling**2
-    return max(_SMALLEST_TILE, min(TILE, int(math.sqrt(_TILE_SECONDS * samples / asked.rays / _ray(asked)))))
+    samples = request.pixels * request.scene.picture.supersampling**2
+    return max(_SMALLEST_TILE, min(TILE, int(math.sqrt(_TILE_SECONDS * samples / request.rays / _ray(request)))))
 
 
-def kinds(asked: RenderRequest) -> set[object]:
+def kinds(request: RenderRequest) -> set[object]:
     """What decides which loops are compiled: of each material its formula, and the kinds of lights and objects."""
-    lights = frozenset((light.position is None, tuple(light.attenuation)[1:] == (0, 0)) for light in asked.scene.lights)
-    picture = asked.scene.picture
-    shared = (asked.model, picture.shadows, lights, bool(asked.scene.of(Mesh)), asked.compare)
-    return {("picture", _formula(asked, material), *shared) for material in asked.scene.materials}
+    scene, picture = request.scene, request.scene.picture
+    lights = frozenset((light.position is None, tuple(light.attenuation)[1:] == (0, 0)) for light in scene.lights)
+    shared = (request.model, picture.shadows, lights, bool(scene.of(Mesh)), request.compare)
+    return {("picture", _formula(request, material), *shared) for material in scene.materials}
 
 
-def _formula(asked: RenderRequest, material: Material) -> object:
-    formula = material.specular or asked.specular
+def _formula(request: RenderRequest, material: Material) -> object:
+    formula = material.specular or request.specular
     exponent = material.reflection.highlight_exponent if _knows_exponent(formula.approximation) else None
     return formula.approximation, formula.lambda_form, formula.gamma, type(formula.beta) is float, exponent
 
@@ -67,10 +67,10 @@ def _knows_exponent(name: str) -> bool:
     return bool(set(REGISTRY[name].knowns) - {"n"})
 
 
-def smallest(asked: RenderRequest) -> RenderRequest:
+def smallest(request: RenderRequest) -> RenderRequest:
     """The request for a picture that is just large enough to need every loop."""
-    picture = replace(asked.scene.picture, size=_TINY, supersampling=1)
-    return replace(asked, scene=replace(asked.scene, picture=picture))
+    picture = replace(request.scene.picture, size=_TINY, supersampling=1)
+    return replace(request, scene=replace(request.scene, picture=picture))
 
 
 def usual() -> Iterator[RenderRequest]:
@@ -82,6 +82,6 @@ def usual() -> Iterator[RenderRequest]:
 
 def measured() -> float:
     """How much slower this machine is than predictions say; its prediction takes the rays that there really were."""
-    asked = render_request(_TRIAL)
-    done = min((asked.draw(threads=1).done for _ in range(3)), key=lambda one: one.seconds["total"])
-    return done.seconds["total"] / (seconds(asked) - _PIXEL * asked.pixels) * asked.rays / done.rays
+    request = render_request(_TRIAL)
+    done = min((request.draw(threads=1).done for _ in range(3)), key=lambda one: one.seconds["total"])
+    return done.seconds["total"] / (seconds(request) - _PIXEL * request.pixels) * request.rays / done.rays

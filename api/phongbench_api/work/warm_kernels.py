@@ -14,14 +14,15 @@ import numpy as np
 from phongbench.compiler import jit
 from phongbench.compiler.lowering import FLOAT32, FLOAT64, Precision
 from phongbench.errors import InputError
+from phongbench.formulas.formula import Formula
 from phongbench.formulas.kernel import known_values, needs_gate
 from phongbench.formulas.registry import REGISTRY, example
-from phongbench.formulas.spec import Approximation, Setting
+from phongbench.formulas.spec import Approximation
 from phongbench.scenes.requests import RenderRequest
 from phongbench.shading.requests import ShadingRequest, shading_request
 from phongbench_api.models import GAMMA_VALUES
 from phongbench_api.work import evaluation, render_cost
-from phongbench_api.work.evaluation import Formula
+from phongbench_api.work.evaluation import Lobe
 
 #: predicted seconds of compiling one kernel; measured 0.15 to 0.3 on an empty cache, 0.005 from a full one
 COMPILE_SECONDS = 0.3
@@ -47,90 +48,89 @@ class Kernels:
         self._shading = 2e-8
         self._drawing = 1.0
 
-    def pairs_cost(self, formula: Formula, precision: Precision, pairs: int, *, compare: bool = False) -> float:
+    def pairs_cost(self, lobe: Lobe, precision: Precision, pairs: int, *, compare: bool = False) -> float:
         """Predicted seconds of the highlights of so many pairs."""
-        rate = self._seconds.get(formula.spec.name, 1e-7) * (1 if precision is FLOAT32 else 4) + MOVING
+        rate = self._seconds.get(lobe.spec.name, 1e-7) * (1 if precision is FLOAT32 else 4) + MOVING
         rate += 4 * self._seconds.get("phong", 1e-7) + 10 * MOVING if compare else 0.0
-        missing = self.pairs_key(formula, precision) not in self._ready
+        missing = self.pairs_key(lobe, precision) not in self._ready
         return pairs * rate + 2e-5 + COMPILE_SECONDS * missing
 
-    def curve_cost(self, formula: Formula, points: int, precision: Precision = FLOAT64) -> float:
+    def curve_cost(self, lobe: Lobe, points: int, precision: Precision = FLOAT64) -> float:
         """Predicted seconds of a curve."""
-        missing = self.curve_key(formula, precision) not in self._ready
+        missing = self.curve_key(lobe, precision) not in self._ready
         return 1e-4 + 2e-7 * points + COMPILE_SECONDS * missing
 
     @staticmethod
-    def pairs_key(formula: Formula, precision: Precision) -> object:
+    def pairs_key(lobe: Lobe, precision: Precision) -> object:
         """What one compiled loop over pairs serves."""
-        s = formula.setting
-        gated = needs_gate(formula.spec, formula.form, s)
-        return (formula.spec.name, formula.form, precision.name, known_values(formula.spec, s), gated)
+        s = lobe.setting
+        gated = needs_gate(lobe.spec, lobe.form, s)
+        return (lobe.spec.name, lobe.form, precision.name, known_values(lobe.spec, s), gated)
 
     @staticmethod
-    def curve_key(formula: Formula, precision: Precision = FLOAT64) -> object:
+    def curve_key(lobe: Lobe, precision: Precision = FLOAT64) -> object:
         """What one compiled loop over coordinates serves."""
-        return (formula.spec.name, known_values(formula.spec, formula.setting), precision.name)
+        return (lobe.spec.name, known_values(lobe.spec, lobe.setting), precision.name)
 
-    def compile_pairs(self, formula: Formula, precision: Precision) -> None:
+    def compile_pairs(self, lobe: Lobe, precision: Precision) -> None:
         """Compile a loop over pairs unless it is; one at a time, since compilation holds the interpreter."""
-        key = self.pairs_key(formula, precision)
+        key = self.pairs_key(lobe, precision)
         if key not in self._ready:
             with self._compiling:
-                evaluation.prepared(formula, precision.name)
                 one = np.zeros((1, 3), precision.carrier)
-                evaluation.values(formula, one, one, precision)
+                evaluation.values(lobe, one, one, precision)
             self._ready.add(key)
 
-    def compile_curve(self, formula: Formula, precision: Precision = FLOAT64) -> None:
+    def compile_curve(self, lobe: Lobe, precision: Precision = FLOAT64) -> None:
         """Compile a loop over coordinates unless it is, and in float64 what lays out vectors of wrong length."""
-        key = self.curve_key(formula, precision)
+        key = self.curve_key(lobe, precision)
         if key not in self._ready:
             with self._compiling:
-                evaluation.curve(formula, np.zeros(1), precision, length_error=0.01, perturbation="a")
+                evaluation.curve(lobe, np.zeros(1), precision, length_error=0.01, perturbation="a")
             self._ready.add(key)
 
-    def shading_cost(self, asked: ShadingRequest) -> float:
+    def shading_cost(self, request: ShadingRequest) -> float:
         """Predicted seconds of a shading request."""
-        pairs, points = asked.pairs, len(asked.points)
-        rate = self._shading * (1 if asked.points.dtype == np.float32 else 2)
-        missing = shading_key(asked) not in self._ready
+        pairs, points = request.pairs, len(request.points)
+        rate = self._shading * (1 if request.points.dtype == np.float32 else 2)
+        missing = shading_key(request) not in self._ready
         return 4e-4 + pairs * rate + points * MOVING + SHADING_COMPILE_SECONDS * missing
 
-    def compile_shading(self, asked: ShadingRequest) -> None:
+    def compile_shading(self, request: ShadingRequest) -> None:
         """Compile the loops of a request unless they are, by shading its first point."""
-        key = shading_key(asked)
-        if key not in self._ready and len(asked.points):
+        key = shading_key(request)
+        if key not in self._ready and len(request.points):
             with self._compiling:
-                replace(asked, points=asked.points[:1], normals=asked.normals[:1]).shade()
+                replace(request, points=request.points[:1], normals=request.normals[:1]).shade()
             self._ready.add(key)
 
-    def render_cost(self, asked: RenderRequest) -> float:
+    def render_cost(self, request: RenderRequest) -> float:
         """Predicted seconds of a picture; this machine's speed is measured when the kernels are warmed."""
-        missing = not render_cost.kinds(asked) <= self._ready
-        return self._drawing * render_cost.seconds(asked) + SHADING_COMPILE_SECONDS * missing
+        missing = not render_cost.kinds(request) <= self._ready
+        return self._drawing * render_cost.seconds(request) + SHADING_COMPILE_SECONDS * missing
 
-    def compile_rendering(self, asked: RenderRequest) -> None:
+    def compile_rendering(self, request: RenderRequest) -> None:
         """Compile the loops of a picture unless they are, by drawing it very small."""
-        kinds = render_cost.kinds(asked)
+        kinds = render_cost.kinds(request)
         if not kinds <= self._ready:
             with self._compiling:
-                render_cost.smallest(asked).draw(threads=1)
+                render_cost.smallest(request).draw(threads=1)
             self._ready |= kinds
 
     def warm(self, stopped: Callable[[], bool]) -> bool:
-        """Compile what is asked for most, and time it: every curve, every formula and lambda form in float32, shading,
+        """Compile what is requested most, and time it: every curve, every formula and lambda form in float32, shading,
         pictures.
 
         Exact Phong in float64 is what others are compared with. On a cold cache a second process compiles the shading
         meanwhile. False if it was told to stop.
         """
         helper = _helper()
-        work: list[Callable[[], object]] = [partial(self.compile_curve, formula) for formula in curves()]
-        work += [partial(self._prepare, formula) for formula in loops()]
-        work += [partial(self.compile_pairs, formula, FLOAT64) for formula in loops() if formula.spec.kind == "exact"]
-        work += [partial(self.compile_rendering, asked) for asked in render_cost.usual()]
+        work: list[Callable[[], object]] = [partial(self.compile_curve, lobe) for lobe in curves()]
+        work += [partial(self._prepare, lobe) for lobe in loops()]
+        work += [partial(self.compile_pairs, lobe, FLOAT64) for lobe in loops() if lobe.spec.kind == "exact"]
+        work += [partial(self.compile_rendering, request) for request in render_cost.usual()]
         work += [helper.wait] if helper else []
-        work += [partial(self.compile_shading, asked) for asked in shadings()]
+        work += [partial(self.compile_shading, request) for request in shadings()]
         work += [self._calibrate_shading, self._calibrate_rendering]
         try:
             for step in work:
@@ -143,38 +143,38 @@ class Kernels:
                 helper.wait()
         return True
 
-    def _prepare(self, formula: Formula) -> None:
-        self.compile_pairs(formula, FLOAT32)
-        self._calibrate(formula)
+    def _prepare(self, lobe: Lobe) -> None:
+        self.compile_pairs(lobe, FLOAT32)
+        self._calibrate(lobe)
 
-    def _calibrate(self, formula: Formula) -> None:
+    def _calibrate(self, lobe: Lobe) -> None:
         draw = np.random.default_rng(1).normal(size=(2, _CALIBRATION_PAIRS, 3)).astype(np.float32)
         times = []
         for _ in range(3):
             started = time.perf_counter()
-            evaluation.values(formula, draw[0], draw[1], FLOAT32)
+            evaluation.values(lobe, draw[0], draw[1], FLOAT32)
             times.append(time.perf_counter() - started)
         rate = min(times) / _CALIBRATION_PAIRS
-        self._seconds[formula.spec.name] = max(rate, self._seconds.get(formula.spec.name, 0.0))
+        self._seconds[lobe.spec.name] = max(rate, self._seconds.get(lobe.spec.name, 0.0))
 
     def _calibrate_shading(self) -> None:
-        asked = _shading(REGISTRY["phong"], "position", _CALIBRATION_PAIRS)
+        request = _shading(REGISTRY["phong"], "position", _CALIBRATION_PAIRS)
         started = time.perf_counter()
-        asked.shade()
-        self._shading = (time.perf_counter() - started) / asked.pairs
+        request.shade()
+        self._shading = (time.perf_counter() - started) / request.pairs
 
     def _calibrate_rendering(self) -> None:
         self._drawing = render_cost.measured()
 
 
-def shading_key(asked: ShadingRequest) -> object:
+def shading_key(request: ShadingRequest) -> object:
     """What decides which loops a shading request takes: formula, model, type, and kinds of lights and viewer."""
-    told = asked.arguments
+    told = request.arguments
     kinds = frozenset(light.direction is None for light in told["lights"])
     specular, viewer = told["specular"], told["viewer"].direction is None
     name = (specular.approximation, specular.lambda_form, specular.gamma, type(specular.beta) is float)
     exponent = told["material"].highlight_exponent if specular.approximation in _COMPILED_EXPONENTS else None
-    return (name, exponent, told.get("model", "phong"), asked.points.dtype.str, kinds, viewer)
+    return (name, exponent, told.get("model", "phong"), request.points.dtype.str, kinds, viewer)
 
 
 def shadings() -> Iterator[ShadingRequest]:
@@ -195,32 +195,30 @@ def _shading(spec: Approximation, viewer: str, points: int, **more: Any) -> Shad
     return shading_request(told | bulk | more)
 
 
-def curves() -> Iterator[Formula]:
+def curves() -> Iterator[Lobe]:
     """One formula for every compiled curve there is: each approximation, at each gamma it takes."""
     for spec in REGISTRY.values():
         for gamma in GAMMA_VALUES if spec.uses_gamma else (None,):
-            setting = _accepted(spec, gamma)
-            if setting:
-                yield Formula(spec, spec.lambda_forms[0], setting)
+            formula = Formula.of(spec.name, gamma=gamma)
+            alpha = next((a for a in (example(spec).alpha, 1000.0) if _takes(formula, a)), None)
+            if alpha is not None:
+                yield Lobe(formula, alpha)
 
 
-def loops() -> Iterator[Formula]:
+def loops() -> Iterator[Lobe]:
     """Every approximation in each of its forms, at its example setting."""
     for spec in REGISTRY.values():
         for form in spec.lambda_forms:
-            yield Formula(spec, form, example(spec))
+            setting = example(spec)
+            yield Lobe(Formula.of(spec.name, form, setting.gamma), setting.alpha)
 
 
-def _accepted(spec: Approximation, gamma: int | None) -> Setting | None:
-    """A setting with this gamma that the approximation accepts."""
-    for alpha in (example(spec).alpha, 1000.0):
-        setting = Setting(alpha, gamma, spec.slopes[0], spec.spaces[0])
-        try:
-            spec.check(setting)
-        except InputError:
-            continue
-        return setting
-    return None
+def _takes(formula: Formula, alpha: float) -> bool:
+    try:
+        formula.check(alpha)
+    except InputError:
+        return False
+    return True
 
 
 def _helper() -> "subprocess.Popen[bytes] | None":

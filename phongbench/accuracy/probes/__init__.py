@@ -21,7 +21,7 @@ class Probe:
 
     name      what plans and `--probe` call it; one of plan.PROBE_NAMES
     title     what a progress bar says while it runs
-    measure   ProbeContext -> {table: rows}, tables of results.TABLES; rows of accuracy and worst follow the sweep's
+    measure   ProbeContext -> {table: rows}, tables of the schema; rows of accuracy and worst follow the sweep's
     seconds   (Plan, jobs) -> seconds that it will take on this machine, for the forecast; compiled and loaded
     """
 

@@ -20,9 +20,8 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from phongbench.formulas.formula import cell_name
-from phongbench.results.runs import COVERAGES, EXACT
-from phongbench.results.schema import ACCURACY_KEY
+from phongbench.formulas.formula import Formula
+from phongbench.results.schema import CASE, COVERAGES, EXACT
 
 #: strata of unit vectors: samples of the domain that the search covers
 UNIT_STRATA = ("uniform", "highlight", "peak", "cutoff", "grazing")
@@ -52,14 +51,13 @@ def slack(alpha: float | NDArray[np.float64]) -> float | NDArray[np.float64]:
 
 def _by_coverage(accuracy: pd.DataFrame) -> Iterator[str]:
     """Rule 1."""
-    key = [c for c in ACCURACY_KEY if c != "coverage"]
     several = accuracy[accuracy["precision"] != EXACT]
-    several = several[several.duplicated(key, keep=False)]
+    several = several[several.duplicated(CASE, keep=False)]
     for weak, strong in pairwise(COVERAGES[:-1]):
         first, second = (several[several["coverage"] == name] for name in (weak, strong))
-        yield from _larger(first, second, key, MAXIMA if strong != "searched" else MAXIMA[:1], weak, strong)
+        yield from _larger(first, second, CASE, MAXIMA if strong != "searched" else MAXIMA[:1], weak, strong)
     first, second = (several[several["coverage"] == name] for name in ("sampled", "exhaustive"))
-    yield from _larger(first, second, key, MAXIMA, "sampled", "exhaustive")
+    yield from _larger(first, second, CASE, MAXIMA, "sampled", "exhaustive")
 
 
 def _searched(accuracy: pd.DataFrame) -> Iterator[str]:
@@ -101,4 +99,4 @@ def _larger(
 
 def _named(row: Mapping[Any, Any]) -> str:
     where = f"{row['precision']}, stratum {row['stratum']}" + ("" if row["gated"] else ", ungated")
-    return f"{cell_name(row)} at alpha {row['alpha']:g} in {where}"
+    return f"{Formula.of_row(row)} at alpha {row['alpha']:g} in {where}"

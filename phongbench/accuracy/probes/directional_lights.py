@@ -12,7 +12,7 @@ from phongbench.formulas.formula import Specular
 from phongbench.inputs.plan import Plan
 from phongbench.shading.lighting import WHITE, Light, Material, Skips, Viewer
 from phongbench.shading.shade import shade
-from phongbench.timing.interleaved import in_turn, over
+from phongbench.timing.interleaved import clocked, interleaved
 
 #: points of the surface, and of a study with fewer samples
 POINTS, FEW_POINTS = 1 << 17, 1 << 12
@@ -38,11 +38,8 @@ def measure(plan: Plan) -> list[dict[str, Any]]:
     points = surface(POINTS if plan.samples >= POINTS // 2 else FEW_POINTS, plan.seed)
     rows = []
     for alpha in alphas(plan):
-        asked = dict(_calls(points, alpha))
-        for call in asked.values():
-            call()
-        seconds = in_turn(list(asked.values()), rounds=ROUNDS, seed=plan.seed)
-        at = {key: n for n, key in enumerate(asked)}
+        calls = {key: clocked(call) for key, call in _calls(points, alpha)}
+        times = interleaved(calls, rounds=ROUNDS, warm=1, seed=plan.seed)
         rows += [
             {
                 "scene": place,
@@ -53,9 +50,9 @@ def measure(plan: Plan) -> list[dict[str, Any]]:
                 "against": "phong",
                 "elements": len(points),
                 "depth": 0,
-                **over(seconds, n, at[place, formula, "phong"]),
+                **times.row((place, formula, name), (place, formula, "phong")),
             }
-            for (place, formula, name), n in at.items()
+            for place, formula, name in times.names
         ]
     return rows
 

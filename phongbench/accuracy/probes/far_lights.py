@@ -11,7 +11,7 @@ import pandas as pd
 
 from phongbench.compiler.precisions import Array
 from phongbench.inputs.plan import Plan
-from phongbench.results.schema import FAR_COLUMNS
+from phongbench.results.schema import FAR
 from phongbench.shading.lighting import WHITE, Light, Material, Skips, Viewer
 from phongbench.shading.shade import shade
 
@@ -60,7 +60,7 @@ def measure(plan: Plan) -> pd.DataFrame:
         for held in HELD[term]
         for row in (_row(held, term, alpha, distance) for distance in DISTANCES)
     ]
-    return pd.DataFrame(rows, columns=list(FAR_COLUMNS))
+    return FAR.frame(rows)
 
 
 def alphas(plan: Plan) -> list[float]:

@@ -24,7 +24,7 @@ from phongbench.compiler.precisions import Array
 from phongbench.errors import PhongbenchError
 from phongbench.formulas.spec import ALPHA, Approximation, Setting
 from phongbench.inputs.plan import Cell, Plan
-from phongbench.results.schema import BEHAVIOUR_COLUMNS
+from phongbench.results.schema import BEHAVIOUR
 
 #: the setting that cells are chosen near
 USUAL = Setting(50.0, 8)
@@ -140,7 +140,7 @@ def measure(context: ProbeContext) -> Mapping[str, pd.DataFrame]:
     keys = tables.of_cells(sweep, table["cell"].to_numpy(np.int64))
     frame = pd.concat([keys, table.drop(columns="cell")], axis=1)
     frame["alpha"], frame["beta"] = table["own_alpha"].to_numpy(), table["own_beta"].to_numpy()
-    return {"behaviour": frame[list(BEHAVIOUR_COLUMNS)]}
+    return {"behaviour": frame[BEHAVIOUR.names]}
 
 
 def _asked(spec: Approximation, cell: Cell) -> Iterator[tuple[Any, ...]]:

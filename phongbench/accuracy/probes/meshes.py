@@ -30,7 +30,7 @@ from phongbench.inputs import meshes
 from phongbench.inputs.meshes import Surface
 from phongbench.inputs.obj_files import load
 from phongbench.inputs.plan import Cell, Plan
-from phongbench.results.schema import MESH_COLUMNS
+from phongbench.results.schema import MESHES
 
 #: widest edges of the tessellations, in degrees, and the upper ends of the classes of a file's triangles
 EDGES = (1.0, 2.0, 3.0, 5.0, 7.5, 10.0, 15.0, 20.0, 30.0)
@@ -75,7 +75,7 @@ def measure(context: ProbeContext) -> dict[str, pd.DataFrame]:
     sweep = Sweep(plan, context.registry, list(_cells(plan, context.registry)), [])
     if not sweep.cells:
         context.note(f"no exponent in {ALPHAS[0]:g} .. {ALPHAS[1]:g} was asked for, so no mesh is measured")
-        return {"meshes": pd.DataFrame(columns=list(MESH_COLUMNS))}
+        return {"meshes": MESHES.frame()}
     tasks = list(_tasks(plan, context.note))
     measured = []
     with ThreadPoolExecutor(max_workers=context.jobs) as pool:
@@ -128,7 +128,8 @@ def _tasks(plan: Plan, note: Callable[[str], None]) -> Iterator[Callable[[], Par
     for path in plan.meshes:
         surface = load(path)
         parts, folded = file_parts(surface)
-        notes = [*surface.notes, *([f"left out, edges wider than {WIDEST:g} degrees: {folded}"] if folded else [])]
+        notes = [*surface.remarks, *surface.notes]
+        notes += [f"left out, edges wider than {WIDEST:g} degrees: {folded}"] if folded else []
         note(f"{surface.name}: {len(surface.faces)} triangles" + "".join(f"; {sentence}" for sentence in notes))
         for part in parts:
             yield partial(_same, part)
@@ -211,7 +212,7 @@ def _numbers(
     cells = [cell for _, _, each in sets for cell in each]
     which = np.repeat(np.arange(len(sets)), [truths * len(each) for _, _, each in sets])
     columns: dict[str, Any] = {"cell": np.repeat(cells, truths), "truth": np.tile(np.arange(truths), len(cells))}
-    columns |= {name: METRICS[name].of(errors) for name in _NUMBERS}
+    columns |= {name: METRICS[name](errors) for name in _NUMBERS}
     columns["normals"] = tables.looked_up([normals for normals, _, _ in sets], which)
     columns["pair"] = tables.looked_up([pair for _, pair, _ in sets], which)
     return pd.DataFrame(columns)
@@ -221,4 +222,4 @@ def _frame(sweep: Sweep, numbers: pd.DataFrame) -> pd.DataFrame:
     """Rows of the table: the key columns of each row's cell beside its numbers."""
     keys = tables.of_cells(sweep, numbers["cell"].to_numpy(np.int64))
     numbers["truth"] = tables.looked_up(TRUTHS, numbers["truth"].to_numpy(np.int64))
-    return pd.concat([keys, numbers], axis=1)[list(MESH_COLUMNS)]
+    return pd.concat([keys, numbers], axis=1)[MESHES.names]

@@ -17,18 +17,18 @@ from phongbench.formulas.formula import Specular
 from phongbench.formulas.registry import REGISTRY
 from phongbench.formulas.spec import Approximation
 from phongbench.inputs.plan import Plan
-from phongbench.results.schema import SCENE_COLUMNS, SCENE_TIME_COLUMNS, SKIP_COLUMNS
+from phongbench.results.schema import SCENE_TIMES, SCENES, SKIPS
 from phongbench.scenes import picture_errors
 from phongbench.scenes.render import render
 from phongbench.scenes.scene import Scene
 from phongbench.scenes.scene_files import examples, read_scene
-from phongbench.timing.interleaved import ROUNDS, in_turn, over
+from phongbench.timing.interleaved import clocked, interleaved
+from phongbench.timing.statistics import MIN_ROUNDS
 
 #: pictures of studies with at least so many samples
 SIZES = {1 << 17: (640, 360), 1 << 14: (320, 180), 0: (64, 36)}
 #: what a picture takes on one thread, without timing: seconds a scene, and a megapixel more
 _SCENE_SECONDS, _MEGAPIXEL_SECONDS = 2.0, 40.0
-_NUMBERS = ("max_abs", "mean_abs", "rms", "psnr", "visible", "flip", "energy", "highlight_area", "lobe_max")
 
 
 def measure(context: ProbeContext) -> Mapping[str, pd.DataFrame]:
@@ -42,7 +42,7 @@ def measure(context: ProbeContext) -> Mapping[str, pd.DataFrame]:
     times: list[dict[str, Any]] = []
     for scene in scenes:
         wishes: dict[str, Any] = {"size": size(plan), "threads": context.jobs}
-        rows = picture_errors.compare(scene, chosen, rounds=0, registry=context.registry, **wishes)
+        rows = picture_errors.compare(scene, chosen, registry=context.registry, **wishes)
         errors += [_row(scene, plan, row, context.registry) for row in rows]
         context.advance(share / 4)
         if plan.timing:
@@ -58,14 +58,19 @@ def measure(context: ProbeContext) -> Mapping[str, pd.DataFrame]:
         times += directional_lights.measure(plan)
     context.advance(share)
     _tell(context, errors)
-    return {"scenes": _errors(errors), "skips": _skips(saved), "scene_times": _all_times(times), "far": polygons}
+    return {
+        "scenes": SCENES.frame(errors),
+        "skips": SKIPS.frame(saved),
+        "scene_times": SCENE_TIMES.frame(times),
+        "far": polygons,
+    }
 
 
 def seconds(plan: Plan, jobs: int) -> float:
     """What the probe is expected to take; compiled, on a quiet machine."""
     width, height = size(plan)
     each = _SCENE_SECONDS + _MEGAPIXEL_SECONDS * width * height / 1e6 / jobs
-    return 5 + len(examples()) * each * (ROUNDS if plan.timing else 1)
+    return 5 + len(examples()) * each * (MIN_ROUNDS if plan.timing else 1)
 
 
 def size(plan: Plan) -> tuple[int, int]:
@@ -123,11 +128,9 @@ def _row(
 
 def _times(scene: Scene, fitting: list[Specular], plan: Plan, wishes: dict[str, Any]) -> list[dict[str, Any]]:
     """Times of the pictures of formulas that fit the scene, rays included, over that of exact Phong."""
-    fitting = [Specular(), *fitting]
-    calls = [partial(render, scene, specular=formula, **wishes) for formula in fitting]
-    for call in calls:
-        call()
-    seconds = in_turn(calls, seed=plan.seed)
+    exact = Specular()
+    calls = {formula: clocked(partial(render, scene, specular=formula, **wishes)) for formula in (exact, *fitting)}
+    times = interleaved(calls, warm=1, seed=plan.seed)
     width, height = size(plan)
     return [
         {
@@ -139,9 +142,9 @@ def _times(scene: Scene, fitting: list[Specular], plan: Plan, wishes: dict[str, 
             "against": "phong",
             "elements": width * height,
             "depth": scene.picture.depth,
-            **over(seconds, n, 0),
+            **times.row(formula, exact),
         }
-        for n, formula in enumerate(fitting)
+        for formula in calls
     ]
 
 
@@ -149,19 +152,3 @@ def name_of(formula: Specular) -> str:
     """A formula as the command line writes it."""
     parts = {name: getattr(formula, name) for name in ("approximation", "lambda_form", "gamma", "beta")}
     return picture_errors.name_of(parts)
-
-
-def _errors(rows: list[dict[str, Any]]) -> pd.DataFrame:
-    frame = pd.DataFrame(rows, columns=list(SCENE_COLUMNS))
-    kinds = dict.fromkeys(_NUMBERS, "float64") | {"gamma": "Int64", "max_codes": "Int64", "left_out": "str"}
-    return frame.astype(kinds)
-
-
-def _skips(rows: list[dict[str, Any]]) -> pd.DataFrame:
-    kinds = {"of": "Int64", "skipped": "Int64", "setting": "float64"}
-    return pd.DataFrame(rows, columns=list(SKIP_COLUMNS)).astype(kinds)
-
-
-def _all_times(rows: list[dict[str, Any]]) -> pd.DataFrame:
-    kinds = dict.fromkeys(("setting", "seconds", "ratio", "ratio_low", "ratio_high"), "float64")
-    return pd.DataFrame(rows, columns=list(SCENE_TIME_COLUMNS)).astype(kinds)

@@ -39,7 +39,7 @@ from phongbench.formulas.coordinate_kernels import COORDINATE_ROWS, COSINE_ROW, 
 from phongbench.formulas.exact import truth_at, truth_kernel
 from phongbench.inputs.pairs import hold
 from phongbench.inputs.plan import Cell, Plan
-from phongbench.results.schema import ACCURACY_COLUMNS, WORST_COLUMNS
+from phongbench.results.schema import ACCURACY, WORST
 
 #: boxes kept, points in each, and halvings
 BOXES, POINTS, LEVELS = 16, 128, 14
@@ -279,7 +279,7 @@ def _accuracy(context: ProbeContext, found: Sequence[Found]) -> pd.DataFrame:
     frame["max_above"], frame["max_below"] = np.where(above, errors, np.nan), np.where(above, np.nan, errors)
     for count in ("nonfinite", "above_one", "negative", "excluded"):
         frame[count] = 0
-    return frame.reindex(columns=list(ACCURACY_COLUMNS))
+    return frame.reindex(columns=ACCURACY.names)
 
 
 def _worst(context: ProbeContext, found: Sequence[Found]) -> pd.DataFrame:
@@ -289,7 +289,7 @@ def _worst(context: ProbeContext, found: Sequence[Found]) -> pd.DataFrame:
         frame[name] = [getattr(f, name) for f in found]
     for k, name in enumerate(("ax", "ay", "az", "bx", "by", "bz")):
         frame[name] = pd.Series([float(f.pair[k]).hex() for f in found], dtype="str")
-    return frame[list(WORST_COLUMNS)]
+    return frame[WORST.names]
 
 
 def _keys(context: ProbeContext, found: Sequence[Found]) -> pd.DataFrame:

@@ -12,7 +12,7 @@ from phongbench.scenes import skips
 from phongbench.scenes.render import Rendered, render
 from phongbench.scenes.scene import Scene
 from phongbench.scenes.skips import Skipped, Thrift
-from phongbench.timing.interleaved import in_turn, over
+from phongbench.timing.interleaved import clocked, interleaved
 
 #: contributions below which reflections stop, and how many reflections in a row are followed meanwhile
 CUTOFFS, DEEP = (1 / 1020, 1 / 510, 1 / 255, 1 / 64, 1 / 16, 1 / 4), 5
@@ -73,11 +73,10 @@ def _ledger(scene: Scene, plan: Plan, wishes: dict[str, Any]) -> tuple[Rows, Row
     if not plan.timing:
         return rows, []
     names = list(dict.fromkeys(chain.from_iterable((kept, without) for _, kept, without in pairs)))
-    calls = [partial(render, scene, thrift=variants[name], **wishes) for name in names]
-    seconds = in_turn(calls, seed=plan.seed)
+    calls = {name: clocked(partial(render, scene, thrift=variants[name], **wishes)) for name in names}
+    times = interleaved(calls, seed=plan.seed)
     return rows, [
-        _time("skip", row, kept, over(seconds, names.index(without), names.index(kept)))
-        for row, (_, kept, without) in zip(rows, pairs, strict=True)
+        _time("skip", row, kept, times.row(without, kept)) for row, (_, kept, without) in zip(rows, pairs, strict=True)
     ]
 
 
@@ -94,8 +93,8 @@ def _cutoffs(scene: Scene, plan: Plan, wishes: dict[str, Any]) -> tuple[Rows, Ro
         rows.append(_row(scene, line, done[cutoff], done[0.0], DEEP) | {"setting": cutoff})
     if not plan.timing:
         return rows, []
-    seconds = in_turn(list(calls.values()), seed=plan.seed)
-    return rows, [_time("cutoff", row, "all followed", over(seconds, n, 0)) for n, row in enumerate(rows, 1)]
+    times = interleaved({cutoff: clocked(call) for cutoff, call in calls.items()}, seed=plan.seed)
+    return rows, [_time("cutoff", row, "all followed", times.row(row["setting"], 0.0)) for row in rows]
 
 
 def _row(scene: Scene, line: Skipped, kept: Rendered, without: Rendered, depth: int) -> dict[str, Any]:

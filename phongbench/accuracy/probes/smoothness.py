@@ -24,7 +24,7 @@ from phongbench.formulas.lambda_forms import cutoff_deficit
 from phongbench.formulas.spec import Approximation
 from phongbench.inputs.plan import Cell, Plan
 from phongbench.inputs.strata import HIGHLIGHT_REACH
-from phongbench.results.schema import SMOOTHNESS_COLUMNS
+from phongbench.results.schema import SMOOTHNESS
 
 #: angles of the circle: through the highlight, where alpha lambda is at most HIGHLIGHT_REACH, and from there to 180
 FINE, COARSE = 2048, 512
@@ -117,11 +117,11 @@ def measure(context: ProbeContext) -> Mapping[str, pd.DataFrame]:
         found.append((*rises(values), *edges[key], *strained(precision, block[coordinate_row(cell)], values)))
         context.advance(1 / len(chosen))
     circle.cache_clear()
-    table = pd.DataFrame(found, columns=list(SMOOTHNESS_COLUMNS[-6:]))
+    table = pd.DataFrame(found, columns=list(SMOOTHNESS.names[-6:]))
     frame = pd.concat([tables.of_cells(sweep, np.array(chosen, np.int64)), table], axis=1)
     frame["samples"] = FINE + COARSE
     frame = frame.astype({"rises": "int64", "overflows": "int64", "subnormals": "int64"})
-    return {"smoothness": frame[list(SMOOTHNESS_COLUMNS)]}
+    return {"smoothness": frame[SMOOTHNESS.names]}
 
 
 def seconds(plan: Plan, jobs: int) -> float:

@@ -41,7 +41,7 @@ def judge(run: Any) -> list[Judgement]:
     Raises InputError for a run that has the rows of no claim: it says which flags give them. Claims that follow from
     formulas alone are no reason to answer.
     """
-    rows = Rows.of(run)
+    rows = Rows(run)
     found = [claim.judge(rows) for claim in CLAIMS]
     told = [one for one in found if one.claim.needs]
     if all(one.verdict == UNMEASURED for one in told):

@@ -14,9 +14,10 @@ from phongbench.analysis.claims.claim import (
     LackingRowsError,
     Numbers,
 )
+from phongbench.analysis.claims.evidence import evidence
 from phongbench.analysis.claims.quiet_times import FASTER, PLACES, quiet
 from phongbench.analysis.claims.words import listed, sentence
-from phongbench.analysis.rows import SCENE_TIMED, Rows, at, evidence, ordered
+from phongbench.analysis.rows import Rows, at
 from phongbench.formulas.citations import WIKIPEDIA_BLINN
 from phongbench.timing import statistics
 from phongbench.timing.statistics import Interval
@@ -29,10 +30,10 @@ def judge(rows: Rows) -> Finding:
     so at infinity for every measured exponent and both powers; holds under conditions if for some; else fails. Withheld
     if the same code timed twice was told apart. Without such times: what a run's other times say of (N, H) once given.
     """
-    shaded = ordered(at(rows.scene_times, kind="shading"), SCENE_TIMED)
+    shaded = at(rows.scene_times, kind="shading")
     if shaded.empty:
         return _once_given(rows)
-    if rows.alarms:
+    if rows.twin_differs:
         quiet(rows)
     twins = at(shaded, name="phong again")
     if any(_verdict(row) != "unresolved" for _, row in twins.iterrows()):
@@ -79,10 +80,10 @@ def _range(told: tuple[Numbers, ...], power: str, place: str) -> str:
 
 def _once_given(rows: Rows) -> Finding:
     """What times of kernels say: given (N, H), how long Blinn's power takes over Phong's given (R, V)."""
-    times = at(rows.timed, approximation="blinn", space="half") if len(rows.timing) else rows.timing
+    times = at(rows.judged_times, approximation="blinn", space="half") if len(rows.timing) else rows.timing
     wait = "what making R at every point costs, against one H for all, shows in shaded scenes only"
     fix = "time it: phongbench run --scenes"
-    if times.empty or rows.alarms:
+    if times.empty or rows.twin_differs:
         quiet(rows)
         raise LackingRowsError(wait, None, fix)
     here = pd.concat([at(times, working_set=place) for place in PLACES])

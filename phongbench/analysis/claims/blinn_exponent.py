@@ -8,8 +8,9 @@ import numpy as np
 import pandas as pd
 
 from phongbench.analysis.claims.claim import CONDITIONS, FAILS, VISIBLE, Claim, Finding, LackingRowsError, Numbers
+from phongbench.analysis.claims.evidence import coverage, evidence
 from phongbench.analysis.claims.words import codes, exponents, sentence
-from phongbench.analysis.rows import Rows, at, coverage, evidence
+from phongbench.analysis.rows import Rows, at
 from phongbench.formulas.approximations.blinn import RATIOS
 from phongbench.formulas.citations import WIKIPEDIA_BLINN
 
@@ -25,7 +26,7 @@ def judge(rows: Rows) -> Finding:
     incidence the ratio that fits is 4 cos^2 of the incidence angle by geometry, not above 1 from 60 degrees on. Else it
     fails.
     """
-    cells = at(rows.unit, approximation="blinn", space="half", beta_policy=tuple(RATIOS))
+    cells = at(rows.largest_errors, approximation="blinn", space="half", beta_policy=tuple(RATIOS))
     if cells.empty:
         raise LackingRowsError(
             "the run has no rows of blinn", None, "measure them: phongbench run, or with --only blinn"

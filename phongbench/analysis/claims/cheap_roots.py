@@ -15,10 +15,12 @@ from phongbench.analysis.claims.claim import (
     Numbers,
     reach,
 )
+from phongbench.analysis.claims.evidence import coverage, evidence
 from phongbench.analysis.claims.words import codes, exponents, listed, sentence
-from phongbench.analysis.rows import KEY, Rows, at, coverage, evidence, forms_of, near_gamma
+from phongbench.analysis.rows import Rows, at, forms_of, near_gamma
 from phongbench.formulas.citations import WIKIPEDIA_PHONG
 from phongbench.inputs.length_errors import CAUSES
+from phongbench.results.schema import CASE
 
 #: perturbation -> which cheap root, or rounding, made the vectors; the first clause of its text
 ROOTS = {cause.name: cause.text.partition(",")[0] for cause in CAUSES if cause.both}
@@ -55,7 +57,7 @@ def judge(rows: Rows) -> Finding:
 
 def _source(rows: Rows) -> pd.DataFrame:
     cells = at(
-        rows.lengths,
+        rows.largest_changes,
         approximation="lyon",
         space="reflect",
         beta_policy="taylor",
@@ -80,7 +82,7 @@ def _by_accuracy(cells: pd.DataFrame) -> list[str]:
 def _record(mine: pd.DataFrame, measured: list[float]) -> Numbers:
     change = mine.groupby("alpha")["length_max"].max()
     good = [float(alpha) for alpha in change.index[change <= VISIBLE]]
-    worst = mine.sort_values(["length_max", *KEY], kind="stable").iloc[-1]
+    worst = mine.sort_values(["length_max", *CASE], kind="stable").iloc[-1]
     return {
         "root": str(mine["perturbation"].iloc[0]),
         "lambda_form": str(mine["lambda_form"].iloc[0]),
@@ -111,7 +113,7 @@ def _because(best: dict[str, Numbers], told: list[Numbers], measured: list[float
 
 def _rows(cells: pd.DataFrame, shown: list[Numbers]) -> tuple[Numbers, ...]:
     """The worst row of each of these roots and forms."""
-    top = cells.sort_values(["length_max", *KEY], kind="stable")
+    top = cells.sort_values(["length_max", *CASE], kind="stable")
     worst = [at(top, perturbation=one["root"], lambda_form=one["lambda_form"]).tail(1) for one in shown]
     return evidence("accuracy", "length_max", pd.concat(worst))
 

@@ -17,10 +17,12 @@ from phongbench.analysis.claims.claim import (
     LackingRowsError,
     Numbers,
 )
+from phongbench.analysis.claims.evidence import evidence
 from phongbench.analysis.claims.words import exponents, listed, sentence
 from phongbench.analysis.mesh_edges import GAMMA, PAIRS, widest_edge
-from phongbench.analysis.rows import FORMS, MESHED, Rows, at, evidence, near_gamma
+from phongbench.analysis.rows import FORMS, Rows, at, near_gamma
 from phongbench.formulas.citations import WIKIPEDIA_PHONG
+from phongbench.results.schema import MESHES
 
 #: edges of 10 degrees: a sphere of 36 segments around. What is coarser is called very coarse
 COARSE = 10.0
@@ -52,7 +54,7 @@ def judge(rows: Rows) -> Finding:
 
 
 def _source(rows: Rows) -> pd.DataFrame:
-    cells = rows.meshed
+    cells = rows.judged_meshes
     if len(cells):
         wanted = {"approximation": "lyon", "beta_policy": "taylor", "truth": "interpolated", "normals": "raw"}
         cells = near_gamma(at(cells, pair=PAIRS, **wanted), GAMMA)
@@ -110,7 +112,7 @@ def _rows(cells: pd.DataFrame) -> tuple[Numbers, ...]:
     meant = at(cells, **MEANT)
     meant = meant if len(meant) else cells
     bad = meant[~(meant["length_max"] <= VISIBLE)]
-    order = ["edge_degrees", "length_max", *MESHED]
+    order = ["edge_degrees", "length_max", *MESHES.key]
     if bad.empty:
         return evidence("meshes", "length_max", meant.sort_values(order, kind="stable").tail(1))
     kept = bad.sort_values(order, kind="stable").drop_duplicates("alpha")

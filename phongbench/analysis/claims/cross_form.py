@@ -14,10 +14,12 @@ from phongbench.analysis.claims.claim import (
     LackingRowsError,
     Numbers,
 )
+from phongbench.analysis.claims.evidence import coverage, evidence
 from phongbench.analysis.claims.words import exponents, sentence, times
-from phongbench.analysis.rows import KEY, Rows, at, coverage, evidence, near_gamma
+from phongbench.analysis.rows import Rows, at, near_gamma
 from phongbench.formulas import error_laws
 from phongbench.formulas.citations import WIKIPEDIA_PHONG
+from phongbench.results.schema import CASE
 
 #: much less: at most a quarter of the change
 MUCH = 4.0
@@ -26,7 +28,7 @@ GAMMA = 8
 #: ways in which lengths of two vectors are wrong
 WAYS = ("a", "both", "opposite")
 FORMS = ("dot", "difference", "cross")
-_CELL = [column for column in KEY if column != "lambda_form"]
+_CELL = [column for column in CASE if column != "lambda_form"]
 
 
 def judge(rows: Rows) -> Finding:
@@ -49,7 +51,12 @@ def judge(rows: Rows) -> Finding:
 
 def _source(rows: Rows) -> pd.DataFrame:
     cells = at(
-        rows.lengths, approximation="lyon", space="reflect", beta_policy="taylor", lambda_form=FORMS, perturbation=WAYS
+        rows.largest_changes,
+        approximation="lyon",
+        space="reflect",
+        beta_policy="taylor",
+        lambda_form=FORMS,
+        perturbation=WAYS,
     )
     return near_gamma(cells, GAMMA)
 

@@ -16,8 +16,9 @@ from phongbench.analysis.claims.claim import (
     Numbers,
     reach,
 )
+from phongbench.analysis.claims.evidence import coverage, evidence
 from phongbench.analysis.claims.words import codes, exponents, sentence
-from phongbench.analysis.rows import Rows, at, coverage, evidence, forms_of
+from phongbench.analysis.rows import Rows, at, forms_of
 from phongbench.formulas.citations import WIKIPEDIA_PHONG
 
 GAMMAS = (4, 8)
@@ -31,7 +32,7 @@ def judge(rows: Rows) -> Finding:
     Holds if gamma 8 with the textbook's slope alpha / gamma is enough at every measured exponent in the dot form; holds
     under conditions if either gamma with any slope and form is enough at some exponent; else fails.
     """
-    cells = at(rows.unit, approximation="lyon", space="reflect", gamma=GAMMAS)
+    cells = at(rows.largest_errors, approximation="lyon", space="reflect", gamma=GAMMAS)
     if cells.empty:
         raise LackingRowsError(
             "the run has no unit rows of lyon with gamma 4 or 8",

@@ -16,8 +16,9 @@ from phongbench.analysis.claims.claim import (
     LackingRowsError,
     Numbers,
 )
+from phongbench.analysis.claims.evidence import evidence
 from phongbench.analysis.claims.words import rounded, sentence
-from phongbench.analysis.rows import HELD, Rows, at, evidence, ordered
+from phongbench.analysis.rows import Rows, at
 from phongbench.formulas.citations import HYPERGRAPH
 
 #: in sides of the polygon: a triangle of a hand's breadth, lit and seen from ten steps away
@@ -32,7 +33,7 @@ def judge(rows: Rows) -> Finding:
     term and the specular term of every measured exponent; holds under conditions if some measured distance is far
     enough for some term; else fails.
     """
-    found = ordered(rows.far, HELD)
+    found = rows.far
     if found.empty:
         raise LackingRowsError(
             "how far is far enough shows on polygons whose light and viewer move away",

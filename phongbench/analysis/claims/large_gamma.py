@@ -14,8 +14,9 @@ from phongbench.analysis.claims.claim import (
     LackingRowsError,
     Numbers,
 )
+from phongbench.analysis.claims.evidence import coverage, evidence
 from phongbench.analysis.claims.words import codes, exponents, sentence
-from phongbench.analysis.rows import Rows, at, coverage, evidence, forms_of
+from phongbench.analysis.rows import Rows, at, forms_of
 from phongbench.formulas.citations import WIKIPEDIA_PHONG
 
 #: what gammas are within 1/255 at an exponent: all beyond some, some but no larger ones, or none
@@ -29,7 +30,7 @@ def judge(rows: Rows) -> Finding:
     are not. Holds if the limit is within 1/255 at every measured exponent in the dot form, fails if at none, else holds
     under conditions.
     """
-    plain = at(rows.unit, space="reflect", beta_policy="taylor")
+    plain = at(rows.largest_errors, space="reflect", beta_policy="taylor")
     lyon, limit = at(plain, approximation="lyon"), at(plain, approximation="gaussian")
     forms = [form for form in forms_of(lyon, ("dot", "difference", "cross")) if form in forms_of(limit)]
     if not forms:

@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 
 from phongbench.analysis.claims.claim import CONDITIONS, FAILS, HOLDS, Claim, Finding, Numbers
+from phongbench.analysis.claims.evidence import evidence
 from phongbench.analysis.claims.words import percent, rounded, sentence
-from phongbench.analysis.rows import Rows, at, evidence
+from phongbench.analysis.rows import Rows, at
 from phongbench.formulas.citations import HYPERGRAPH
 
 #: the exponent that the textbooks name, and larger ones that formats and renderers know
@@ -36,7 +37,7 @@ def judge(rows: Rows) -> Finding:
         f"as sharp as the sun's disc takes n >= {rounded(needed['alpha_from'])}, as the eye resolves "
         f"{rounded(eye['alpha_from'])}",
     )
-    exact = at(rows.unit, approximation="phong", alpha=CLAIMED)
+    exact = at(rows.largest_errors, approximation="phong", alpha=CLAIMED)
     return Finding(verdict, because, (*told, needed, eye), evidence("accuracy", "max_abs", exact), "law")
 
 

@@ -15,9 +15,9 @@ def quiet(rows: Rows) -> None:
         raise LackingRowsError(
             "the run was not timed", None, "time it: phongbench run without --no-timing, or with a --timing-budget"
         )
-    if rows.alarms:
+    if rows.twin_differs:
         raise LackingRowsError(
-            f"the run told identical code apart in {listed(rows.alarms)}, so its speed claims are withheld",
+            f"the run told identical code apart in {listed(rows.twin_differs)}, so its speed claims are withheld",
             None,
             "time it again on a quiet machine: phongbench run",
         )

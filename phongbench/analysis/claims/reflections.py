@@ -14,8 +14,9 @@ from phongbench.analysis.claims.claim import (
     LackingRowsError,
     Numbers,
 )
+from phongbench.analysis.claims.evidence import evidence
 from phongbench.analysis.claims.words import codes, percent, sentence
-from phongbench.analysis.rows import SKIPPED, Rows, at, evidence, ordered
+from phongbench.analysis.rows import Rows, at
 from phongbench.formulas.citations import HYPERGRAPH
 
 #: a share of the rays below this is no saving worth a switch
@@ -28,7 +29,7 @@ def judge(rows: Rows) -> Finding:
     every such scene a contribution whose picture changes by at most 1/255 saves at least 5 % of the rays; holds under
     conditions if one does so in some scene, or if one saves that much at the price of a larger change; else fails.
     """
-    cut = ordered(at(rows.skips, name="cutoff"), SKIPPED)
+    cut = at(rows.skips, name="cutoff")
     if cut.empty:
         raise LackingRowsError(
             "what stopping reflections saves shows in traced scenes only", None, "trace them: phongbench run --scenes"

@@ -5,9 +5,10 @@ from __future__ import annotations
 import pandas as pd
 
 from phongbench.analysis.claims.claim import CONDITIONS, FAILS, HOLDS, Claim, Finding, LackingRowsError, Numbers
+from phongbench.analysis.claims.evidence import evidence
 from phongbench.analysis.claims.quiet_times import FASTER, PLACES, quiet
 from phongbench.analysis.claims.words import listed, sentence, times
-from phongbench.analysis.rows import Rows, at, evidence, forms_of, near_gamma
+from phongbench.analysis.rows import Rows, at, forms_of, near_gamma
 from phongbench.formulas.citations import WIKIPEDIA_PHONG
 from phongbench.results.schema import BASELINE, LIBM
 
@@ -25,8 +26,8 @@ def judge(rows: Rows) -> Finding:
     holds under conditions. Where the run told identical code apart, no claim of speed is made.
     """
     quiet(rows)
-    lyon = near_gamma(at(rows.timed, approximation="lyon", space="reflect"), GAMMA)
-    engines = at(rows.timed, approximation=tuple(ENGINES))
+    lyon = near_gamma(at(rows.judged_times, approximation="lyon", space="reflect"), GAMMA)
+    engines = at(rows.judged_times, approximation=tuple(ENGINES))
     told = [
         _record(mine, exact)
         for place in PLACES

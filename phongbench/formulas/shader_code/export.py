@@ -9,19 +9,20 @@ import numpy as np
 
 from phongbench import __version__
 from phongbench.compiler.precisions import FLOAT32
-from phongbench.errors import UnknownNameError
 from phongbench.formulas import lambda_forms
 from phongbench.formulas.curves import lobe
+from phongbench.formulas.formula import Formula, Registry
 from phongbench.formulas.kernel import known_values, needs_gate
+from phongbench.formulas.registry import REGISTRY
 from phongbench.formulas.shader_code.languages import LANGUAGES, language_named
 from phongbench.formulas.shader_code.printer import Speller
 from phongbench.formulas.spec import Approximation, Setting
 
-__all__ = ["ANGLES", "LANGUAGES", "Shader", "command", "language_named", "shader"]
+__all__ = ["ANGLES", "LANGUAGES", "Shader", "language_named", "shader"]
 
 #: angles at which the largest error is looked for; their squares are evenly spaced, since highlights are narrow
 ANGLES = 16_384
-#: lambda form -> the variables that lead to it, from directions {a} and {b} and their cosine; as vectors.py has them
+#: lambda form -> the variables that lead to it, from directions {a} and {b} and their cosine; as in lambda_forms.py
 _FORMS: dict[str, tuple[tuple[str, str, str], ...]] = {
     "none": (),
     "dot": (("float", "cosine_deficit", "1.0 - cosine"),),
@@ -54,26 +55,26 @@ class Shader:
 
 
 def shader(
-    spec: Approximation, form: str, setting: Setting, language: str = "glsl", *, files: Iterable[str] = ()
+    formula: Formula, alpha: float, language: str = "glsl", *, files: Iterable[str] = (), registry: Registry = REGISTRY
 ) -> Shader:
     """The source of a function `highlight` of two directions, and of what it calls.
 
-    spec, form, setting  the formula, one of its lambda forms ("none" where it has none), and what it is made for
-    language             one of LANGUAGES
-    files                names of files that added the user's own formulas, for the command in the comment at the top
-    returns              Shader; float32 throughout. It computes what the kernels compute, operation by operation, but
-                         for powers, exponentials, roots and arc cosines, which are the language's own
+    formula, alpha  what it computes
+    language        one of LANGUAGES
+    files           names of files that added the user's own formulas, for the command in the comment at the top
+    registry        the approximations that the formula may name
+    returns         Shader; float32 throughout. It computes what the kernels compute, operation by operation, but for
+                    powers, exponentials, roots and arc cosines, which are the language's own
     Raises UnknownNameError or InputError for what does not exist, KernelError for a body that has no spelling.
     """
     chosen = language_named(language)
-    if form not in spec.lambda_forms:
-        raise UnknownNameError(f"lambda form of {spec.name}", form, spec.lambda_forms)
-    spec.check(setting)
-    error = _largest_error(spec, form, setting)
+    formula.check(alpha, registry)
+    spec, setting = formula.spec(registry), formula.setting(alpha)
+    error = _largest_error(spec, formula.lambda_form, setting)
     table = None if spec.table is None else spec.table(setting)
     speller = Speller(chosen, table)
-    entry = _entry(speller, spec, form, setting)
-    parts = [_head(spec, form, setting, error, command(spec, form, setting, chosen.name, files))]
+    entry = _entry(speller, spec, formula.lambda_form, setting)
+    parts = [_head(spec, formula, alpha, error, _command(formula.spelled(registry), alpha, chosen.name, files))]
     parts += [chosen.preamble] if chosen.preamble else []
     if table is not None:
         parts.append(chosen.listed("TABLE", [chosen.number(float(value)) for value in table]))
@@ -86,27 +87,23 @@ def _largest_error(spec: Approximation, form: str, setting: Setting) -> float:
     return float(np.abs(value - exact).max())
 
 
-def command(spec: Approximation, form: str, setting: Setting, language: str, files: Iterable[str] = ()) -> str:
+def _command(spelling: str, alpha: float, language: str, files: Iterable[str]) -> str:
     """The command that makes the same again."""
-    formula = [spec.name, *([] if form == "none" and setting.gamma is None else [form])]
-    formula += [] if setting.gamma is None else [str(setting.gamma)]
-    words = ["phongbench", "shader", ":".join(formula), "--alpha", repr(setting.alpha).removesuffix(".0")]
-    words += ["--beta", setting.slope] if setting.slope != "none" else []
-    words += ["--space", setting.space] if setting.space != spec.spaces[0] else []
+    words = ["phongbench", "shader", spelling, "--alpha", repr(alpha).removesuffix(".0")]
     words += [word for file in files for word in ("--with", file)]
     return shlex.join([*words, "--language", language])
 
 
-def _head(spec: Approximation, form: str, setting: Setting, error: float, made_by: str) -> str:
-    words = [f"alpha = {setting.alpha:g}"]
-    words += [f"gamma = {setting.gamma}"] if setting.gamma is not None else []
-    words += [f"lambda form {form}"] if form != "none" else []
-    words += [f"slope {setting.slope}"] if setting.slope != "none" else []
+def _head(spec: Approximation, formula: Formula, alpha: float, error: float, made_by: str) -> str:
+    words = [f"alpha = {alpha:g}"]
+    words += [f"gamma = {formula.gamma}"] if formula.gamma is not None else []
+    words += [f"lambda form {formula.lambda_form}"] if formula.lambda_form != "none" else []
+    words += [f"slope {formula.slope}"] if formula.slope != "none" else []
     lines = [
         f"{spec.title}: {spec.formula}",
         ", ".join(words),
         f"largest error against exact Phong, unit vectors up to 90 degrees: {error:.3g}, {255 * error:.2g} of 255",
-        _DIRECTIONS[setting.space][2],
+        _DIRECTIONS[formula.space][2],
         spec.source.citation,
         f"phongbench {__version__}: {made_by}",
     ]

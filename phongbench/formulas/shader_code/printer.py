@@ -100,9 +100,8 @@ class Speller:
 
     def _primitive(self, body: Body, name: str) -> str:
         if body not in PRIMITIVES:
-            raise KernelError(
-                f"{body.__name__} has no spelling outside Python", None, "add it to PRIMITIVES in phongbench/shaders"
-            )
+            fix = f"add it to PRIMITIVES in {__name__}"
+            raise KernelError(f"{body.__name__} has no spelling outside Python", None, fix)
         arguments = ", ".join(inspect.signature(body).parameters)
         definition = ast.parse(f"def primitive({arguments}):\n    return {PRIMITIVES[body]}").body[0]
         assert isinstance(definition, ast.FunctionDef)

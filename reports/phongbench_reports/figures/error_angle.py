@@ -9,7 +9,7 @@ import numpy.typing as npt
 import pandas as pd
 from matplotlib.axes import Axes
 
-from phongbench.analysis.front import CELL
+from phongbench.results.schema import CELL
 from phongbench_reports.cuts import Absent, Study
 from phongbench_reports.names import title
 from phongbench_reports.plots import INK, MUTED, STYLES, Plate, budget_lines, footnote, log_axis, sheet

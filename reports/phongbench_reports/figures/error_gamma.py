@@ -6,8 +6,8 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 
-from phongbench.analysis.front import CELL
 from phongbench.formulas import error_laws
+from phongbench.results.schema import CELL
 from phongbench_reports.cuts import Absent, Study, nearest
 from phongbench_reports.plots import STYLES, Plate, budget_lines, end_labels, footnote, log_axis, named_ticks, sheet
 from phongbench_reports.reproduce import reproduce

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm
 from matplotlib.patches import Rectangle
 
-from phongbench.analysis.front import CELL
+from phongbench.results.schema import CELL
 from phongbench_reports.cuts import Absent, Study
 from phongbench_reports.plots import SURFACE, Plate, footnote, sheet
 from phongbench_reports.reproduce import reproduce

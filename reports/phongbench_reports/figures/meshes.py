@@ -59,13 +59,13 @@ COLUMNS = [
 
 def rows_of(study: Study) -> pd.DataFrame:
     """One row per mesh, edge, form and kind of pair, at three exponents: what raw normals change, and whole errors."""
-    raw = raw_lyon(study.meshes)
+    raw = raw_lyon(study.lyon_meshes)
     if raw.empty:
         return raw
     wanted = {nearest(sorted(raw["alpha"].unique()), alpha) for alpha in ALPHAS}
     raw = raw[raw["alpha"].isin(wanted)]
     key = ["mesh", "edge_degrees", "pair", "lambda_form", "alpha"]
-    unit = raw_lyon(study.meshes, "renormalised")[[*key, "codes_8bit"]]
+    unit = raw_lyon(study.lyon_meshes, "renormalised")[[*key, "codes_8bit"]]
     both = raw.merge(unit, on=key, suffixes=("", "_renormalised"), how="left")
     both = both.assign(codes_changed=both["length_max"] / CODE, codes_raw=both["codes_8bit"])
     return both.rename(columns={"codes_8bit_renormalised": "codes_renormalised"})[COLUMNS].reset_index(drop=True)
@@ -181,7 +181,7 @@ def _basis(data: pd.DataFrame) -> str:
 
 def _sentence(study: Study, data: pd.DataFrame) -> str:
     """How wide edges may be for one code at the middle exponent, for each form and pair."""
-    found = reaches(study.meshes)
+    found = reaches(study.lyon_meshes)
     alpha = nearest(sorted(data["alpha"].unique()), STABILITY_ALPHA)
     found = found[found["alpha"] == alpha]
     parts = []

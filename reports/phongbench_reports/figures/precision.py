@@ -6,8 +6,8 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 
-from phongbench.analysis.front import CELL
 from phongbench.compiler.precisions import in_order
+from phongbench.results.schema import CELL
 from phongbench_reports.cuts import STABILITY_ALPHA, Absent, Study, nearest
 from phongbench_reports.plots import FORMS, Plate, budget_lines, end_labels, footnote, log_axis, sheet
 from phongbench_reports.reproduce import reproduce

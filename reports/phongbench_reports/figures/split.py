@@ -7,7 +7,7 @@ import numpy.typing as npt
 import pandas as pd
 from matplotlib.axes import Axes
 
-from phongbench.analysis.front import CELL
+from phongbench.results.schema import CELL
 from phongbench_reports.cuts import Absent, Study, nearest
 from phongbench_reports.plots import BLUE, GREEN, GRID, VERMILION, Plate, budget_lines, footnote, log_axis, sheet
 from phongbench_reports.reproduce import reproduce

@@ -9,7 +9,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 
 from phongbench.analysis import length_sensitivity
-from phongbench.analysis.front import CELL
+from phongbench.results.schema import CELL
 from phongbench_reports.cuts import STABILITY_ALPHA, Absent, Study, nearest
 from phongbench_reports.plots import FORMS, MUTED, SURFACE, Plate, budget_lines, end_labels, footnote, log_axis, sheet
 from phongbench_reports.reproduce import reproduce

@@ -5,8 +5,8 @@ from __future__ import annotations
 import pandas as pd
 from matplotlib.axes import Axes
 
-from phongbench.analysis.front import CELL
 from phongbench.compiler.precisions import in_order
+from phongbench.results.schema import CELL
 from phongbench_reports.cuts import Absent, Study
 from phongbench_reports.plots import STYLES, Plate, budget_lines, end_labels, footnote, log_axis, sheet
 from phongbench_reports.reproduce import reproduce

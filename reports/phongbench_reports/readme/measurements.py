@@ -22,7 +22,7 @@ from phongbench.support.progress import Progress
 PEER_SECONDS, REPEATS = 20.0, 200
 #: scenes whose skips are measured, with the depth of reflections; and what the plain tracer is compared on
 SCENES = {"many-lights": 2, "chequerboard": 5, "tessellation": 1, "test-card": 1, "torus": 1}
-RACE, DEPTH, SIZE, LARGE = "chequerboard", 3, (1280, 720), (1920, 1080)
+RACE, DEPTH, SIZE = "chequerboard", 3, (1280, 720)
 
 
 @dataclass(frozen=True)
@@ -107,8 +107,8 @@ def service(programs: Path) -> str:
 def measured_scenes(progress: Progress) -> dict[str, Any]:
     """What leaving out saves in every shipped scene, and our tracer beside others."""
     skips = {
-        name: skip_gains.skips(read_scene(name), rounds=5, size=SIZE, depth=depth, progress=progress)
+        name: skip_gains.skips(read_scene(name), size=SIZE, depth=depth, progress=progress)
         for name, depth in SCENES.items()
     }
-    tracers, absent = scene_bench.tracers(read_scene(RACE), rounds=3, size=LARGE, depth=DEPTH, progress=progress)
+    tracers, absent = scene_bench.tracers(read_scene(RACE), size=SIZE, depth=DEPTH, progress=progress)
     return {"skips": skips, "tracers": tracers, "absent": absent}

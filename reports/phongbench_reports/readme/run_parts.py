@@ -12,9 +12,8 @@ import pandas as pd
 from phongbench.analysis.claims import judge
 from phongbench.analysis.claims.claim import UNMEASURED
 from phongbench.errors import InputError
-from phongbench.formulas.registry import REGISTRY
+from phongbench.formulas.formula import Formula
 from phongbench.formulas.shader_code import export
-from phongbench.formulas.spec import Setting
 from phongbench.inputs.plan import preset
 from phongbench.results.runs import Run
 from phongbench_reports.cuts import CEILINGS, HEADLINE_ALPHA, TWIN, Absent, Study, nearest
@@ -63,9 +62,7 @@ def shader(study: Study) -> str:
     best = {} if isinstance(found, Absent) else records(found.data[found.data["alpha"] == alpha])[0]
     if not best.get("approximation"):
         return f"No formula is within {BUDGETS[0][1]} at α = {alpha:g}."
-    gamma = None if pd.isna(best["gamma"]) else int(best["gamma"])
-    setting = Setting(alpha, gamma, best["beta_policy"], best["space"])
-    written = export.shader(REGISTRY[best["approximation"]], best["lambda_form"], setting)
+    written = export.shader(Formula.of_row(best), alpha)
     return f"```glsl\n{written.text}```"
 
 

@@ -19,7 +19,7 @@ WAYS = {"classic": "classic R", "lengthwise": "lengthwise R", "half": "(N,\u00a0
 
 def mesh_edges(study: Study) -> Table | Absent:
     """A row per exponent, a column per way to make the pair and lambda form: the widest edge within one code."""
-    data = reaches(study.meshes)
+    data = reaches(study.lyon_meshes)
     if data.empty:
         return Absent("The run holds no lyon rows on interpolated normals.", "Run with --probe meshes.")
     forms = [form for form in LAMBDA_FORMS if (data["lambda_form"] == form).any()]
@@ -35,7 +35,7 @@ def mesh_edges(study: Study) -> Table | Absent:
     headings = ("α", *(f"{WAYS[pair]} · {form}" for pair, form in columns))
     gamma = int(data["gamma"].iloc[0])
     basis = (
-        f"lyon, γ\u00a0=\u00a0{gamma}, float32, on every mesh; {span(study.meshes['samples'])} samples a cell "
+        f"lyon, γ\u00a0=\u00a0{gamma}, float32, on every mesh; {span(study.lyon_meshes['samples'])} samples a cell "
         "and edge; between two measured edges along a power law"
     )
     return Table(headings, rows, data, _sentence(data), basis, frozenset(range(len(headings))))

@@ -7,8 +7,9 @@ from typing import Any
 
 import pandas as pd
 
-from phongbench.analysis.front import CELL, Choice, choose
+from phongbench.analysis.front import Choice, choose
 from phongbench.results.runs import strongest
+from phongbench.results.schema import CELL
 from phongbench_reports.cuts import Absent, Study
 from phongbench_reports.names import title
 from phongbench_reports.reproduce import reproduce

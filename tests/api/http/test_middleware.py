@@ -123,7 +123,7 @@ def _asked(settings: Settings, receive: Any, scope: dict[str, Any]) -> list[dict
 
     async def run() -> None:
         app = create_app(settings)
-        app.state.service.office.open = True
+        app.state.service.admission.open = True
         await app(scope, receive, send)
 
     asyncio.run(run())

@@ -9,13 +9,16 @@ import click
 from load import overload, paired
 from load.running import server
 from phongbench.results.runs import DEFAULT_ROOT
+from phongbench.timing.statistics import LEVEL_TEXT, MIN_ROUNDS
 
 
 @click.command()
 @click.option(
     "--runs", type=click.Path(path_type=Path), default=DEFAULT_ROOT, show_default=True, help="Folder of the runs."
 )
-@click.option("--rounds", type=click.IntRange(3, 10_000), default=40, show_default=True, help="Of large requests.")
+@click.option(
+    "--rounds", type=click.IntRange(MIN_ROUNDS, 1000), default=40, show_default=True, help="Of large requests."
+)
 @click.option("--seconds", type=click.FloatRange(3, 600), default=12.0, show_default=True, help="Of overload.")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON document.")
 def main(runs: Path, rounds: int, seconds: float, as_json: bool) -> None:
@@ -36,7 +39,7 @@ def measure(runs: Path, rounds: int, seconds: float) -> dict[str, Any]:
 def markdown(found: dict[str, Any]) -> str:
     """The same as two tables in Markdown."""
     o = found["overload"]
-    lines = ["| request / compared with | ms | ms | ratio | 95 % | rounds |", "|---|---|---|---|---|---|"]
+    lines = [f"| request / compared with | ms | ms | ratio | {LEVEL_TEXT} | rounds |", "|---|---|---|---|---|---|"]
     lines += [
         f"| {r['what']} | {r['ms']:.3g} | {r['base_ms']:.3g} | {r['ratio']:.2f} "
         f"| {r['ratio_low']:.2f} to {r['ratio_high']:.2f} | {r['rounds']} |"

@@ -2,11 +2,10 @@
 
 import http.client
 import json
-import math
-import statistics
 import time
 from contextlib import closing
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -15,6 +14,7 @@ from phongbench.compiler.lowering import FLOAT32
 from phongbench.errors import PhongbenchError
 from phongbench.inputs import pairs
 from phongbench.inputs.strata import STRATA
+from phongbench.timing.interleaved import interleaved
 
 #: pairs of the large request
 PAIRS = 1_000_000
@@ -83,28 +83,9 @@ def latency(port: int, rounds: int) -> list[dict[str, Any]]:
 
 
 def _in_turn(port: int, ask: Ask, base: Ask, rounds: int) -> dict[str, Any]:
-    """Medians of both in milliseconds, and the median of their ratios within a round with its interval of 95 %."""
-    both = []
+    """Medians of both in milliseconds, and `Times.row` of the one over the other."""
     with closing(Line(port)) as line:
-        for _ in range(max(3, rounds // 10)):
-            line.seconds(base)
-            line.seconds(ask)
-        for k in range(rounds):  # who comes first changes, so that neither always meets the other's caches
-            took = {x: line.seconds(x) for x in ((ask, base) if k % 2 else (base, ask))}
-            both.append((took[ask], took[base]))
-    low, high = _median_interval([x / y for x, y in both])
-    return {
-        "ms": 1e3 * statistics.median(x for x, _ in both),
-        "base_ms": 1e3 * statistics.median(y for _, y in both),
-        "ratio": statistics.median(x / y for x, y in both),
-        "ratio_low": low,
-        "ratio_high": high,
-        "rounds": rounds,
-    }
-
-
-def _median_interval(values: list[float]) -> tuple[float, float]:
-    """Order statistics that hold the median with 95 % (normal approximation of the binomial distribution)."""
-    ordered, n = sorted(values), len(values)
-    reach = math.ceil(0.98 * math.sqrt(n))
-    return ordered[max(0, n // 2 - reach)], ordered[min(n - 1, (n - 1) // 2 + reach)]
+        calls = {"ask": partial(line.seconds, ask), "base": partial(line.seconds, base)}
+        times = interleaved(calls, rounds=rounds, warm=max(3, rounds // 10))
+    medians = {"ms": 1e3 * times.median("ask"), "base_ms": 1e3 * times.median("base")}
+    return medians | times.row("ask", "base")

@@ -21,7 +21,7 @@ from phongbench_api.work import request_bodies
 async def echo(request: Request) -> Response:
     """The first bytes of the body, as many as the query asks for."""
     here = service(request)
-    body = await request_bodies.read(request, here.settings.max_body, here.office)
+    body = await request_bodies.read(request, here.settings.max_body, here.admission)
     return Response(memoryview(body)[: int(request.query_params["answer"])], media_type=media.OCTETS)
 
 

@@ -67,7 +67,7 @@ def test_the_picture_is_an_svg_that_names_the_formula_and_is_the_same_each_time(
     assert first.content == again.content
     root = ET.fromstring(first.content)
     words = " ".join(text for element in root.iter() if (text := element.text) and text.strip())
-    assert "lyon, cross, gamma 8" in words
+    assert "lyon:cross:8" in words
     assert not [element for element in root.iter() if element.tag.endswith("script")]
 
 

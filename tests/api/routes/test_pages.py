@@ -8,8 +8,8 @@ from starlette.testclient import TestClient
 
 from phongbench.formulas.registry import REGISTRY
 from phongbench.formulas.spec import ALPHA
-from phongbench_api import pages
 from phongbench_api.http import problems
+from phongbench_api.routes import pages
 
 
 def operations(client: TestClient) -> dict[tuple[str, str], dict[str, Any]]:
@@ -79,8 +79,9 @@ def test_names_and_bounds_come_from_the_registry(client: TestClient) -> None:
     assert (parameter(found, "alpha")["minimum"], parameter(found, "alpha")["maximum"]) == (ALPHA.low, ALPHA.high)
     assert parameter(found, "gamma")["enum"] == [1 << n for n in range(9)]
     body = operations(client)[("/v1/specular", "post")]["requestBody"]["content"]["application/json"]["schema"]
-    assert body["properties"]["approximation"]["enum"] == list(REGISTRY)
-    assert {"a", "b", "approximation", "alpha"} <= set(body["required"])
+    assert body["properties"]["approximation"]["anyOf"][0]["enum"] == list(REGISTRY)
+    assert {"a", "b", "alpha"} <= set(body["required"])
+    assert body["anyOf"] == [{"required": ["approximation"]}, {"required": ["formula"]}]
 
 
 def test_every_example_of_a_body_is_answered(client: TestClient) -> None:

@@ -19,8 +19,9 @@ from phongbench.scenes.render import TILE, render
 from phongbench.scenes.requests import render_request
 from phongbench.scenes.scene_files import examples, read_scene
 from phongbench.scenes.skips import Thrift
-from phongbench_api import rendering
 from phongbench_api.http import media
+from phongbench_api.http.problems import Cancelled
+from phongbench_api.routes.render import Rendering
 from phongbench_api.work import render_cost
 
 LYON = Specular("lyon", "difference", 8)
@@ -337,8 +338,8 @@ def test_a_client_that_is_gone_stops_its_picture(client: TestClient) -> None:
         looks.append(True)
         return len(looks) > 3
 
-    work = rendering.Rendering(asked, media.PNG, service.kernels.render_cost(asked), service)
-    with pytest.raises(rendering.Cancelled):
+    work = Rendering(asked, media.PNG, service)
+    with pytest.raises(Cancelled):
         work.evaluate(gone)
     assert len(looks) == 4
 

@@ -13,10 +13,11 @@ from starlette.testclient import TestClient
 
 from phongbench.formulas.registry import REGISTRY, example
 from phongbench.shading.requests import shaded_json, shading_request
-from phongbench_api import shading
 from phongbench_api.http import media, multipart
+from phongbench_api.http.problems import Cancelled
+from phongbench_api.routes.shade import EXAMPLE, MATERIAL, Shading
 
-COMMON = {name: value for name, value in shading.EXAMPLE.items() if name not in ("points", "normals")}
+COMMON = {name: value for name, value in EXAMPLE.items() if name not in ("points", "normals")}
 SCENE = COMMON | {
     "ambient_light": [0.2, 0.3, 0.4],
     "lights": [
@@ -53,7 +54,7 @@ def test_json_is_answered_as_the_command_answers_it(client: TestClient, name: st
     specular = {"approximation": name} | ({"gamma": setting.gamma} if setting.gamma else {})
     points, normals = vectors(40).tolist()
     document = SCENE | {"model": model, "specular": specular, "points": points, "normals": normals}
-    document["material"] = shading.MATERIAL | {"shininess": setting.alpha}
+    document["material"] = MATERIAL | {"shininess": setting.alpha}
     answer = client.post("/v1/shade", json=document)
     assert answer.status_code == 200, answer.text
     assert answer.json() == json.loads(shaded_json(shading_request(document).shade()))
@@ -78,7 +79,7 @@ def test_a_form_holds_the_vectors_as_npy_and_gets_npy(client: TestClient, dtype:
 
 
 def test_json_may_be_answered_by_npy(client: TestClient) -> None:
-    answer = client.post("/v1/shade", json=shading.EXAMPLE, headers={"accept": media.NPY})
+    answer = client.post("/v1/shade", json=EXAMPLE, headers={"accept": media.NPY})
     assert np.allclose(np.load(io.BytesIO(answer.content)), [[1.7, 1.6, 1.5]])
 
 
@@ -90,8 +91,8 @@ def test_json_may_be_answered_by_npy(client: TestClient) -> None:
         ({"specular": {"approximation": "lyon"}}, "specular.gamma"),
         ({"specular": {"approximation": "lyon", "gamma": 7}}, "specular.gamma"),
         ({"material": 1}, "material"),
-        ({"material": shading.MATERIAL | {"shininess": -1}}, "material.shininess"),
-        ({"material": shading.MATERIAL | {"diffuse": [1, 1]}}, "material.diffuse"),
+        ({"material": MATERIAL | {"shininess": -1}}, "material.shininess"),
+        ({"material": MATERIAL | {"diffuse": [1, 1]}}, "material.diffuse"),
         ({"lights": [{"direction": [0, 0, 0]}]}, "lights[0].direction"),
         ({"lights": [{}]}, "lights[0].direction"),
         ({"lights": "none"}, "lights"),
@@ -104,7 +105,7 @@ def test_json_may_be_answered_by_npy(client: TestClient) -> None:
     ],
 )
 def test_what_is_wrong_is_named_by_its_path(client: TestClient, change: dict[str, Any], field: str) -> None:
-    answer = client.post("/v1/shade", json=shading.EXAMPLE | change)
+    answer = client.post("/v1/shade", json=EXAMPLE | change)
     assert answer.status_code == 422, answer.text
     assert answer.json()["errors"][0]["field"].startswith(field)
 
@@ -184,14 +185,11 @@ def test_more_points_or_lights_than_allowed_are_refused(client_of: Callable[...,
 
 
 def test_a_client_that_is_gone_ends_the_shading(client: TestClient) -> None:
-    from phongbench_api.http.problems import Cancelled
-    from phongbench_api.shading import Shading
-
     both = vectors(100_000)
     asked = shading_request(SCENE, (both[0], both[1]))
     service = client.app.state.service  # type: ignore[attr-defined]
     with pytest.raises(Cancelled):
-        Shading(asked, media.JSON, 0.0, service).evaluate(lambda: True)
+        Shading(asked, media.JSON, service).evaluate(lambda: True)
 
 
 def test_the_cost_grows_with_points_and_lights(client: TestClient) -> None:

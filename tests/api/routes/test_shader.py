@@ -3,6 +3,7 @@
 import pytest
 from starlette.testclient import TestClient
 
+from phongbench.formulas.formula import Formula
 from phongbench.formulas.registry import REGISTRY, example
 from phongbench.formulas.shader_code.export import LANGUAGES, shader
 
@@ -12,10 +13,10 @@ QUERY = {"approximation": "lyon", "lambda": "cross", "gamma": "8", "alpha": "50"
 @pytest.mark.parametrize("language", LANGUAGES)
 @pytest.mark.parametrize("name", REGISTRY)
 def test_it_is_the_librarys(client: TestClient, name: str, language: str) -> None:
-    spec, setting = REGISTRY[name], example(REGISTRY[name])
+    setting = example(REGISTRY[name])
     query = {"approximation": name, "alpha": setting.alpha, "language": language}
     query |= {"gamma": setting.gamma} if setting.gamma else {}
-    expected = shader(spec, spec.lambda_forms[0], setting, language)
+    expected = shader(Formula.of(name, gamma=setting.gamma), setting.alpha, language)
     answer = client.get("/v1/shader", params=query)
     assert answer.status_code == 200
     assert answer.headers["content-type"] == "text/plain; charset=utf-8"

@@ -91,6 +91,63 @@ def test_all_that_is_left_out_is_the_formulas_own_default(client: TestClient) ->
     assert client.post("/v1/specular", json=body_of(spec, pairs, **more)).json() == short
 
 
+@pytest.mark.parametrize(
+    ("spelling", "parts"),
+    [
+        ("lyon:cross:8", {"approximation": "lyon", "lambda": "cross", "gamma": 8}),
+        ("lyon:dot:16:minimax", {"approximation": "lyon", "lambda": "dot", "gamma": 16, "beta": "minimax"}),
+        ("lyon:cross:8@half", {"approximation": "lyon", "lambda": "cross", "gamma": 8, "space": "half"}),
+    ],
+)
+def test_a_spelling_is_its_parts(client: TestClient, spelling: str, parts: dict[str, Any]) -> None:
+    pairs = directions(30)
+    body = {"alpha": 50, "a": pairs[0].tolist(), "b": pairs[1].tolist()}
+    by_parts, by_spelling = (client.post("/v1/specular", json=body | how) for how in (parts, {"formula": spelling}))
+    assert by_spelling.status_code == 200, by_spelling.text
+    assert by_spelling.json() == by_parts.json()
+    octets = pairs.astype("<f4").tobytes()
+    query, kind = {"formula": spelling, "alpha": "50"}, {"content-type": media.OCTETS, "accept": media.JSON}
+    assert client.post("/v1/specular", params=query, content=octets, headers=kind).json() == by_parts.json()
+
+
+def test_a_slope_may_be_a_number_and_needs_no_loop_of_its_own(client: TestClient) -> None:
+    from phongbench.compiler import jit
+
+    pairs = directions(30)
+    body = {"alpha": 50, "a": pairs[0].tolist(), "b": pairs[1].tolist()}
+    own, given, flat = (body | {"formula": f"lyon:cross:8{slope}"} for slope in ("", ":6.25", ":5.5"))
+    values = client.post("/v1/specular", json=given).json()
+    assert values == client.post("/v1/specular", json=own).json()
+    with jit.compilations() as compiled:
+        assert client.post("/v1/specular", json=flat).json() != values
+    assert compiled == []
+
+
+@pytest.mark.parametrize(
+    ("change", "field"),
+    [
+        ({"formula": "nobodys:8"}, "formula"),
+        ({"formula": "lyon:8"}, "formula"),
+        ({"formula": "lyon:cross:7"}, "formula"),
+        ({"formula": "lyon:cross:8:taylor:surplus"}, "formula"),
+        ({"formula": "lyon:cross:8:nan"}, "formula"),
+        ({"formula": "lyon:cross:8", "gamma": 8}, "formula"),
+        ({"formula": "lyon:" * 20}, "formula"),
+        ({"formula": 8}, "formula"),
+        ({}, "approximation"),
+        ({"formula": "gaussian:dot", "alpha": -1}, "alpha"),
+    ],
+)
+def test_what_is_wrong_with_a_spelling_is_named_and_not_repeated(
+    client: TestClient, change: dict[str, Any], field: str
+) -> None:
+    answer = client.post("/v1/specular", json={"alpha": 50, "a": [[0, 0, 1]], "b": [[0, 0, 1]]} | change)
+    assert answer.status_code == 422, answer.text
+    assert [error["field"] for error in answer.json()["errors"]] == [field]
+    assert "nobodys" not in answer.text
+    assert "surplus" not in answer.text
+
+
 def test_values_that_are_not_finite_travel_as_words(client: TestClient) -> None:
     huge = [[3e38, 3e38, 3e38]]
     body = {"approximation": "phong", "alpha": 1, "a": huge, "b": huge}

@@ -11,7 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from starlette.testclient import TestClient
 
-from phongbench_api.runs import row_query, table_cache
+from phongbench_api.runs import row_query
+from phongbench_api.runs.table_cache import TableCache, column_kinds
 
 RUN = "20260101-000000-0123abcd"
 URL = f"/v1/runs/{RUN}/accuracy"
@@ -142,8 +143,8 @@ def test_a_table_that_the_run_does_not_have_is_404(client: TestClient) -> None:
 
 def test_columns_are_kept_within_their_bound(runs: Any) -> None:
     path = runs / RUN / "accuracy.parquet"
-    kept = table_cache.Columns(20_000)
-    names = list(table_cache.names(path))
+    kept = TableCache(20_000)
+    names = list(column_kinds(path))
     for name in names * 2:
         assert kept.table(path, "same", [name]).num_rows == pq.read_metadata(path).num_rows
         assert kept.held <= 20_000

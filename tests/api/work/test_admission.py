@@ -10,16 +10,16 @@ import numpy as np
 import pytest
 
 from phongbench.compiler.lowering import FLOAT32, FLOAT64
-from phongbench.formulas.registry import REGISTRY, example
+from phongbench.formulas.formula import Formula
 from phongbench_api.http import media
 from phongbench_api.http.problems import BusyError, Cancelled, TooLargeError
 from phongbench_api.service import Service
 from phongbench_api.settings import Settings
 from phongbench_api.work import evaluation
-from phongbench_api.work.admission import Office
-from phongbench_api.work.evaluation import Formula
+from phongbench_api.work.admission import Admission
+from phongbench_api.work.evaluation import Lobe
 
-LYON = Formula(REGISTRY["lyon"], "cross", example(REGISTRY["lyon"]))
+LYON = Lobe(Formula.parse("lyon:cross:8"), 10.0)
 
 
 class Client:
@@ -33,19 +33,19 @@ class Client:
         return {"type": "http.disconnect"}
 
 
-def office(**settings: Any) -> Office:
-    found = Office(Settings(**{"cores": 2, "max_wait": 1.0} | settings))
-    found.open = True
-    return found
+def admission(**settings: Any) -> Admission:
+    made = Admission(Settings(**{"cores": 2, "max_wait": 1.0} | settings))
+    made.open = True
+    return made
 
 
-async def do(place: Office, cost: float, work: Callable[..., Any], client: Client | None = None) -> Any:
-    return await place.do(client or Client(), cost, work, lambda found, spans: found, media.Spans())  # type: ignore[arg-type]
+async def do(place: Admission, cost: float, work: Callable[..., Any], client: Client | None = None) -> Any:
+    return await place.run(client or Client(), cost, work, lambda result, spans: result, media.Spans())  # type: ignore[arg-type]
 
 
 def test_small_work_is_done_at_once_and_large_work_in_a_thread() -> None:
     async def run() -> None:
-        place = office()
+        place = admission()
         assert await do(place, place.settings.inline_cost, lambda gone: threading.get_ident()) == threading.get_ident()
         assert await do(place, 0.1, lambda gone: threading.get_ident()) != threading.get_ident()
 
@@ -55,14 +55,14 @@ def test_small_work_is_done_at_once_and_large_work_in_a_thread() -> None:
 def test_work_that_would_take_too_long_is_refused_with_its_estimate() -> None:
     async def run() -> None:
         with pytest.raises(TooLargeError, match=r"12\.0 s"):
-            await do(office(max_cost=10.0), 12.0, lambda gone: pytest.fail("done all the same"))
+            await do(admission(max_cost=10.0), 12.0, lambda gone: pytest.fail("done all the same"))
 
     asyncio.run(run())
 
 
 def test_two_hundred_slow_requests_use_the_cores_and_the_rest_come_back_later() -> None:
     async def run() -> None:
-        place, most, running, lock, go = office(), 0, 0, threading.Lock(), threading.Event()
+        place, most, running, lock, go = admission(), 0, 0, threading.Lock(), threading.Event()
 
         def slow(gone: Callable[[], bool]) -> str:
             nonlocal most, running
@@ -94,7 +94,7 @@ def test_two_hundred_slow_requests_use_the_cores_and_the_rest_come_back_later() 
 @pytest.mark.parametrize("queued", [False, True], ids=["running", "waiting"])
 def test_a_client_that_is_gone_frees_its_core(queued: bool) -> None:
     async def run() -> None:
-        place, client, other, begun, go = office(cores=1), Client(), Client(), threading.Event(), threading.Event()
+        place, client, other, begun, go = admission(cores=1), Client(), Client(), threading.Event(), threading.Event()
 
         def tiles(gone: Callable[[], bool]) -> None:
             begun.set()
@@ -136,7 +136,7 @@ def test_a_kernel_stops_between_tiles() -> None:
 
 def test_nothing_is_begun_before_the_kernels_are_warm_nor_while_going_down() -> None:
     async def run() -> None:
-        place = office()
+        place = admission()
         for open_, draining in ((False, False), (True, True)):
             place.open, place.draining = open_, draining
             with pytest.raises(BusyError) as problem:
@@ -148,12 +148,12 @@ def test_nothing_is_begun_before_the_kernels_are_warm_nor_while_going_down() -> 
 
 def test_bodies_on_their_way_in_are_bounded() -> None:
     async def run() -> None:
-        place = office(max_reading=100)
-        async with place.room(1000):  # one alone always may
+        place = admission(max_reading=100)
+        async with place.receiving(1000):  # one alone always may
             with pytest.raises(BusyError):
-                async with place.room(1):
+                async with place.receiving(1):
                     pass
-        async with place.room(60), place.room(40):
+        async with place.receiving(60), place.receiving(40):
             assert place.reading == 100
         assert place.reading == 0
 

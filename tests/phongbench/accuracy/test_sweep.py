@@ -12,7 +12,7 @@ from phongbench.formulas import error_laws
 from phongbench.formulas.registry import REGISTRY
 from phongbench.formulas.spec import Approximation, Cost
 from phongbench.inputs.plan import preset
-from phongbench.results.schema import ACCURACY_COLUMNS, ACCURACY_KEY
+from phongbench.results.schema import ACCURACY
 
 
 def lyon(frame, form, policy="taylor"):
@@ -129,8 +129,8 @@ def test_unit_vectors_have_one_truth_and_others_two(small_rows):
 
 
 def test_rows_have_the_columns_and_keys_of_the_contract(small_rows):
-    assert list(small_rows.columns) == list(ACCURACY_COLUMNS)
-    assert not small_rows.duplicated(list(ACCURACY_KEY)).any()
+    assert list(small_rows.columns) == ACCURACY.names
+    assert not small_rows.duplicated(ACCURACY.key).any()
 
 
 def test_the_ungated_cross_form_shines_again_at_the_antipode(small_rows):
@@ -186,8 +186,8 @@ def test_numpy_finds_the_same_rows(swept):
         gammas=(2, 16),
     )
     prepared = sweep.prepare(plan.validated())
-    other = pd.DataFrame(numpy_sweep.numpy_sweep(prepared)).set_index(list(ACCURACY_KEY)).sort_index()
-    ours = swept(plan.validated()).set_index(list(ACCURACY_KEY)).sort_index()
+    other = pd.DataFrame(numpy_sweep.numpy_sweep(prepared)).set_index(ACCURACY.key).sort_index()
+    ours = swept(plan.validated()).set_index(ACCURACY.key).sort_index()
     assert len(ours) == len(other)
     for column in ("max_abs", "mean_abs", "rms", "bias", "max_above", "max_below", "model_max", "length_max"):
         difference = np.abs(ours[column].to_numpy() - other[column].to_numpy(dtype=float))

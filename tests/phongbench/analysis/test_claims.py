@@ -18,14 +18,14 @@ from phongbench.analysis.claims.claim import LackingRowsError, plain
 from phongbench.analysis.claims.incidence import rise
 from phongbench.analysis.claims.mirror import energy_within, exponent_of, half_width
 from phongbench.analysis.claims.words import codes, exponents, listed, rounded, times
-from phongbench.analysis.rows import KEYS, Rows
+from phongbench.analysis.rows import Rows
 from phongbench.errors import CorruptRunError, InputError
 from phongbench.formulas import error_laws
 from phongbench.formulas.lambda_forms import LAMBDA_FORMS
 from phongbench.formulas.minimax_fits import half_angle_ratio
 from phongbench.inputs.plan import preset
 from phongbench.results.runs import Run
-from phongbench.results.schema import ACCURACY_COLUMNS, COLUMNS, MESH_COLUMNS, TIMING_COLUMNS
+from phongbench.results.schema import ACCURACY, MESHES, TABLES, TIMING
 
 CODE = 1 / 255
 
@@ -34,12 +34,12 @@ CODE = 1 / 255
 class Tables:
     """What judge reads of a run."""
 
-    accuracy: pd.DataFrame = field(default_factory=lambda: pd.DataFrame(columns=list(ACCURACY_COLUMNS)))
-    timing: pd.DataFrame = field(default_factory=lambda: pd.DataFrame(columns=list(TIMING_COLUMNS)))
-    meshes: pd.DataFrame = field(default_factory=lambda: pd.DataFrame(columns=list(MESH_COLUMNS)))
-    skips: pd.DataFrame = field(default_factory=lambda: pd.DataFrame(columns=list(COLUMNS["skips"])))
-    scene_times: pd.DataFrame = field(default_factory=lambda: pd.DataFrame(columns=list(COLUMNS["scene_times"])))
-    far: pd.DataFrame = field(default_factory=lambda: pd.DataFrame(columns=list(COLUMNS["far"])))
+    accuracy: pd.DataFrame = field(default_factory=ACCURACY.frame)
+    timing: pd.DataFrame = field(default_factory=TIMING.frame)
+    meshes: pd.DataFrame = field(default_factory=MESHES.frame)
+    skips: pd.DataFrame = field(default_factory=TABLES["skips"].frame)
+    scene_times: pd.DataFrame = field(default_factory=TABLES["scene_times"].frame)
+    far: pd.DataFrame = field(default_factory=TABLES["far"].frame)
     manifest: dict[str, Any] = field(default_factory=lambda: {"run": "by-hand", "state": "complete"})
 
 
@@ -63,7 +63,7 @@ def accuracy(rows: Iterable[dict[str, Any]]) -> pd.DataFrame:
         "length_max": 0.0,
         "coverage": "sampled",
     }
-    frame = pd.DataFrame([usual | row for row in rows]).reindex(columns=list(ACCURACY_COLUMNS))
+    frame = pd.DataFrame([usual | row for row in rows]).reindex(columns=ACCURACY.names)
     return frame.astype({"gamma": "Int64"})
 
 
@@ -82,7 +82,7 @@ def timing(rows: Iterable[dict[str, Any]]) -> pd.DataFrame:
     }
     told = [usual | row for row in rows]
     told = [{"ratio_low": 0.99 * row["ratio"], "ratio_high": 1.01 * row["ratio"]} | row for row in told]
-    return pd.DataFrame(told).reindex(columns=list(TIMING_COLUMNS)).astype({"gamma": "Int64"})
+    return pd.DataFrame(told).reindex(columns=TIMING.names).astype({"gamma": "Int64"})
 
 
 def meshes(rows: Iterable[dict[str, Any]]) -> pd.DataFrame:
@@ -100,18 +100,18 @@ def meshes(rows: Iterable[dict[str, Any]]) -> pd.DataFrame:
         "gated": True,
         "truth": "interpolated",
     }
-    columns = list(dict.fromkeys([*MESH_COLUMNS, "length_max"]))
+    columns = list(dict.fromkeys([*MESHES.names, "length_max"]))
     return pd.DataFrame([usual | row for row in rows]).reindex(columns=columns).astype({"gamma": "Int64"})
 
 
 def table(name: str, rows: Iterable[dict[str, Any]]) -> pd.DataFrame:
     """Any other table, made of the columns that a rule reads."""
-    return pd.DataFrame(list(rows)).reindex(columns=list(COLUMNS[name]))
+    return pd.DataFrame(list(rows)).reindex(columns=TABLES[name].names)
 
 
 def judged(key: str, **tables: pd.DataFrame) -> dict[str, Any]:
     claim = next(one for one in CLAIMS if one.key == key)
-    return claim.judge(Rows.of(Tables(**tables))).as_dict()
+    return claim.judge(Rows(Tables(**tables))).as_dict()
 
 
 # a: gamma 4 or 8
@@ -566,7 +566,7 @@ def test_claims_are_lettered_in_order_and_describe_themselves() -> None:
         assert len(claim.rule_text) > 80
         assert claim.title
         assert not claim.title.endswith(".")
-        assert set(claim.needs) <= set(KEYS)
+        assert set(claim.needs) <= set(TABLES)
 
 
 def test_without_scenes_a_claim_says_what_would_measure_it() -> None:
@@ -619,7 +619,7 @@ def test_evidence_names_rows_of_the_run(engine_rows: pd.DataFrame) -> None:
         for row in one.finding.evidence:
             table = getattr(tables, row["table"])
             mask = pd.Series(True, index=table.index)
-            for column in KEYS[row["table"]]:
+            for column in TABLES[row["table"]].key:
                 mask &= table[column].isna() if row[column] is None else (table[column] == row[column]).fillna(False)
             assert table.loc[mask, row["column"]].tolist() == [row["value"]]
 
@@ -653,7 +653,7 @@ def test_a_stored_run_that_is_partial_or_changed_is_refused(stored: Callable[...
 
 def test_a_rule_that_lacks_rows_is_an_input_error_with_a_mend() -> None:
     with pytest.raises(LackingRowsError) as lacking:
-        claims.CLAIMS[0].rule(Rows.of(Tables()))
+        claims.CLAIMS[0].rule(Rows(Tables()))
     assert isinstance(lacking.value, InputError)
     assert "phongbench run" in str(lacking.value.fix)
 

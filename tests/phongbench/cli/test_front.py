@@ -26,7 +26,7 @@ def test_a_front_is_told_with_states_codes_and_intervals(call: Call, stored: Cal
     stored(RUN)
     found = call("front", RUN, "--alpha", "50")
     assert found.exit_code == 0, found.stderr
-    for word in ("lyon, dot, gamma 8", "on", "8-bit codes", "0.238 .. 0.242"):
+    for word in ("lyon:dot:8", "on", "8-bit codes", "0.238 .. 0.242"):
         assert word in found.stdout
     assert "--all shows them" in found.stderr
     assert "off" in call("front", "latest", "--alpha", "50", "--all").stdout.split()
@@ -67,7 +67,7 @@ def test_recommend_names_a_formula_and_why(call: Call, stored: Callable[..., Run
     stored(RUN)
     found = call("recommend", "--alpha", "50", "--max-error", "0.05")
     assert found.exit_code == 0, found.stderr
-    assert "lyon, dot, gamma 8" in found.stdout
+    assert "lyon:dot:8" in found.stdout
     assert "lower bound" in found.stdout
     assert f"from {RUN}" in found.stdout
     told = json.loads(call("recommend", "--alpha", "50", "--max-error", "1/20", "--run", RUN, "--json").stdout)

@@ -67,7 +67,7 @@ def test_what_goes_without_saying_is_not_printed(text: str, formula: str) -> Non
         ("lyon:dot:512", "gamma = 512 is outside 1 .. 256"),
         ("lyon:dot:eight", "gamma is not a whole number below a million"),
         ("lyon:dot:8:steep", "unknown beta policy of lyon 'steep'"),
-        ("lyon:dot:8:taylor:more", "has a part too many: 'more'"),
+        ("lyon:dot:8:taylor:more", "more parts than lyon takes"),
         ("lyon:dot:8:nan", "slope|beta|finite|number"),
         ("gaussian:dot:8", "gaussian has no slope beta"),
         ("lyon:dot:8@sideways", "unknown recipe 'sideways'"),

@@ -21,8 +21,9 @@ from phongbench.compiler import elementary
 from phongbench.errors import InputError, KernelError, UnknownNameError
 from phongbench.formulas import curves
 from phongbench.formulas.citations import PHONGBENCH
+from phongbench.formulas.formula import Formula
 from phongbench.formulas.kernel import highlights
-from phongbench.formulas.registry import REGISTRY, example
+from phongbench.formulas.registry import REGISTRY
 from phongbench.formulas.shader_code.export import LANGUAGES, shader
 from phongbench.formulas.shader_code.printer import PRIMITIVES
 from phongbench.formulas.spec import Approximation, Cost, Setting
@@ -69,8 +70,11 @@ BUILDS = {
 }
 
 
-def setting_of(spec: Approximation, space: str, alpha: float = 32.0) -> Setting:
-    return Setting(alpha, 8 if spec.uses_gamma else None, spec.slopes[-1], space)
+ALPHA = 32.0
+
+
+def formula_of(name: str, form: str, space: str) -> Formula:
+    return Formula.of(name, form, 8, REGISTRY[name].slopes[-1], space)
 
 
 def built(language: str, text: str, folder: Path) -> Any:
@@ -118,11 +122,10 @@ def pairs(alpha: float, count: int = 2000) -> tuple[Any, Any]:
 def test_compiled_it_gives_what_the_kernel_gives(
     name: str, form: str, space: str, language: str, tmp_path: Path
 ) -> None:
-    spec = REGISTRY[name]
-    setting = setting_of(spec, space)
-    a, b = pairs(setting.alpha)
-    values = built(language, shader(spec, form, setting, language).text, tmp_path)(a, b)
-    expected = highlights(spec, form, setting, a, b, layout="aos")
+    formula, a, b = formula_of(name, form, space), *pairs(ALPHA)
+    values = built(language, shader(formula, ALPHA, language).text, tmp_path)(a, b)
+    setting = formula.setting(ALPHA)
+    expected = highlights(formula.spec(), form, setting, a, b, layout="aos")
     # fused multiply-adds and the library's power differ in the last bits, which a slope of alpha enlarges
     np.testing.assert_allclose(values, expected, rtol=1e-4, atol=4 * setting.exponent * 2.0**-24)
 
@@ -130,8 +133,7 @@ def test_compiled_it_gives_what_the_kernel_gives(
 @pytest.mark.parametrize("language", LANGUAGES)
 @pytest.mark.parametrize(("name", "form", "space"), CASES)
 def test_nothing_of_python_is_left(name: str, form: str, space: str, language: str) -> None:
-    spec = REGISTRY[name]
-    text = shader(spec, form, setting_of(spec, space), language).text
+    text = shader(formula_of(name, form, space), ALPHA, language).text
     code = re.sub("//.*", "", text)
     assert not re.search(r"\b_\w|\bNone\b|\bnp\b|\*\*|\bif\b|\belse\b|\blambda\b", code)
     assert code.count("{") == code.count("}")
@@ -141,13 +143,12 @@ def test_nothing_of_python_is_left(name: str, form: str, space: str, language: s
 
 @pytest.mark.parametrize(("name", "form", "space"), CASES)
 def test_its_error_is_that_of_the_lobe(name: str, form: str, space: str) -> None:
-    spec = REGISTRY[name]
-    setting = setting_of(spec, space)
-    found = shader(spec, form, setting)
+    formula = formula_of(name, form, space)
+    found = shader(formula, ALPHA)
     angle = np.radians(np.linspace(0, 89.9, 4001))
     cosine = np.cos(angle)
-    curve = curves.curve(spec, form, setting, cosine)
-    worst = float(np.abs(curve - np.maximum(cosine, 0) ** setting.alpha).max())
+    curve = curves.curve(formula.spec(), form, formula.setting(ALPHA), cosine)
+    worst = float(np.abs(curve - np.maximum(cosine, 0) ** ALPHA).max())
     assert found.max_error == pytest.approx(worst, rel=2e-2, abs=2e-5)
     assert f"{found.max_error:.3g}" in found.text
 
@@ -173,6 +174,11 @@ def made(kernel: Any, **coefficients: float) -> Approximation:
     )
 
 
+def own_code(spec: Approximation, alpha: float, language: str) -> str:
+    own = {spec.name: spec}
+    return shader(Formula.of(spec.name, registry=own), alpha, language, registry=own).text
+
+
 def awkward(cosine: float, out: float, half: float) -> float:
     """Takes words of other languages for names, and changes an argument."""
     sample = elementary.clamped(cosine, 0.0, 1.0)
@@ -185,7 +191,7 @@ def awkward(cosine: float, out: float, half: float) -> float:
 def test_awkward_names_and_brackets_survive(language: str, tmp_path: Path) -> None:
     spec, setting = made(awkward, out=0.75, half=0.5), Setting(10.0)
     a, b = pairs(10.0)
-    values = built(language, shader(spec, "none", setting, language).text, tmp_path)(a[:2000], b[:2000])
+    values = built(language, own_code(spec, setting.alpha, language), tmp_path)(a[:2000], b[:2000])
     expected = highlights(spec, "none", setting, a[:2000], b[:2000], layout="aos")
     np.testing.assert_allclose(values, expected, atol=1e-5)
 
@@ -199,7 +205,7 @@ def highlight(cosine: float, pow: float) -> float:  # noqa: A002  as careless as
 def test_a_kernel_may_have_any_name(language: str, tmp_path: Path) -> None:
     spec, setting = made(highlight, pow=0.5), Setting(10.0)
     a, b = pairs(10.0)
-    values = built(language, shader(spec, "none", setting, language).text, tmp_path)(a, b)
+    values = built(language, own_code(spec, setting.alpha, language), tmp_path)(a, b)
     np.testing.assert_allclose(values, highlights(spec, "none", setting, a, b, layout="aos"), rtol=1e-5, atol=1e-6)
 
 
@@ -209,15 +215,13 @@ def endless(cosine: float, top: float) -> float:
 
 
 def test_what_cannot_be_written_is_refused() -> None:
-    lyon = REGISTRY["lyon"]
     with pytest.raises(UnknownNameError, match="glsl, hlsl, wgsl, c"):
-        shader(lyon, "dot", example(lyon), "basic")
-    with pytest.raises(UnknownNameError, match="lambda form"):
-        shader(lyon, "none", example(lyon))
-    with pytest.raises(InputError, match="gamma"):
-        shader(lyon, "dot", Setting(50.0, 7, "taylor"))
+        shader(Formula.parse("lyon:dot:8"), ALPHA, "basic")
+    with pytest.raises(InputError, match="alpha"):
+        shader(Formula.parse("lyon:dot:8"), 0.0)
+    own = {"mine": made(endless, top=1.0)}
     with pytest.raises(KernelError, match="finite"):
-        shader(made(endless, top=1.0), "none", Setting(10.0))
+        shader(Formula.of("mine", registry=own), ALPHA, registry=own)
 
 
 def test_the_command_in_the_comment_makes_the_same_again() -> None:

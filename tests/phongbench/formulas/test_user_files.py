@@ -3,16 +3,20 @@
 import os
 import subprocess
 import sys
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 
+import phongbench as pb
+from phongbench.cli.main import main
 from phongbench.errors import InputError, KernelError
 from phongbench.formulas.kernel import evaluate
 from phongbench.formulas.registry import REGISTRY
 from phongbench.formulas.spec import Setting
-from phongbench.formulas.user_files import load_file, registry_with
+from phongbench.formulas.user_files import installed, load_file, registry_with
 from phongbench.testing import CHECKS
 
 GOOD = '''\
@@ -38,6 +42,90 @@ SPEC = Approximation(
     kernel=parabola, coefficients=lambda s: {"alpha": s.alpha}, domain="nowhere good", cost=Cost("one squaring"),
 )
 '''
+
+
+#: entry point and what its module holds, of a distribution that is installed
+PLUG_INS = {
+    "one": ("mine:SPEC", GOOD),
+    "several": ("mine:BOTH", GOOD + "from dataclasses import replace\nBOTH = (SPEC, replace(SPEC, name='other'))\n"),
+    "module": ("mine", GOOD),
+}
+
+
+@pytest.fixture
+def install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[[str, str], Path]]:
+    """Puts a distribution `highlights-and-more` 1.2 with this entry point and this module on the path."""
+    monkeypatch.syspath_prepend(tmp_path)
+
+    def put(entry: str, module: str) -> Path:
+        about = tmp_path / "highlights_and_more-1.2.dist-info"
+        about.mkdir()
+        (about / "METADATA").write_text("Metadata-Version: 2.1\nName: highlights-and-more\nVersion: 1.2\n")
+        (about / "entry_points.txt").write_text(f"[phongbench.approximations]\nplugged = {entry}\n")
+        installed.cache_clear()
+        return written(tmp_path, module)
+
+    yield put
+    installed.cache_clear()
+    sys.modules.pop("mine", None)
+
+
+@pytest.mark.parametrize("kind", PLUG_INS)
+def test_an_installed_distribution_adds_its_formulas(kind: str, install: Callable[[str, str], Path]) -> None:
+    install(*PLUG_INS[kind])
+    assert set(registry_with([])) == {*REGISTRY, "parabola"} | ({"other"} if kind == "several" else set())
+    assert "parabola" not in REGISTRY
+    assert pb.specular([0, 0, 1], [0, 0.6, 0.8], "parabola:dot", alpha=4) == pytest.approx(0.36)
+    shown = CliRunner().invoke(main, ["shader", "parabola:dot", "--alpha", "4"])
+    assert (shown.exit_code, "float highlight" in shown.output) == (0, True)
+
+
+@pytest.mark.parametrize(
+    ("entry", "module", "said"),
+    [
+        ("mine:SPEC", "raise RuntimeError('broken')\n", "RuntimeError: broken"),
+        ("mine:NONE", GOOD, "AttributeError"),
+        ("mine:SPEC", "SPEC = 3\n", "mine:SPEC is no approximation"),
+        ("mine:SPEC", GOOD.replace('"parabola"', '"lyon"'), "phongbench has an approximation 'lyon'"),
+        (
+            "mine:SPEC",
+            GOOD.replace("return elementary", "alpha = alpha ** 2\n    return elementary"),
+            "cannot be compiled",
+        ),
+    ],
+)
+def test_a_plug_in_that_fails_is_left_out_with_a_warning_that_names_it(
+    entry: str, module: str, said: str, install: Callable[[str, str], Path]
+) -> None:
+    install(entry, module)
+    with pytest.warns(RuntimeWarning, match=f"'plugged' of highlights-and-more 1.2 is left out: .*{said}"):
+        assert registry_with([]) == REGISTRY
+
+
+@pytest.mark.filterwarnings("default")
+def test_the_command_tells_of_a_failing_plug_in_in_one_line_and_goes_on(install: Callable[[str, str], Path]) -> None:
+    install("mine:SPEC", "raise RuntimeError('broken')\n")
+    shown = CliRunner().invoke(main, ["shader", "lyon:dot:8", "--alpha", "50"])
+    assert shown.exit_code == 0
+    assert shown.stderr.splitlines() == [
+        "phongbench: the plug-in 'plugged' of highlights-and-more 1.2 is left out: RuntimeError: broken"
+    ]
+
+
+def test_help_loads_no_plug_in(install: Callable[[str, str], Path]) -> None:
+    install("mine:SPEC", "raise SystemExit('loaded')\n")
+    assert CliRunner().invoke(main, ["shader", "--help"]).exit_code == 0
+    assert "mine" not in sys.modules
+
+
+@pytest.mark.parametrize(
+    "line", ["from phongbench.spec import Approximation", "from phongbench import powers", "import phongbench.vectors"]
+)
+def test_a_file_for_modules_that_have_moved_is_told_the_new_import(tmp_path: Path, line: str) -> None:
+    with pytest.raises(InputError) as caught:
+        load_file(written(tmp_path, f"{line}\n"))
+    assert caught.value.where == f"{tmp_path / 'mine.py'}:1"
+    assert "import phongbench as pb" in str(caught.value.fix)
 
 
 def written(folder: Path, text: str, name: str = "mine.py") -> Path:

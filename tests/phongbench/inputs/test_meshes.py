@@ -87,4 +87,4 @@ def test_degenerate_triangles_are_found_at_any_size():
     for size in (1e-20, 1.0, 1e20):
         vertices = size * np.array(flat + slim)
         faces = np.array([(0, 1, 2), (0, 0, 1), (3, 4, 5)])
-        assert meshes.solid(vertices, faces).tolist() == [[3, 4, 5]]
+        assert meshes.have_area(vertices, faces).tolist() == [False, False, True]

@@ -17,7 +17,7 @@ def run(tmp_path):
     """A tiny stored run."""
     path = tmp_path / "runs" / "20260101-000000-abcdef01"
     path.mkdir(parents=True)
-    frame = pd.DataFrame({c: ["x", "y"] for c in schema.ACCURACY_COLUMNS})
+    frame = pd.DataFrame({c: ["x", "y"] for c in schema.ACCURACY.names})
     manifest = {
         "schema": 1,
         "run": path.name,
@@ -37,7 +37,7 @@ def test_what_is_written_is_read_back(run):
     assert run.plan == preset("quick")
     assert list(run.accuracy["alpha"]) == ["x", "y"]
     assert run.timing.empty
-    assert tuple(run.timing.columns) == schema.TIMING_COLUMNS
+    assert list(run.timing.columns) == schema.TIMING.names
     assert runs.verify(run) == []
 
 

@@ -11,7 +11,7 @@ LYON = [Specular("lyon", form, gamma) for form in ("dot", "cross") for gamma in 
 
 @pytest.mark.parametrize("name", ["test-card", "chequerboard", "many-lights"])
 def test_a_picture_is_off_by_no_more_than_its_lobes_promise(name: str) -> None:
-    rows = picture_errors.compare(read_scene(name), [*LYON, Specular("gaussian", "dot")], rounds=1, size=(96, 54))
+    rows = picture_errors.compare(read_scene(name), [*LYON, Specular("gaussian", "dot")], size=(96, 54))
     for row in rows:
         assert row["left_out"] is None
         assert 0 < row["max_abs"] <= row["lobe_error"] * (1 + 1e-4) + 1e-5
@@ -19,7 +19,7 @@ def test_a_picture_is_off_by_no_more_than_its_lobes_promise(name: str) -> None:
 
 def test_the_test_card_shows_the_lobes_error_itself() -> None:
     """One far light and no reflections: some pixel of some sphere sees the lobe at its worst angle."""
-    rows = picture_errors.compare(read_scene("test-card"), LYON, rounds=1, size=(640, 360))
+    rows = picture_errors.compare(read_scene("test-card"), LYON, size=(640, 360))
     for row in rows:
         assert row["max_abs"] == pytest.approx(row["lobe_error"], rel=0.01)
         assert row["visible"] > 0
@@ -27,7 +27,7 @@ def test_the_test_card_shows_the_lobes_error_itself() -> None:
 
 
 def test_a_formula_that_does_not_fit_the_scene_is_left_out_and_told() -> None:
-    (row,) = picture_errors.compare(read_scene("chequerboard"), [Specular("integer-power")], rounds=1, size=(16, 9))
+    (row,) = picture_errors.compare(read_scene("chequerboard"), [Specular("integer-power")], size=(16, 9))
     assert "materials." in row["left_out"]
     assert "max_abs" not in row
 

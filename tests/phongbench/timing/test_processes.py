@@ -1,22 +1,22 @@
 """Timing in fresh processes: what is handed over, and that it comes back."""
 
 import tempfile
-from dataclasses import replace
 from pathlib import Path
 
-import pandas as pd
 import pytest
 
 from phongbench.compiler import jit
 from phongbench.compiler.lowering import FLOAT32
 from phongbench.errors import InputError, MeasurementError
 from phongbench.formulas.registry import REGISTRY
-from phongbench.formulas.spec import Setting
 from phongbench.formulas.user_files import load_file
-from phongbench.timing import measure, processes
-from phongbench.timing.timed_kernels import Subject
+from phongbench.results.schema import TIMING
+from phongbench.timing import processes
+from phongbench.timing.measure import Timing
+from phongbench.timing.processes import measure_in_processes
+from phongbench.timing.timed_kernels import TimedFormula
 
-LYON = Subject(REGISTRY["lyon"], "dot", Setting(50.0, 8, "taylor"), FLOAT32)
+LYON = TimedFormula.of("lyon:dot:8", FLOAT32)
 compiled_only = pytest.mark.skipif(jit.DISABLED, reason="plain Python is not timed")
 
 
@@ -28,18 +28,12 @@ def own_lock(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 @compiled_only
 def test_two_processes_are_merged_into_one_table() -> None:
     told: list[tuple[int, int, str]] = []
-    notes: list[str] = []
-    rows = processes.measure(
-        [LYON],
-        processes=2,
-        budget_seconds=4.0,
-        working_sets=["l1"],
-        seed=1,
-        notes=notes,
-        problems=[],
-        progress=lambda *now: told.append(now),
+    timing = measure_in_processes(
+        [LYON], processes=2, budget_seconds=4.0, working_sets=["l1"], seed=1, progress=lambda *now: told.append(now)
     )
-    assert list(rows.columns) == measure.COLUMNS
+    rows = timing.rows
+    assert list(rows.columns) == TIMING.names
+    assert timing.problems == []
     assert set(rows["processes"]) == {2}
     assert "lyon" in set(rows["approximation"])
     assert told == [(1, 2, "process 1 of 2"), (2, 2, "process 2 of 2")]
@@ -49,7 +43,7 @@ def test_two_processes_are_merged_into_one_table() -> None:
 @compiled_only
 def test_one_process_is_this_one(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(processes, "_in_a_process", lambda task: pytest.fail("a process was started"))
-    assert len(processes.measure([LYON], processes=1, budget_seconds=2.0, working_sets=["l1"]))
+    assert len(measure_in_processes([LYON], processes=1, budget_seconds=2.0, working_sets=["l1"]).rows)
 
 
 @compiled_only
@@ -59,20 +53,22 @@ def test_a_users_own_approximation_goes_along_by_its_file(tmp_path: Path, monkey
     (mine,) = load_file(tmp_path / "mine.py")
     seen: list[dict[str, object]] = []
 
-    def caught(task: dict[str, object]) -> tuple[dict[str, object], pd.DataFrame]:
+    def caught(task: dict[str, object]) -> Timing:
         seen.append(task)
         raise MeasurementError("stop")
 
     monkeypatch.setattr(processes, "_in_a_process", caught)
     with pytest.raises(MeasurementError, match="stop"):
-        processes.measure([LYON, replace(LYON, approximation=mine)], processes=2, budget_seconds=2.0)
+        measure_in_processes(
+            [LYON, TimedFormula.of("mine:dot:8", FLOAT32, registry={"mine": mine})], processes=2, budget_seconds=2.0
+        )
     assert seen[0]["files"] == [str(tmp_path / "mine.py")]
 
 
 @compiled_only
 def test_a_budget_too_small_for_each_process_says_what_each_needs() -> None:
     with pytest.raises(InputError, match=r"0\.001 s are too short to time"):
-        processes.measure([LYON], processes=2, budget_seconds=0.002, working_sets=["l1"])
+        measure_in_processes([LYON], processes=2, budget_seconds=0.002, working_sets=["l1"])
 
 
 @compiled_only
@@ -84,4 +80,4 @@ def test_a_process_that_fails_says_why() -> None:
 @compiled_only
 def test_what_cannot_be_is_refused_before_any_process_starts() -> None:
     with pytest.raises(InputError, match="no time"):
-        processes.measure([LYON], processes=2, budget_seconds=0.0)
+        measure_in_processes([LYON], processes=2, budget_seconds=0.0)

@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 from phongbench.errors import MeasurementError
-from phongbench.timing import rounds as clock
-from phongbench.timing import statistics
+from phongbench.timing import rounds, statistics
 from phongbench.timing.interference import Evidence, Witness, disturbed
 from phongbench.timing.rounds import Epoch
 from phongbench.timing.statistics import LEVEL, MIN_ROUNDS, Interval, contested, ratio, sign_interval, sign_test_rank
@@ -25,7 +24,7 @@ def rng(seed: int = 0) -> np.random.Generator:
 
 @pytest.mark.parametrize("size", range(1, 12))
 def test_a_latin_square_has_every_kernel_once_in_each_row_and_column(size: int) -> None:
-    square = clock.latin_square(size, rng(size))
+    square = rounds.latin_square(size, rng(size))
     everyone = list(range(size))
     assert all(sorted(row) == everyone for row in square.tolist())
     assert all(sorted(column) == everyone for column in square.T.tolist())
@@ -33,12 +32,12 @@ def test_a_latin_square_has_every_kernel_once_in_each_row_and_column(size: int) 
 
 @pytest.mark.parametrize(("size", "most"), [(2, 1), (4, 1), (10, 1), (5, 2), (9, 2)])
 def test_no_kernel_follows_another_too_often(size: int, most: int) -> None:
-    follows = [pair for row in clock.latin_square(size, rng()).tolist() for pair in pairwise(row)]
+    follows = [pair for row in rounds.latin_square(size, rng()).tolist() for pair in pairwise(row)]
     assert max(follows.count(pair) for pair in follows) == most
 
 
 def test_every_block_is_shuffled_afresh_and_a_seed_gives_the_same_orders() -> None:
-    first, again, other = (list(clock.orders(6, 15, rng(seed))) for seed in (1, 1, 2))
+    first, again, other = (list(rounds.orders(6, 15, rng(seed))) for seed in (1, 1, 2))
     assert [row.tolist() for row in first] == [row.tolist() for row in again] != [row.tolist() for row in other]
     assert len(first) == 15
     assert [row.tolist() for row in first[:6]] != [row.tolist() for row in first[6:12]]
@@ -49,26 +48,26 @@ def test_every_block_is_shuffled_afresh_and_a_seed_gives_the_same_orders() -> No
 
 def test_calibration_accepts_two_readings_that_agree() -> None:
     readings = iter([100.0, 50.0, 52.0, 10.0])
-    assert clock.agreed(lambda: next(readings)) == 50.0
+    assert rounds.agreed(lambda: next(readings)) == 50.0
     assert next(readings) == 10.0
 
 
 def test_a_clock_that_never_agrees_gives_its_smallest_reading() -> None:
     readings = iter([100.0, 10.0, 90.0, 9.0, 80.0, 8.0, 70.0, 7.0])
-    assert clock.agreed(lambda: next(readings)) == 7.0
+    assert rounds.agreed(lambda: next(readings)) == 7.0
 
 
 @pytest.mark.parametrize(
     ("nanoseconds", "tick", "repeats"), [(100, 1, 1000), (100, 500, 5000), (3e6, 1, 1), (0, 1, 10**8)]
 )
 def test_an_epoch_is_long_enough_in_time_and_in_ticks(nanoseconds: float, tick: float, repeats: int) -> None:
-    assert clock.repeats_for(nanoseconds, tick) == repeats
+    assert rounds.repeats_for(nanoseconds, tick) == repeats
 
 
 def test_the_tick_is_the_smallest_step() -> None:
-    assert clock.tick(np.array([0, 0, 40, 40, 60, 1000])) == 20
+    assert rounds.tick(np.array([0, 0, 40, 40, 60, 1000])) == 20
     with pytest.raises(MeasurementError, match="does not advance"):
-        clock.tick(np.zeros(5, np.int64))
+        rounds.tick(np.zeros(5, np.int64))
 
 
 # statistics
@@ -100,11 +99,18 @@ def test_an_interval_holds_the_median_and_is_unbounded_for_few_values() -> None:
 
 
 def test_a_ratio_is_paired_by_round() -> None:
-    rounds = rng().lognormal(sigma=1.0, size=30)  # rounds differ wildly, quotients do not
-    found = ratio(1.5 * rounds, rounds)
+    times = rng().lognormal(sigma=1.0, size=30)  # rounds differ wildly, quotients do not
+    found = ratio(1.5 * times, times)
     assert found.low == pytest.approx(1.5)
     assert found.high == pytest.approx(1.5)
-    assert ratio(rounds[:5], rounds[:5]) == Interval(1.0, 0.0, math.inf)
+    assert ratio(times[:5], times[:5]) == Interval(1.0, 0.0, math.inf)
+
+
+def test_the_columns_of_a_ratio_have_no_ends_where_there_is_no_interval() -> None:
+    times = np.ones(MIN_ROUNDS)
+    assert ratio(times, times).columns() == {"ratio": 1.0, "ratio_low": 1.0, "ratio_high": 1.0}
+    assert ratio(times[1:], times[1:]).columns() == {"ratio": 1.0, "ratio_low": None, "ratio_high": None}
+    assert statistics.LEVEL_TEXT == "99 %"
 
 
 def test_the_interval_covers_as_promised() -> None:
@@ -164,17 +170,18 @@ def test_a_system_without_counters_has_no_evidence(tmp_path: Path) -> None:
 # rounds
 
 
-def scripted(readings: dict[int, Iterator[Epoch]]) -> clock.Readings:
-    return clock.run_rounds(lambda kernel: next(readings[kernel]), len(readings), 3, rng())
+def scripted(readings: dict[int, Iterator[Epoch]]) -> rounds.Readings:
+    return rounds.run_rounds(lambda kernel: next(readings[kernel]), len(readings), 3, rng())
 
 
-def test_a_disturbed_epoch_is_repeated_once_and_both_are_kept() -> None:
+def test_a_disturbed_epoch_is_repeated_once_and_both_are_counted() -> None:
     quiet, noisy = Epoch(10.0, False), Epoch(99.0, True)
-    found = scripted({0: iter([quiet] * 3), 1: iter([noisy, quiet, quiet, noisy, noisy])})
+    last = iter([noisy, quiet, quiet, noisy, noisy])
+    found = scripted({0: iter([quiet] * 3), 1: last})
     assert found.used.tolist() == [[10, 10], [10, 10], [10, 99]]
     assert found.clean.tolist() == [[True, True], [True, True], [True, False]]
     assert found.marked.tolist() == [0, 3]
-    assert len(found.every) == 8
+    assert next(last, None) is None
     assert found.least(1) == found.median(1) == 10.0
 
 
@@ -192,17 +199,17 @@ def test_where_nothing_is_undisturbed_everything_counts() -> None:
 
 def test_rounds_end_when_told_and_repeat_only_while_there_is_time() -> None:
     told: list[int] = []
-    found = clock.run_rounds(
-        lambda kernel: Epoch(1.0, True),
-        4,
-        100,
-        rng(),
-        repeat=lambda: False,
-        go_on=lambda done: done < 9,
-        after_round=told.append,
+    taken: list[int] = []
+
+    def noisy(kernel: int) -> Epoch:
+        taken.append(kernel)
+        return Epoch(1.0, True)
+
+    found = rounds.run_rounds(
+        noisy, 4, 100, rng(), repeat=lambda: False, go_on=lambda done: done < 9, after_round=told.append
     )
     assert found.used.shape == (9, 4)
-    assert len(found.every) == 36
+    assert len(taken) == 36
     assert told == list(range(1, 10))
 
 
@@ -216,16 +223,19 @@ def test_intervals_that_overlap_a_neighbour_in_the_order_of_medians_are_conteste
 
 
 def test_further_rounds_of_some_kernels_leave_the_others_as_they_were() -> None:
-    first = clock.Readings(
-        np.array([[1.0, 2.0, 4.0]] * 9), np.ones((9, 3), np.bool_), np.array([0, 1, 2]), [(0, 0, Epoch(1.0, False))]
-    )
-    more = clock.Readings(
-        np.array([[8.0, 1.0]] * 3), np.ones((3, 2), np.bool_), np.array([5, 0]), [(1, 0, Epoch(8.0, False))]
-    )
+    first = rounds.Readings(np.array([[1.0, 2.0, 4.0]] * 9), np.ones((9, 3), np.bool_), np.array([0, 1, 2]))
+    more = rounds.Readings(np.array([[8.0, 1.0]] * 3), np.ones((3, 2), np.bool_), np.array([5, 0]))
     joined = first.with_further(more, [2, 0])
     assert [joined.rounds(k) for k in range(3)] == [12, 9, 12]
     assert joined.marked.tolist() == [0, 1, 7]
     assert joined.least(2) == 4.0
     assert joined.median(1) == 2.0
     assert joined.ratio(1, 0).middle == pytest.approx(2.0)
-    assert joined.every[-1] == (10, 2, Epoch(8.0, False))
+
+
+def test_a_round_may_leave_a_kernel_out() -> None:
+    absent, there = Epoch(math.nan), Epoch(2.0)
+    found = scripted({0: iter([there] * 3), 1: iter([there, absent, absent])})
+    assert (found.rounds(0), found.rounds(1)) == (3, 1)
+    assert found.least(1) == found.median(1) == 2.0
+    assert found.ratio(1, 0).middle == 1.0

@@ -8,18 +8,16 @@ import pytest
 from phongbench.compiler import jit
 from phongbench.compiler.lowering import FLOAT32, FLOAT64, Precision
 from phongbench.formulas import pair_kernels
+from phongbench.formulas.formula import Formula
 from phongbench.formulas.kernel import coefficient_row, highlights, limit, read_only, table_row
-from phongbench.formulas.registry import REGISTRY
-from phongbench.formulas.spec import Setting
 from phongbench.timing import skip_kernels
+from phongbench.timing.timed_kernels import ALPHA
 
 COUNT = 200 if jit.DISABLED else 20_000
 
 
-def both(
-    name: str, form: str, setting: Setting, precision: Precision, a: np.ndarray, b: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    spec = REGISTRY[name]
+def both(formula: Formula, precision: Precision, a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    spec, form, setting = formula.spec(), formula.lambda_form, formula.setting(ALPHA)
     a, b = (np.ascontiguousarray(v, precision.carrier) for v in (a, b))
     plain = highlights(spec, form, setting, a, b, precision=precision)
     row = np.append(coefficient_row(spec, setting, precision), precision.constant(limit(spec, setting, precision)))
@@ -31,12 +29,10 @@ def both(
 
 
 @pytest.mark.parametrize("precision", [FLOAT32, FLOAT64], ids=["float32", "float64"])
-@pytest.mark.parametrize(("name", "form", "setting"), skip_kernels.PAIRED)
-def test_skipping_changes_no_bit_where_pairs_crowd_at_the_limit(
-    name: str, form: str, setting: Setting, precision: Precision
-) -> None:
-    spec = REGISTRY[name]
-    end = limit(spec, setting, precision)
+@pytest.mark.parametrize("formula", skip_kernels.PAIRED, ids=str)
+def test_skipping_changes_no_bit_where_pairs_crowd_at_the_limit(formula: Formula, precision: Precision) -> None:
+    spec = formula.spec()
+    end = limit(spec, formula.setting(ALPHA), precision)
     end = 1 - end if spec.coordinate == "cosine_deficit" else end
     rng = np.random.default_rng(2)
     near = end + rng.normal(size=COUNT) * np.repeat(10.0 ** rng.integers(-9, -1, COUNT // 20), 20)
@@ -44,19 +40,19 @@ def test_skipping_changes_no_bit_where_pairs_crowd_at_the_limit(
     a[0] = 1.0
     b = np.stack([near, np.sqrt(np.maximum(0.0, 1 - near**2)), np.zeros(COUNT)])
     with np.errstate(all="ignore"):
-        plain, out = both(name, form, setting, precision, a, b)
+        plain, out = both(formula, precision, a, b)
     assert plain.tobytes() == out.tobytes()
     assert 0 < np.count_nonzero(plain) < COUNT
 
 
-@pytest.mark.parametrize(("name", "form", "setting"), skip_kernels.PAIRED)
-def test_skipping_changes_no_bit_on_hostile_vectors_and_odd_counts(name: str, form: str, setting: Setting) -> None:
+@pytest.mark.parametrize("formula", skip_kernels.PAIRED, ids=str)
+def test_skipping_changes_no_bit_on_hostile_vectors_and_odd_counts(formula: Formula) -> None:
     rng = np.random.default_rng(3)
     count = 3 * skip_kernels.BLOCK + 17
     a, b = rng.normal(size=(2, 3, count))
     b[:, ::5] = rng.choice([math.nan, math.inf, -math.inf, 0.0, 1e30, 1e-40], size=b[:, ::5].shape)
     with np.errstate(all="ignore"):
-        plain, out = both(name, form, setting, FLOAT32, a, b)
+        plain, out = both(formula, FLOAT32, a, b)
     assert plain.tobytes() == out.tobytes()
 
 
@@ -64,14 +60,14 @@ def test_skipping_changes_no_bit_on_hostile_vectors_and_odd_counts(name: str, fo
 @pytest.mark.parametrize("lit", skip_kernels.LIT)
 def test_the_share_of_lit_pairs_is_what_it_says_and_they_lie_together(lit: float) -> None:
     a, b = skip_kernels.inputs(lit)(FLOAT32, 1, 4096)
-    for name, form, setting in skip_kernels.PAIRED:
-        shining = highlights(REGISTRY[name], form, setting, a, b) > 0
+    for formula in skip_kernels.PAIRED:
+        shining = highlights(formula.spec(), formula.lambda_form, formula.setting(ALPHA), a, b) > 0
         assert shining.mean() == pytest.approx(lit, abs=1 / 4096)
         assert np.count_nonzero(np.diff(shining.astype(int))) <= 2
 
 
 @pytest.mark.skipif(jit.DISABLED, reason="plain Python is not timed")
 def test_each_skipping_kernel_stands_beside_its_plain_one() -> None:
-    group = {c.name: c for c in skip_kernels.group(FLOAT32)}
-    assert skip_kernels.names() <= set(group)
-    assert {"phong", "aa-twin", "copy", "triad", "dot"} <= set(group)
+    kernels = {c.name: c for c in skip_kernels.kernels(FLOAT32)}
+    assert skip_kernels.names() <= set(kernels)
+    assert {"phong", "aa-twin", "copy", "triad", "dot"} <= set(kernels)

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from phongbench.results.schema import TIMING
 from phongbench.timing import table
 
 
@@ -39,7 +40,7 @@ def row(name: str, ratio: float, width: float = 0.01, **more: Any) -> dict[str, 
 
 
 def merged(ratios: list[float], width: float = 0.01) -> dict[str, Any]:
-    frames = [table.frame([row("aa-twin", 1.0), row("lyon", r, width)]) for r in ratios]
+    frames = [TIMING.frame([row("aa-twin", 1.0), row("lyon", r, width)]) for r in ratios]
     return dict(table.merged(frames).set_index("approximation").loc["lyon"])
 
 
@@ -74,12 +75,12 @@ def test_processes_that_disagree_about_faster_leave_it_unresolved() -> None:
 
 
 def test_a_row_that_is_void_in_one_process_is_left_out() -> None:
-    frames = [table.frame([row("aa-twin", 1.0), row("lyon", 0.5)]), table.frame([row("aa-twin", 1.0)])]
+    frames = [TIMING.frame([row("aa-twin", 1.0), row("lyon", 0.5)]), TIMING.frame([row("aa-twin", 1.0)])]
     assert table.merged(frames)["approximation"].tolist() == ["aa-twin"]
 
 
 def test_rows_at_different_shares_of_lit_pairs_stay_apart() -> None:
-    frame = table.frame([row("aa-twin", 1.0), row("phong-skip", 0.5, lit=0.1), row("phong-skip", 0.9, lit=1.0)])
+    frame = TIMING.frame([row("aa-twin", 1.0), row("phong-skip", 0.5, lit=0.1), row("phong-skip", 0.9, lit=1.0)])
     found = table.merged([frame, frame])
     assert len(found) == 3
     assert np.array_equal(found["ratio"], [1.0, 0.5, 0.9])

@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from phongbench.results.schema import COLUMNS
+from phongbench.results.schema import TABLES
 from phongbench_reports.cuts import Absent, Study
 from phongbench_reports.figures.pictures import SECTIONS, errors, lobe_law, saved
 from phongbench_reports.plots import Plate, ink
@@ -17,7 +17,7 @@ from phongbench_reports.table import Table
 
 
 def frame(name: str, rows: list[dict[str, Any]]) -> pd.DataFrame:
-    return pd.DataFrame(rows).reindex(columns=list(COLUMNS[name]))
+    return pd.DataFrame(rows).reindex(columns=TABLES[name].names)
 
 
 def picture(scene: str, gamma: int, error: float, law: float, **more: Any) -> dict[str, Any]:

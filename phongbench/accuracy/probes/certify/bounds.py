@@ -32,8 +32,7 @@ from phongbench.formulas.lambda_forms import deficit_of_angle
 from phongbench.formulas.registry import REGISTRY
 from phongbench.formulas.spec import Approximation, Setting
 from phongbench.inputs.plan import Cell, Plan
-from phongbench.results.runs import EXACT
-from phongbench.results.schema import ACCURACY_COLUMNS
+from phongbench.results.schema import ACCURACY, EXACT
 
 #: a bound this close to a found error is tight: 0.2 %
 TIGHT = 1.002
@@ -193,4 +192,4 @@ def _rows(sweep: Sweep, cells: list[Cell], bounded: list[tuple[int, float]]) -> 
         codes_8bit=255 * errors,
     )
     frame[["nonfinite", "above_one", "negative", "excluded"]] = 0
-    return frame.reindex(columns=list(ACCURACY_COLUMNS))
+    return frame.reindex(columns=ACCURACY.names)

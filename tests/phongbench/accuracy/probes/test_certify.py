@@ -16,7 +16,7 @@ from phongbench.formulas.lambda_forms import deficit_of_angle
 from phongbench.formulas.registry import REGISTRY
 from phongbench.formulas.spec import Setting
 from phongbench.inputs.plan import preset
-from phongbench.results.schema import ACCURACY_COLUMNS, ACCURACY_KEY
+from phongbench.results.schema import ACCURACY
 
 flint = pytest.importorskip("flint")
 balls = pytest.importorskip("phongbench.accuracy.probes.certify.taylor_balls")
@@ -103,8 +103,8 @@ def test_every_law_of_a_plan_has_its_row():
     told = []
     context = ProbeContext(sweep.prepare(plan), pd.DataFrame(), pd.DataFrame(), note=told.append)
     rows = bounds.measure(context)["accuracy"]
-    assert list(rows.columns) == list(ACCURACY_COLUMNS)
-    assert not rows.duplicated(list(ACCURACY_KEY)).any()
+    assert list(rows.columns) == ACCURACY.names
+    assert not rows.duplicated(ACCURACY.key).any()
     assert set(rows["coverage"]) == {"certified"}
     assert len(rows) == 3 * 2 + 1  # three forms in two spaces, and Schlick; exact Phong has no model error
     assert (rows["max_abs"] == rows["model_max"]).all()

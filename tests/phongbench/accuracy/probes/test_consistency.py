@@ -63,7 +63,7 @@ def test_a_planted_contradiction_is_told_with_its_cell(run, where, metric, chang
     told = consistency.violations(planted(run, metric, change, **LYON, **where))
     assert told
     assert any(words in sentence for sentence in told)
-    assert all("lyon, dot" in sentence and "alpha 50" in sentence for sentence in told)
+    assert all("lyon:dot" in sentence and "alpha 50" in sentence for sentence in told)
 
 
 def test_a_bound_below_what_was_measured_is_told(run):

@@ -13,9 +13,7 @@ from phongbench.accuracy.probes.probe import ProbeContext
 from phongbench.compiler.precisions import BFLOAT16, FLOAT16, FLOAT32, precision_named
 from phongbench.formulas.spec import Setting
 from phongbench.inputs.plan import preset
-from phongbench.results.schema import ACCURACY_COLUMNS, ACCURACY_KEY, WORST_COLUMNS
-
-KEY = [c for c in ACCURACY_KEY if c != "coverage"]
+from phongbench.results.schema import ACCURACY, CASE, WORST
 
 
 @pytest.fixture(scope="module")
@@ -65,9 +63,9 @@ def test_float32_has_8388609_cosines_from_a_half_to_one_each_met_once(plan):
 
 
 def test_the_rows_are_whole_and_unique(found):
-    assert list(found["accuracy"].columns) == list(ACCURACY_COLUMNS)
-    assert list(found["worst"].columns) == list(WORST_COLUMNS)
-    assert not found["accuracy"].duplicated(list(ACCURACY_KEY)).any()
+    assert list(found["accuracy"].columns) == ACCURACY.names
+    assert list(found["worst"].columns) == WORST.names
+    assert not found["accuracy"].duplicated(ACCURACY.key).any()
     assert set(found["accuracy"]["coverage"]) == {"exhaustive", "sampled"}
     assert (found["accuracy"]["nonfinite"] == 0).all()
     assert set(found["accuracy"]["precision"]) == {"q1.10", "float16", "bfloat16", "float32"}
@@ -96,7 +94,7 @@ def test_an_obvious_loop_finds_the_same_maxima(context, found, name, precision):
 def test_a_sample_is_never_worse_than_everything(found):
     rows = found["accuracy"]
     both = rows[rows["coverage"] == "sampled"].merge(
-        rows[rows["coverage"] == "exhaustive"], on=KEY, suffixes=("", "_all")
+        rows[rows["coverage"] == "exhaustive"], on=CASE, suffixes=("", "_all")
     )
     assert len(both) == len(rows) / 2
     assert (both["samples"] < both["samples_all"]).all()

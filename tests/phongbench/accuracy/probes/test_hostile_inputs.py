@@ -11,7 +11,7 @@ from phongbench.accuracy.probes.probe import ProbeContext
 from phongbench.compiler.lowering import FLOAT16, FLOAT32, FLOAT64, precision_named
 from phongbench.formulas import lambda_forms
 from phongbench.inputs.plan import preset
-from phongbench.results.schema import BEHAVIOUR_COLUMNS
+from phongbench.results.schema import BEHAVIOUR
 
 VECTORS = (
     "a is zero",
@@ -91,7 +91,7 @@ def test_what_becomes_of_hostile_vectors(rows, key):
 
 
 def test_every_cell_answers_every_case_and_the_table_is_the_contracts(rows, context):
-    assert tuple(rows.columns) == BEHAVIOUR_COLUMNS
+    assert list(rows.columns) == BEHAVIOUR.names
     outcomes = {"value", "saturates", "nan", "infinite", "above-one", "negative", "refused"}
     assert set(rows["outcome"]) <= outcomes
     key = ["approximation", "lambda_form", "space", "precision", "gated"]

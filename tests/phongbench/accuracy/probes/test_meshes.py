@@ -153,7 +153,7 @@ def test_all_samples_agree_with_arrays(plan, rows):
 
 
 def test_every_cell_is_measured_once_for_each_kind_of_pair(plan, rows):
-    assert tuple(rows.columns) == schema.MESH_COLUMNS
+    assert list(rows.columns) == schema.MESHES.names
     assert not rows.duplicated([*KEY, "normals", "pair"]).any()
     assert set(rows["alpha"]) == {32.0, 128.0}  # 5 shows no mesh
     kinds = rows.groupby(KEY, dropna=False)[["normals", "pair"]].apply(lambda g: frozenset(map(tuple, g.to_numpy())))
@@ -208,7 +208,7 @@ def test_threads_do_not_change_the_rows_and_seeds_do(plan, rows):
 def test_a_study_of_wide_lobes_only_says_that_no_mesh_is_measured(plan):
     frame, told = probed(replace(plan, alphas=(5.0,)))
     assert frame.empty
-    assert tuple(frame.columns) == schema.MESH_COLUMNS
+    assert list(frame.columns) == schema.MESHES.names
     assert "no exponent" in told[0]
 
 

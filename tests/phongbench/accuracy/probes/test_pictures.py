@@ -17,7 +17,6 @@ from phongbench.results import runs, schema
 from phongbench.scenes import scene_files
 from phongbench.scenes.render import render
 from phongbench.study import run as study
-from phongbench.timing.interleaved import in_turn, over
 
 PAIR = ("test-card", "chequerboard")
 
@@ -77,16 +76,15 @@ def test_a_picture_errs_by_no_more_than_its_lobe_promises(found):
     assert len(drawn) > 8
     assert (drawn["max_abs"] <= 1.001 * drawn["lobe_max"] + 1e-6).all()
     assert (drawn["psnr"] > 20).all()
-    assert list(rows.columns) == list(schema.SCENE_COLUMNS)
+    assert list(rows.columns) == schema.SCENES.names
 
 
 def test_on_the_test_card_the_law_is_met_and_not_only_kept(two_scenes, tiny):
     """Where a sphere shows every angle of the lobe the bound is the error: a reader may trust the scalar table."""
     card = scene_files.read_scene("test-card")
-    rows = pd.DataFrame(pictures.picture_errors.compare(card, pictures.drawn(tiny), rounds=0, size=(320, 180)))
+    rows = pd.DataFrame(pictures.picture_errors.compare(card, pictures.drawn(tiny), size=(320, 180)))
     lyon = rows[rows["approximation"] == "lyon"]
     np.testing.assert_allclose(lyon["max_abs"], lyon["lobe_error"], rtol=0.05)
-    assert rows["seconds"].isna().all()
 
 
 def test_only_formulas_of_the_plan_are_drawn(tiny):
@@ -201,16 +199,6 @@ def test_held_at_its_middle_a_polygon_is_right_there():
 # times
 
 
-def test_times_are_taken_of_every_call_in_every_round():
-    asked = []
-    seconds = in_turn([lambda n=n: asked.append(n) for n in range(3)], rounds=8)
-    assert seconds.shape == (8, 3)
-    assert all(sorted(asked[first : first + 3]) == [0, 1, 2] for first in range(0, 24, 3))
-    told = over(seconds, 1, 0)
-    assert told["ratio_low"] <= told["ratio"] <= told["ratio_high"]
-    assert told["seconds"] == seconds[:, 1].min()
-
-
 def test_with_timing_every_formula_and_skip_has_a_time(two_scenes, tiny):
     timed = tables(replace(tiny, timing=True))
     times = timed["scene_times"]
@@ -221,7 +209,7 @@ def test_with_timing_every_formula_and_skip_has_a_time(two_scenes, tiny):
     shading = times[times["kind"] == "shading"]
     assert set(shading["name"]) == {"phong", directional_lights.TWIN, "blinn-phong"}
     assert (times["ratio_low"] <= times["ratio"]).all()
-    assert list(times.columns) == list(schema.SCENE_TIME_COLUMNS)
+    assert list(times.columns) == schema.SCENE_TIMES.names
 
 
 # a run

@@ -27,7 +27,7 @@ def asked(small_plan, monkeypatch):
         context.violations.append("this cannot be")
         first = context.accuracy.head(1)
         behaviour = first.assign(case=CASE, outcome="value", lowest=0.0, highest=1.0, exact=1.0)
-        return {"accuracy": first, "behaviour": behaviour[list(schema.BEHAVIOUR_COLUMNS)]}
+        return {"accuracy": first, "behaviour": behaviour[schema.BEHAVIOUR.names]}
 
     monkeypatch.setattr(plans, "PROBE_NAMES", ("hostility",))
     monkeypatch.setattr(probes, "PROBES", (Probe("hostility", "asking", measure, lambda plan, jobs: 7.0),))

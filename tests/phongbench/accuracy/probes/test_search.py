@@ -12,7 +12,7 @@ from phongbench.accuracy.probes.probe import ProbeContext
 from phongbench.compiler.lowering import precision_named
 from phongbench.formulas import exact as truth
 from phongbench.inputs.plan import preset
-from phongbench.results.schema import ACCURACY_COLUMNS, ACCURACY_KEY, WORST_COLUMNS
+from phongbench.results.schema import ACCURACY, WORST
 
 CELL = ["approximation", "lambda_form", "space", "beta_policy", "alpha", "gamma", "precision"]
 PAIR = ["ax", "ay", "az", "bx", "by", "bz"]
@@ -43,11 +43,11 @@ def found(context):
 
 def test_every_gated_cell_has_a_row_and_its_worst_input(context, found):
     accuracy, worst = found["accuracy"], found["worst"]
-    assert list(accuracy.columns) == list(ACCURACY_COLUMNS)
-    assert list(worst.columns) == list(WORST_COLUMNS)
+    assert list(accuracy.columns) == ACCURACY.names
+    assert list(worst.columns) == WORST.names
     assert len(accuracy) == len(worst) == sum(cell.gated for cell in context.sweep.cells)
     assert set(accuracy["coverage"]) == {"searched"}
-    assert not accuracy.duplicated(list(ACCURACY_KEY)).any()
+    assert not accuracy.duplicated(ACCURACY.key).any()
     assert (accuracy["samples"] > search.LEVELS * search.BOXES * search.POINTS).all()
 
 

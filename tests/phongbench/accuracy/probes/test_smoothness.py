@@ -12,7 +12,7 @@ from phongbench.accuracy.probes.probe import ProbeContext
 from phongbench.compiler.lowering import FLOAT16, FLOAT32, precision_named
 from phongbench.formulas.formula import Formula
 from phongbench.inputs.plan import Cell, preset
-from phongbench.results.schema import SMOOTHNESS_COLUMNS
+from phongbench.results.schema import SMOOTHNESS
 
 
 @pytest.fixture(scope="module")
@@ -39,8 +39,8 @@ def lyon(rows, **wanted):
 
 
 def test_one_row_for_every_cell(rows):
-    assert tuple(rows.columns) == SMOOTHNESS_COLUMNS
-    assert not rows.duplicated([c for c in SMOOTHNESS_COLUMNS[:9] if c != "beta"]).any()
+    assert list(rows.columns) == SMOOTHNESS.names
+    assert not rows.duplicated([c for c in SMOOTHNESS.names[:9] if c != "beta"]).any()
     assert (rows["samples"] == smoothness.FINE + smoothness.COARSE).all()
 
 

@@ -1,0 +1,61 @@
+"""What is asked of a formula: how wrong it may be, at which exponents, in which precision, on which vectors."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from fractions import Fraction
+
+from phongbench.analysis.exponents import Exponents
+from phongbench.compiler.precisions import precision_named
+from phongbench.errors import InputError, UnknownNameError
+from phongbench.formulas.spec import SPACES
+
+
+@dataclass(frozen=True)
+class Budget:
+    """An error budget, and where it must hold.
+
+    alpha         exponents of exact Phong
+    max_error     largest absolute error allowed, > 0; 1/255 is one 8-bit code
+    length_error  how wrong the vectors' lengths may be, relative, >= 0: 0.01 is up to 1 % too long or too short
+    precision     a name that `precision_named` knows
+    space         reflect (R, V), or half (N, H), which agrees with Phong on coplanar vectors only
+    working_set   whose times count: l1, l2 or memory
+    """
+
+    alpha: Exponents
+    max_error: float
+    length_error: float = 0.0
+    precision: str = "float32"
+    space: str = "reflect"
+    working_set: str = "l1"
+
+    @staticmethod
+    def of(
+        alpha: Exponents | float | str,
+        max_error: float | str,
+        length_error: float | str | None = None,
+        precision: str = "float32",
+        space: str = "reflect",
+        working_set: str = "l1",
+    ) -> Budget:
+        """The budget of these values, numbers or text; InputError or UnknownNameError names the wrong one."""
+        most, size = number(max_error, "max_error"), number(length_error or 0.0, "length_error")
+        if not (math.isfinite(most) and most > 0):
+            raise InputError(f"the error budget must be above 0, not {most:g}", "max_error", "one 8-bit code is 1/255")
+        if not (math.isfinite(size) and size >= 0):
+            fix = "0.01 allows lengths up to 1 % wrong"
+            raise InputError(f"a length error of {size:g} is not one", "length_error", fix)
+        precision_named(precision)
+        if space not in SPACES:
+            raise UnknownNameError("space", space, SPACES)
+        return Budget(Exponents.of(alpha), most, size, precision, space, working_set)
+
+
+def number(value: float | str, name: str) -> float:
+    """A number, or text such as 0.004, 1e-3 or 1/255; InputError names the option where it is neither."""
+    try:
+        return float(Fraction(value.replace(" ", ""))) if isinstance(value, str) else float(value)
+    except (ValueError, ZeroDivisionError, OverflowError) as problem:
+        raise InputError(f"{value!r} is not a number", name, "write 0.004 or 1/255") from problem
