@@ -4,7 +4,7 @@
     for check in CHECKS:
         check(SPEC)
 
-A check returns nothing or raises AssertionError saying what it found, and where.
+A check returns nothing or raises AssertionError saying what is wrong, and where.
 """
 
 import inspect
@@ -216,10 +216,10 @@ def _compare(
     with np.errstate(all="ignore"):
         at = at.astype(precision.dtype)
         expected = np.array([float(body(float(x))) for x in at])
-    found = compiled(spec, setting, precision, at).astype(np.float64)
-    worst = int(np.argmax(np.abs(found - expected)))
-    message = f"{found[worst]} compiled, {expected[worst]} plain at {spec.coordinate} {at[worst]} in {precision.name}"
-    _require(abs(found[worst] - expected[worst]) <= tolerance, spec, message, setting)
+    values = compiled(spec, setting, precision, at).astype(np.float64)
+    worst = int(np.argmax(np.abs(values - expected)))
+    message = f"{values[worst]} compiled, {expected[worst]} plain at {spec.coordinate} {at[worst]} in {precision.name}"
+    _require(abs(values[worst] - expected[worst]) <= tolerance, spec, message, setting)
 
 
 def check_no_double_in_float32(spec: Approximation) -> None:

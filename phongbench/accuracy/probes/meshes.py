@@ -74,7 +74,7 @@ def measure(context: ProbeContext) -> dict[str, pd.DataFrame]:
     plan = context.plan
     sweep = Sweep(plan, context.registry, list(_cells(plan, context.registry)), [])
     if not sweep.cells:
-        context.note(f"no exponent in {ALPHAS[0]:g} .. {ALPHAS[1]:g} was asked for, so no mesh is measured")
+        context.note(f"no exponent in {ALPHAS[0]:g} .. {ALPHAS[1]:g} is in the plan, so no mesh is measured")
         return {"meshes": MESHES.frame()}
     tasks = list(_tasks(plan, context.note))
     measured = []

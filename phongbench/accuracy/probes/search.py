@@ -1,8 +1,8 @@
 """The largest error that a search finds over all pairs of nearly unit vectors: a lower bound of the true maximum.
 
 Domain: pairs (a, b) of vectors that the precision holds, each with a length within one `eps` of 1, in the spaces in
-which the plan studies lengths; truth `angle`. Rounded unit vectors all lie in it, so what is found is at least what any
-stratum of unit vectors found by sampling.
+which the plan studies lengths; truth `angle`. Rounded unit vectors all lie in it, so the result is at least what any
+stratum of unit vectors shows by sampling.
 
 The six components hardly form boxes: almost no point of one is a unit vector. So the search has two stages.
 
@@ -52,7 +52,7 @@ SECONDS = 0.006
 
 
 @dataclass(frozen=True)
-class Found:
+class Worst:
     """The worst pair of a cell.
 
     position     of the cell in the sweep
@@ -76,21 +76,21 @@ def measure(context: ProbeContext) -> Mapping[str, pd.DataFrame]:
     families = _families(context)
     if not families:
         return {}
-    kept = _kept(context.worst)
+    stored = _stored(context.worst)
     random = np.random.default_rng(context.plan.seed).random((LEVELS, 4, BOXES * POINTS))
     total = sum(map(len, families))
 
-    def search(family: Sequence[int]) -> list[Found]:
-        found: list[Found] = []
+    def search(family: Sequence[int]) -> list[Worst]:
+        results: list[Worst] = []
         for position in family:
-            seeds = kept.get(_key(context.sweep.cells[position]), [])
-            found.append(_search(context, position, seeds, found[-1:], random))
+            seeds = stored.get(_key(context.sweep.cells[position]), [])
+            results.append(_search(context, position, seeds, results[-1:], random))
             context.advance(1 / total)
-        return found
+        return results
 
     with ThreadPoolExecutor(max_workers=context.jobs) as pool:
-        found = sorted((f for family in pool.map(search, families) for f in family), key=lambda f: f.position)
-    return {"accuracy": _accuracy(context, found), "worst": _worst(context, found)}
+        results = sorted((f for family in pool.map(search, families) for f in family), key=lambda f: f.position)
+    return {"accuracy": _accuracy(context, results), "worst": _worst(context, results)}
 
 
 def seconds(plan: Plan, jobs: int) -> float:
@@ -108,22 +108,22 @@ def _wanted(plan: Plan, cell: Cell, closely: Sequence[float]) -> bool:
 
 def _families(context: ProbeContext) -> list[list[int]]:
     """Positions of the cells that differ in alpha alone, ascending: each is seeded by the one before it."""
-    found: dict[tuple[Any, ...], list[int]] = {}
+    families: dict[tuple[Any, ...], list[int]] = {}
     closely = exponents(context.plan)
     for position, cell in enumerate(context.sweep.cells):
         if _wanted(context.plan, cell, closely) and position not in context.sweep.failures:
             key = (cell.formula, cell.precision)
-            found.setdefault(key, []).append(position)
-    return [sorted(family, key=lambda p: context.sweep.cells[p].alpha) for family in found.values()]
+            families.setdefault(key, []).append(position)
+    return [sorted(family, key=lambda p: context.sweep.cells[p].alpha) for family in families.values()]
 
 
 def _key(cell: Cell) -> tuple[Any, ...]:
-    """What tells a cell apart in the table of worst inputs."""
+    """What identifies a cell in the table of worst inputs."""
     f = cell.formula
     return f.approximation, f.lambda_form, f.space, f.slope, cell.alpha, f.gamma or 0, cell.precision, cell.gated
 
 
-def _kept(worst: pd.DataFrame) -> dict[tuple[Any, ...], list[Array]]:
+def _stored(worst: pd.DataFrame) -> dict[tuple[Any, ...], list[Array]]:
     """The stored worst inputs on unit vectors, by cell: (error, exact, value, a, b) each.
 
     Those of the stratum `cosines` are none of the domain's, but near one: they seed, and count for nothing (-1).
@@ -136,10 +136,10 @@ def _kept(worst: pd.DataFrame) -> dict[tuple[Any, ...], list[Array]]:
     numbers = np.array(unit[["error", "exact", "value"]], float)
     numbers[(unit["stratum"] == COSINES.name).to_numpy()] = -1.0
     pairs = np.array([[float.fromhex(x) for x in unit[c]] for c in ("ax", "ay", "az", "bx", "by", "bz")]).T
-    found: dict[tuple[Any, ...], list[Array]] = {}
+    inputs: dict[tuple[Any, ...], list[Array]] = {}
     for key, number, pair in zip(keys, numbers, pairs.reshape(-1, 6), strict=True):
-        found.setdefault(tuple(key), []).append(np.concatenate([number, pair]))
-    return found
+        inputs.setdefault(tuple(key), []).append(np.concatenate([number, pair]))
+    return inputs
 
 
 class _Cell:
@@ -174,16 +174,16 @@ class _Cell:
 
 
 def _search(
-    context: ProbeContext, position: int, kept: Sequence[Array], before: Sequence[Found], random: Array
-) -> Found:
+    context: ProbeContext, position: int, stored: Sequence[Array], before: Sequence[Worst], random: Array
+) -> Worst:
     cell = _Cell(context, position)
-    for candidate in kept:
+    for candidate in stored:
         if candidate[0] > cell.best[0]:
             cell.best[:] = candidate
     place, ends = _boxes(cell, before[0].place if before else None, random)
-    _leaves(cell, np.array([*ends, *(candidate[3:] for candidate in kept), *(f.pair for f in before)]))
+    _leaves(cell, np.array([*ends, *(candidate[3:] for candidate in stored), *(f.pair for f in before)]))
     error, exact, value = (float(x) for x in cell.best[:3])
-    return Found(position, error, exact, value, cell.best[3:].copy(), place, cell.evaluations)
+    return Worst(position, error, exact, value, cell.best[3:].copy(), place, cell.evaluations)
 
 
 def _boxes(cell: _Cell, place: Array | None, random: Array) -> tuple[Array, Array]:
@@ -270,28 +270,28 @@ def _errors(
         out[0, i] = error if out[0, i] <= eps and np.isfinite(error) else -1.0
 
 
-def _accuracy(context: ProbeContext, found: Sequence[Found]) -> pd.DataFrame:
-    frame = _keys(context, found)
-    errors = np.array([f.error for f in found])
-    frame["samples"] = [f.evaluations for f in found]
+def _accuracy(context: ProbeContext, results: Sequence[Worst]) -> pd.DataFrame:
+    frame = _keys(context, results)
+    errors = np.array([f.error for f in results])
+    frame["samples"] = [f.evaluations for f in results]
     frame["max_abs"], frame["codes_8bit"] = errors, 255 * errors
-    above = np.array([f.value > f.exact for f in found])
+    above = np.array([f.value > f.exact for f in results])
     frame["max_above"], frame["max_below"] = np.where(above, errors, np.nan), np.where(above, np.nan, errors)
     for count in ("nonfinite", "above_one", "negative", "excluded"):
         frame[count] = 0
     return frame.reindex(columns=ACCURACY.names)
 
 
-def _worst(context: ProbeContext, found: Sequence[Found]) -> pd.DataFrame:
-    frame = _keys(context, found)
+def _worst(context: ProbeContext, results: Sequence[Worst]) -> pd.DataFrame:
+    frame = _keys(context, results)
     frame["rank"] = 1
     for name in ("error", "exact", "value"):
-        frame[name] = [getattr(f, name) for f in found]
+        frame[name] = [getattr(f, name) for f in results]
     for k, name in enumerate(("ax", "ay", "az", "bx", "by", "bz")):
-        frame[name] = pd.Series([float(f.pair[k]).hex() for f in found], dtype="str")
+        frame[name] = pd.Series([float(f.pair[k]).hex() for f in results], dtype="str")
     return frame[WORST.names]
 
 
-def _keys(context: ProbeContext, found: Sequence[Found]) -> pd.DataFrame:
-    frame = tables.of_cells(context.sweep, np.array([f.position for f in found]))
+def _keys(context: ProbeContext, results: Sequence[Worst]) -> pd.DataFrame:
+    frame = tables.of_cells(context.sweep, np.array([f.position for f in results]))
     return frame.assign(stratum=VECTORS, perturbation="none", length_error=0.0, truth="angle", coverage="searched")

@@ -3,7 +3,7 @@
 The error of a formula in exact arithmetic is a function of one number, the deficit d = 1 - cos(angle) of unit vectors.
 The kernel's own plain body and exact Phong's run on sets of numbers (sets.py): on intervals, and on Taylor series with
 ball coefficients, whose value at the middle of a box, with what its last coefficient leaves open, bounds the error over
-the box. Boxes are halved, the worst first, until the bound is within `TIGHT` of an error that was found, or below
+the box. Boxes are halved, the worst first, until the bound is within `TIGHT` of an error that occurs, or below
 `NOTHING`. Plain interval bisection needs some hundred times as many boxes around a flat maximum.
 
 Rows have coverage `certified` and precision `exact`: model_max and max_abs are the bound, an upper one, rounded up; all
@@ -34,7 +34,7 @@ from phongbench.formulas.spec import Approximation, Setting
 from phongbench.inputs.plan import Cell, Plan
 from phongbench.results.schema import ACCURACY, EXACT
 
-#: a bound this close to a found error is tight: 0.2 %
+#: a bound this close to an error that occurs is tight: 0.2 %
 TIGHT = 1.002
 #: errors below this are nobody's concern: where a formula is Phong the bound cannot be relative
 NOTHING = 1e-9
@@ -105,24 +105,24 @@ def error_of(spec: Approximation, form: str, setting: Setting) -> Callable[[Any]
 
 
 def largest(error: Callable[[Any], Any], exponent: float) -> float:
-    """An upper bound of |error| over deficits in [0, 1]; infinite if none was found.
+    """An upper bound of |error| over deficits in [0, 1]; infinite if there is none.
 
     exponent  of the lobe, which says where to look first
     """
     cuts = sorted({min(1.0, u / exponent) for u in _cuts(exponent)})
-    found = max(_at(error, cut) for cut in cuts)
+    reached = max(_at(error, cut) for cut in cuts)
     boxes: list[tuple[float, float, float]] = []
 
     def add(low: float, high: float) -> None:
-        nonlocal found
-        found = max(found, _at(error, (low + high) / 2))
-        heapq.heappush(boxes, (-bound(error, low, high, found), low, high))
+        nonlocal reached
+        reached = max(reached, _at(error, (low + high) / 2))
+        heapq.heappush(boxes, (-bound(error, low, high, reached), low, high))
 
     for low, high in pairwise(cuts):
         add(low, high)
     for halvings in range(HALVINGS):
         worst = -boxes[0][0]
-        if worst <= max(TIGHT * found, NOTHING) or (halvings > HOPELESS and math.isinf(worst)):
+        if worst <= max(TIGHT * reached, NOTHING) or (halvings > HOPELESS and math.isinf(worst)):
             break
         _, low, high = heapq.heappop(boxes)
         add(low, (low + high) / 2)
