@@ -19,10 +19,10 @@ def approximations(files: tuple[Path, ...], as_json: bool) -> None:
     from phongbench.formulas.registry import describe
     from phongbench.formulas.user_files import registry_with
 
-    told = [describe(spec) for spec in registry_with(files).values()]
+    known = [describe(spec) for spec in registry_with(files).values()]
     columns = ("name", "kind", "formula", "lambda_forms", "spaces", "beta_policies")
-    lines = [[", ".join(a[c]) if isinstance(a[c], list) else a[c] for c in columns] for a in told]
-    show(told, as_json, lambda: table("", columns, lines))
+    lines = [[", ".join(a[c]) if isinstance(a[c], list) else a[c] for c in columns] for a in known]
+    show(known, as_json, lambda: table("", columns, lines))
 
 
 @click.command(short_help="Check this installation and machine.")
@@ -44,17 +44,14 @@ def doctor(timing: bool, repeats: int, working_sets: tuple[str, ...], as_json: b
     if timing:
         from phongbench.benchmarks.false_alarms import count
 
-        told = [alarms.as_dict() for alarms in count(repeats, working_sets=working_sets)]
-        show(told, as_json, lambda: table("Identical code, timed against itself", *grid(told)))
+        rows = [alarms.as_dict() for alarms in count(repeats, working_sets=working_sets)]
+        show(rows, as_json, lambda: table("Identical code, timed against itself", *grid(rows)))
     else:
         from phongbench.study.doctor import examine
 
-        found = examine()
-        told = [{**c, "good": c["state"] != "bad"} for c in found]
-        show(
-            found,
-            as_json,
-            lambda: table("", ("check", "state", "detail"), [(c["check"], c["state"], c["detail"]) for c in found]),
-        )
-    if not all(row["good"] for row in told):
+        checks = examine()
+        rows = [{**c, "good": c["state"] != "bad"} for c in checks]
+        lines = [(c["check"], c["state"], c["detail"]) for c in checks]
+        show(checks, as_json, lambda: table("", ("check", "state", "detail"), lines))
+    if not all(row["good"] for row in rows):
         sys.exit(DIFFERENT)

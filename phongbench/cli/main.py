@@ -78,11 +78,11 @@ def main() -> None:
     """Entry point."""
 
 
-def _serve(**wishes: Any) -> None:
+def _serve(**options: Any) -> None:
     from phongbench_api.serve import serve
     from phongbench_api.settings import Settings
 
-    serve(Settings(**wishes))
+    serve(Settings(**options))
 
 
 for command in (
@@ -157,7 +157,7 @@ def run(
     fresh: bool,
     dry_run: bool,
     as_json: bool,
-    **wishes: Any,
+    **options: Any,
 ) -> None:
     """Run a study: accuracy, stability, timing, and a report.
 
@@ -178,15 +178,15 @@ def run(
     from phongbench.study.run import run_study
 
     registry = registry_with(files)
-    wishes["meshes"] = wishes["meshes"] or None
-    if wishes["approximations"] is None and plan is None:  # plug-ins and the user's own among them
-        wishes["approximations"] = tuple(registry)
-    wishes |= {"timing": False if no_timing else None, "note": lambda text: notes([text], quiet=as_json)}
-    wanted = compose(plan, preset_name, materials, **wishes).validated(registry)
+    options["meshes"] = options["meshes"] or None
+    if options["approximations"] is None and plan is None:  # plug-ins and the user's own among them
+        options["approximations"] = tuple(registry)
+    options |= {"timing": False if no_timing else None, "note": lambda text: notes([text], quiet=as_json)}
+    wanted = compose(plan, preset_name, materials, **options).validated(registry)
     if dry_run:
         with TerminalProgress(quiet=as_json) as progress:
-            told = forecast(wanted, registry, jobs, progress).as_dict()
-        show(told, as_json, lambda: facts(told))
+            prediction = forecast(wanted, registry, jobs, progress).as_dict()
+        show(prediction, as_json, lambda: facts(prediction))
         return
     with TerminalProgress(quiet=as_json) as progress:
         outcome = run_study(
@@ -201,13 +201,8 @@ def run(
             command=("phongbench", *sys.argv[1:]),
             files=[f.name for f in files],
         )
-    show(outcome.as_dict(), as_json, lambda: _told(outcome))
-    for message, count in outcome.failures.items():
-        click.echo(f"{count} cells failed: {message}", err=True)
-    for violation in outcome.violations:
-        click.echo(f"results contradict each other: {violation}", err=True)
-    if outcome.failures or outcome.violations:
-        sys.exit(SOME_CELLS_FAILED)
+    show(outcome.as_dict(), as_json, lambda: _summary(outcome))
+    _exit_on_failures(outcome)
 
 
 @main.command(short_help="Draw the report of a run again.")
@@ -219,17 +214,26 @@ def report(run_name: str, out: Path | None, single_file: bool) -> None:
     from phongbench.results import runs
     from phongbench_reports import build
 
-    found = runs.find(run_name, ROOT)
-    click.echo(build(found, out or found.path / "report", single_file=single_file, processes=2))
+    run = runs.find(run_name, ROOT)
+    click.echo(build(run, out or run.path / "report", single_file=single_file, processes=2))
 
 
-def _build_report(found: Any, folder: Path) -> Path:
+def _build_report(run: Any, folder: Path) -> Path:
     from phongbench_reports import build
 
-    return build(found, folder, processes=2)
+    return build(run, folder, processes=2)
 
 
-def _told(outcome: Any) -> None:
+def _exit_on_failures(outcome: Any) -> None:
+    for message, count in outcome.failures.items():
+        click.echo(f"{count} cells failed: {message}", err=True)
+    for violation in outcome.violations:
+        click.echo(f"results contradict each other: {violation}", err=True)
+    if outcome.failures or outcome.violations:
+        sys.exit(SOME_CELLS_FAILED)
+
+
+def _summary(outcome: Any) -> None:
     rate = outcome.evaluations / max(outcome.seconds["accuracy"], 1e-9) / 1e9
     click.echo(
         f"{outcome.cells:,} cells, {outcome.evaluations / 1e9:.2f} billion evaluations in "

@@ -1,4 +1,4 @@
-"""The command that serves. What it starts is handed in: only cli.py may know the service."""
+"""The command that serves. What it starts is passed in: only main.py knows the service."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -34,7 +34,7 @@ def serving(start: Callable[..., None]) -> click.Command:
         metavar="SECONDS",
         help="Between SIGTERM, when /readyz turns 503, and closing the door.",
     )
-    def serve(**wishes: Any) -> None:
+    def serve(**options: Any) -> None:
         """Serve until stopped: the explorer page at /, the interface at /docs.
 
         Nothing is ever written, and nothing is measured: that is `phongbench run`. On loopback, requests under another
@@ -46,6 +46,6 @@ def serving(start: Callable[..., None]) -> click.Command:
           phongbench serve --port 8080 --runs /srv/phongbench-runs --workers 4
           phongbench serve --host 0.0.0.0 --allowed-host phong.example.org
         """
-        start(**wishes)
+        start(**options)
 
     return serve

@@ -5,8 +5,9 @@ gamma = 2**n the exponent an approximation is evaluated with, beta its slope. An
 the law gives its extreme over lambda in [0, 1]: positive where the approximation is too dark. Every function takes
 floats or arrays (they broadcast) and returns a float64 array of the broadcast shape, or a float for floats.
 
-Each law states where it holds and how closely; `test_error_laws.py` holds it to that on a dense float64 grid.
-They are model laws: formulas in exact arithmetic. float32 rounding adds at most about alpha * 2**-25.
+Each law states where it holds and how closely; tests/phongbench/formulas/test_error_laws.py holds it to that on a
+dense float64 grid. They are model laws: formulas in exact arithmetic. float32 rounding adds at most about
+alpha * 2**-25.
 
 Source  all follow from Lyon's form, Apple Technical Report 43 (1993), by expansion in 1/gamma and 1/alpha; the numeric
         constants are fits to the dense grid of the tests.

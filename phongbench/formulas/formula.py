@@ -190,15 +190,6 @@ def specular_of(text: str) -> "Specular":
     return Specular(name, form or None, None if gamma is None else int(gamma))
 
 
-def cell_name(cell: Mapping[str, Any]) -> str:
-    """A cell's name for people: "lyon, cross, gamma 8, minimax"; Taylor slopes and reflect space go without saying."""
-    form = [cell["lambda_form"]] if cell["lambda_form"] != "none" else []
-    gamma = [] if pd.isna(cell["gamma"]) else [f"gamma {int(cell['gamma'])}"]
-    policy = [cell["beta_policy"]] if cell["beta_policy"] not in ("none", "taylor") else []
-    half = ["half space"] if cell["space"] == "half" else []
-    return ", ".join([str(cell["approximation"]), *form, *gamma, *policy, *half])
-
-
 @dataclass(frozen=True)
 class Specular:
     """Which formula stands for the specular term.

@@ -168,7 +168,7 @@ def _lost(key: str) -> str:
     """What is lost with a keyword."""
     if key.lower().startswith(_TEXTURES):
         return "textures are not drawn"
-    return _LOST.get(key, "it is no keyword of MTL files")
+    return _LOST.get(key, "it is not understood")
 
 
 def _exponent(values: list[str], where: str) -> float:

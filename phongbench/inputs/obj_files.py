@@ -28,7 +28,7 @@ class ObjFile:
     """The triangles of an OBJ file, and the materials that it names for them.
 
     libraries  the text of each mtllib line: one MTL file's name, or several
-    materials  line and text of each usemtl line: a name, perhaps with a comment
+    materials  the texts of usemtl lines, each once with its first line: a name, perhaps with a comment
     worn       int64 (m,)  which of these each triangle wears; -1 before the first
     bare       line of the first face without a material; None if there is none
     """
@@ -77,8 +77,7 @@ def _load(path: Path, changed: int, size: int) -> ObjFile:
     notes.add("degenerate triangles left out", count=left_out)
     corners, named, owners = corners[solid], named[solid], owners[solid]
     vertices, normals, faces = _with_normals(lines, points, corners, named, notes, remarks)
-    libraries, uses, materials = _statements(lines, notes, creases=bool((named < 0).any()))
-    worn = np.searchsorted(uses, owners) - 1
+    libraries, materials, worn = _statements(lines, owners, notes, creases=bool((named < 0).any()))
     bare = lines.number(int(owners[worn.argmin()])) if worn.min() < 0 else None
     surface = Surface(path.name, vertices, normals, faces, notes.sentences(), remarks.sentences(), left_out)
     return ObjFile(surface, libraries, materials, worn, bare)
@@ -165,25 +164,26 @@ def _with_normals(
 
 
 def _statements(
-    lines: ObjLines, notes: Notes, *, creases: bool
-) -> tuple[tuple[str, ...], Indices, tuple[tuple[int, str], ...]]:
-    """The mtllib texts, the indices of the usemtl lines, and their numbers and names; what else is lost is noted.
+    lines: ObjLines, owners: Indices, notes: Notes, *, creases: bool
+) -> tuple[tuple[str, ...], tuple[tuple[int, str], ...], Indices]:
+    """The libraries, the materials and which of these the triangles of faces wear; what else is lost is noted.
 
     creases  whether smoothing groups would decide about normals
     """
-    libraries, uses, materials, groups = list[str](), list[int](), list[tuple[int, str]](), dict[str, int]()
+    libraries, materials, groups = list[str](), dict[str, tuple[int, int]](), dict[str, int]()
+    uses, used = [-1], [-1]
     for line, key, rest in lines.others():
         if key == b"mtllib":
             libraries.append(name(rest))
         elif key == b"usemtl":
             uses.append(line)
-            materials.append((lines.number(line), name(rest)))
+            used.append(materials.setdefault(name(rest), (len(materials), lines.number(line)))[0])
         elif key == b"s":
             groups.setdefault(name(rest), line)
         elif key not in _SILENT:
-            notes.add(
-                f"{name(key)[:20]!r} is ignored: {_LOST.get(key, 'it is no keyword of OBJ files')}", lines.number(line)
-            )
+            lost = _LOST.get(key, "it is not understood")
+            notes.add(f"{name(key)[:20]!r} is ignored: {lost}", lines.number(line))
     if creases and (len(groups) > 1 or "off" in groups or "0" in groups):
         notes.add("smoothing groups are ignored: normals are smooth everywhere", lines.number(min(groups.values())))
-    return tuple(libraries), np.array(uses, np.int64), tuple(materials)
+    named = tuple((line, text) for text, (_, line) in materials.items())
+    return tuple(libraries), named, np.array(used)[np.searchsorted(uses, owners) - 1]

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from phongbench.compiler.precisions import Array
 from phongbench.errors import InputError
-from phongbench.inputs.wavefront_text import number_of, read, shown
+from phongbench.inputs.wavefront_text import CONTINUED, read, shown
 
 Indices = NDArray[np.int64]
 
@@ -37,6 +37,7 @@ class ObjLines:
         self.path, self.data = path, read(path, "mesh", EXAMPLE)
         self._bytes = np.frombuffer(self.data, np.uint8)
         ends = np.flatnonzero(self._bytes == ord("\n")) + 1
+        self._continued = np.flatnonzero(self._bytes == CONTINUED[0])
         self.starts = np.concatenate([[0], ends[:-1]])
         self._lengths = ends - self.starts
         self.kinds = self._kinds()
@@ -57,7 +58,7 @@ class ObjLines:
 
     def number(self, line: int) -> int:
         """The number in the file of the line with this index, from 1."""
-        return number_of(self.data, int(self.starts[line]))
+        return 1 + line + int(np.searchsorted(self._continued, self.starts[line]))
 
     def others(self) -> Iterator[tuple[int, bytes, bytes]]:
         """The index, the keyword and the rest of each line of another kind."""

@@ -38,7 +38,7 @@ def triangles(places: Array, sizes: NDArray[np.int64]) -> tuple[NDArray[np.int64
             ears = _ears(places[corners[polygon]])
             crossing += ears is None
             if ears is not None:
-                chosen[polygon] = corners[polygon][ears]
+                chosen[polygon] = corners[polygon][np.array(ears)]
         parts.append(chosen.reshape(-1, 3))
         owners.append(np.repeat(polygons, size - 2))
     owner = np.concatenate(owners)
@@ -59,29 +59,42 @@ def _twice_areas(places: Array, polygons: NDArray[np.int64]) -> Array:
     return np.asarray(np.cross(arms[..., :-1, :], arms[..., 1:, :]).sum(axis=-2))
 
 
-def _ears(places: Array) -> NDArray[np.int64] | None:
+def _ears(places: Array) -> list[tuple[int, int, int]] | None:
     """The n - 2 triangles of a polygon's (n, 3) corners by cutting ears off; None if it crosses itself.
 
-    Corners on a straight line are cut off as triangles without area.
+    An ear is a corner that turns inwards and holds no other corner, of which only those that do not turn inwards can
+    be held. Corners on a straight line are cut off as triangles without area, where there is no ear.
     """
-    flat = _projected(places)
-    scale = float(np.ptp(flat, axis=0).max()) ** 2 * _FLAT
-    ring, found, at = list(range(len(flat))), [], 0
-    while len(ring) > 3:
-        turns = _turns(flat[np.roll(ring, 1)], flat[ring], flat[np.roll(ring, -1)])
-        order = np.roll(np.arange(len(ring)), -at)
-        ears = (i for i in order[turns[order] > scale].tolist() if _empty(flat, ring, turns, i, scale))
-        ear = next(ears, None)
-        if ear is None:
-            straight = np.flatnonzero(np.abs(turns) <= scale)
-            if not len(straight):
+    x, y = _projected(places).T.tolist()
+    size, flat = len(x), max(max(x) - min(x), max(y) - min(y)) ** 2 * _FLAT
+    before, after = [*range(-1, size - 1)], [*range(1, size), 0]
+    before[0] = size - 1
+
+    def turn(a: int, b: int, c: int) -> float:
+        return float((x[b] - x[a]) * (y[c] - y[b]) - (y[b] - y[a]) * (x[c] - x[b]))
+
+    def holds(a: int, b: int, c: int, p: int) -> bool:
+        inside = turn(a, b, p) >= -flat and turn(b, c, p) >= -flat and turn(c, a, p) >= -flat
+        return inside and not any(x[p] == x[q] and y[p] == y[q] for q in (a, b, c))
+
+    blunt = {i for i in range(size) if turn(before[i], i, after[i]) <= flat}
+    found: list[tuple[int, int, int]] = []
+    corner, tried, straight = 0, 0, False
+    while len(found) < size - 3:
+        a, b, c = before[corner], corner, after[corner]
+        corner, tried = c, tried + 1
+        if (b not in blunt and not any(holds(a, b, c, p) for p in blunt)) or (straight and abs(turn(a, b, c)) <= flat):
+            found.append((a, b, c))
+            after[a], before[c] = c, a
+            blunt -= {a, b, c}
+            blunt |= {i for i in (a, c) if turn(before[i], i, after[i]) <= flat}
+            tried, straight = 0, False
+        elif tried > size - len(found):
+            if straight:
                 return None
-            ear = int(straight[0])
-        found.append((ring[ear - 1], ring[ear], ring[(ear + 1) % len(ring)]))
-        del ring[ear]
-        at = ear % len(ring)
-    found.append((ring[0], ring[1], ring[2]))
-    return np.array(found) if _turns(*flat[ring]) >= -scale else None
+            tried, straight = 0, True
+    last = (before[corner], corner, after[corner])
+    return [*found, last] if turn(*last) >= -flat else None
 
 
 def _projected(places: Array) -> Array:
@@ -93,18 +106,3 @@ def _projected(places: Array) -> Array:
     axis = int(np.abs(normal).argmax() if np.abs(normal).max() > _FLAT * size.max() ** 2 else size.argmin())
     kept = [(axis + 1) % 3, (axis + 2) % 3]
     return np.asarray(arms[:, kept if normal[axis] >= 0 else kept[::-1]])
-
-
-def _turns(a: Array, b: Array, c: Array) -> Array:
-    """Twice the signed area of the triangles a b c."""
-    u, v = b - a, c - b
-    return np.asarray(u[..., 0] * v[..., 1] - u[..., 1] * v[..., 0])
-
-
-def _empty(flat: Array, ring: list[int], turns: Array, ear: int, scale: float) -> bool:
-    """Whether no other corner lies in this one's ear; only one that does not turn outwards can, unless it touches."""
-    a, b, c = flat[ring[ear - 1]], flat[ring[ear]], flat[ring[(ear + 1) % len(ring)]]
-    others = flat[np.array(ring)[turns <= scale]]
-    inside = (_turns(a, b, others) >= -scale) & (_turns(b, c, others) >= -scale) & (_turns(c, a, others) >= -scale)
-    touching = np.any([(others == corner).all(axis=1) for corner in (a, b, c)], axis=0)
-    return not bool((inside & ~touching).any())

@@ -98,11 +98,6 @@ def _joined(data: bytes) -> bytes:
     return re.sub(rb"\\ *\n", end, data)
 
 
-def number_of(data: bytes, start: int) -> int:
-    """The number of the line of the file that begins at this byte."""
-    return 1 + data.count(b"\n", 0, start) + data.count(CONTINUED, 0, start)
-
-
 def numbered(text: bytes) -> Iterator[tuple[int, bytes]]:
     """The lines of a text, each with the number of the line of the file that it begins at."""
     number = 1
@@ -114,6 +109,11 @@ def numbered(text: bytes) -> Iterator[tuple[int, bytes]]:
 def name(text: bytes) -> str:
     """A name as text, with single blanks: UTF-8, or Latin-1 where it is none."""
     return b" ".join(text.split()).decode("utf-8", errors="phongbench-latin-1")
+
+
+def printable(text: str) -> str:
+    """A name as it may be shown: what could move a cursor is escaped."""
+    return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in text)
 
 
 def without_comment(text: str) -> str:

@@ -1,5 +1,6 @@
 """Triangle meshes of a scene: tessellated surfaces and OBJ files, transformed, with their materials."""
 
+import itertools
 import math
 from collections.abc import Iterable
 from pathlib import Path
@@ -12,6 +13,7 @@ from phongbench.formulas.formula import Specular
 from phongbench.inputs import meshes, obj_files
 from phongbench.inputs.mtl_files import Material as Named
 from phongbench.inputs.mtl_files import mtl_paths, read_mtl
+from phongbench.inputs.wavefront_text import printable
 from phongbench.scenes.scene import MOST_TRIANGLES, Material, Mesh
 from phongbench.shading.lighting import Material as Reflection
 from phongbench.support.documents import Table
@@ -21,6 +23,8 @@ SMOOTH = ("normals", "colours", "none")
 FINEST, COARSEST = 0.2, 120.0
 #: the same for a scene from afar, whose triangles are made before anyone can count them: half a million at most
 FINEST_AFAR = 1.0
+#: names that a message shows of a list
+_SHOWN = 10
 #: a transform whose smallest stretch is below this share of its largest flattens what it transforms
 _SINGULAR = 1e-6
 
@@ -118,20 +122,26 @@ def _worn(path: Path, obj: obj_files.ObjFile, materials: list[Material]) -> tupl
     paths, missing = mtl_paths(path.parent, obj.libraries)
     if not paths:
         fix = "put it beside the OBJ file, or give the object a material"
-        raise InputError("cannot read the MTL file: it is not there", str(path.parent / missing[0]), fix)
+        raise InputError("cannot read the MTL file: it is not there", str(path.parent / _shown(missing)), fix)
     if obj.bare:
         fix = "write usemtl before the first face, or give the object a material"
         raise InputError("some faces have no material", f"{path}:{obj.bare}", fix)
-    read, absent = read_mtl(*paths), f"; not there: {', '.join(missing)}" if missing else ""
+    read, absent = read_mtl(*paths), f"; not there: {_shown(missing)}" if missing else ""
     places = np.zeros(len(obj.materials), np.int32)
     for use in np.unique(obj.worn).tolist():
         number, text = obj.materials[use]
         if (found := read.find(text)) is None:
-            fix = f"define it there, or give the object a material; known: {', '.join(m.name for m in read.materials)}"
+            fix = f"define it there, or give the object a material; known: {_shown(m.name for m in read.materials)}"
             raise InputError(f"the material {text!r} is not in the MTL file{absent}", f"{path}:{number}", fix)
         places[use] = _index(found, materials)
     notes = read.notes + tuple(f"{path}: the MTL file {name!r} is not there" for name in missing)
     return places[obj.worn], notes
+
+
+def _shown(names: Iterable[str]) -> str:
+    """The first names, as a message can show them."""
+    first = list(map(printable, itertools.islice(names, _SHOWN + 1)))
+    return ", ".join([*first[:_SHOWN], *(["..."] if len(first) > _SHOWN else [])])
 
 
 def _index(named: Named, materials: list[Material]) -> int:

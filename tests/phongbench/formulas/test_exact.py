@@ -43,8 +43,8 @@ def test_fast_and_slow_truth_agree_on_vectors(half):
         for i in range(50):
             # the test's own rounding of a.b, raised to the 50th (100th) power, is the tolerance
             with mpmath.workdps(50):
-                u, v = (list(map(mpmath.mpf, x)) for x in (scale * a[:, i], b[:, i]))
-                wanted = phong_of_cosine(product(u, v), 50.0, half)
+                exact = product([mpmath.mpf(float(c)) for c in scale * a[:, i]], b[:, i].tolist())
+                wanted = phong_of_cosine(exact, 50.0, half)
             assert abs(angle[i] - exact_angle(scale * a[:, i], b[:, i], 50.0, half)) < 2e-14
             assert abs(given[i] - wanted) < 5e-14 * max(1, wanted)
 
@@ -69,4 +69,4 @@ def test_an_undefined_angle_is_nan():
     zero, up = np.zeros(3), np.array([0.0, 0.0, 1.0])
     assert mpmath.isnan(exact_angle(zero, up, 10.0))
     assert mpmath.isnan(exact_angle(np.array([np.inf, 0, 0]), up, 10.0))
-    assert phong_of_cosine(product(zero, up), 10.0, False) == 0
+    assert phong_of_cosine(product(zero, up), 10.0, half_space=False) == 0

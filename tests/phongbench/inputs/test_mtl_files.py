@@ -3,7 +3,9 @@
 from pathlib import Path
 
 import pytest
+from click.testing import CliRunner
 
+from phongbench.cli.main import main
 from phongbench.errors import InputError
 from phongbench.inputs.mtl_files import OPENGL, Material, exponents, mtl_paths, read_exponents, read_mtl
 
@@ -123,7 +125,7 @@ def test_bytes_are_no_materials(tmp_path: Path) -> None:
         ("Ns 9 # dull", "shininess", 9, None),
         ("d 1\nd 1", "shininess", 0, "line 2: 'd' is ignored: everything is opaque (2 lines)"),
         ("Pr 0.5", "shininess", 0, "line 2: 'Pr' is ignored: it belongs to another reflection model"),
-        ("gloss 3", "shininess", 0, "line 2: 'gloss' is ignored: it is no keyword of MTL files"),
+        ("gloss 3", "shininess", 0, "line 2: 'gloss' is ignored: it is not understood"),
     ],
 )
 def test_what_is_changed_or_ignored_is_told(tmp_path: Path, text: str, field: str, value: object, note: str) -> None:
@@ -177,3 +179,17 @@ def test_a_missing_file_is_refused_by_name(tmp_path: Path) -> None:
     assert refusal.value.where == str(tmp_path / "none.mtl")
     with pytest.raises(InputError, match="cannot read the MTL file"):
         read_mtl(tmp_path)
+
+
+def test_exponents_are_read_by_the_same_rules(tmp_path: Path) -> None:
+    path = tmp_path / "a.mtl"
+    path.write_bytes("newmtl a b\r\tNs\t2048 # high\r\rnewmtl c\rNs 5\rnewmtl c\rNs 7\r".encode("utf-16"))
+    done = CliRunner().invoke(
+        main, ["run", "--materials", str(path), "--only", "phong", "--samples", "64", "--dry-run"]
+    )
+    assert done.exit_code == 0, done.output
+    assert f"note: {path}: line 6: the material 'c' is defined again" in done.stderr
+    path.write_text("newmtl matt\nNs 0\n", encoding="utf-8")
+    done = CliRunner().invoke(main, ["run", "--materials", str(path), "--dry-run"])
+    assert done.exit_code == 2
+    assert f"{path}: no material has a positive Ns" in done.stderr

@@ -164,7 +164,7 @@ def test_indices_count_backwards_from_their_face(obj):
     [
         ("l 1 2\nf 1 2 3\nl 2 3\np 1\n", ["line 6: 'l' is ignored: lines are not drawn (2 lines)", "line 9: 'p' is"]),
         ("curv 0 1 1 2\nf 1 2 3\n", ["line 6: 'curv' is ignored: curves"]),
-        ("hello world\nf 1 2 3\n", ["line 6: 'hello' is ignored: it is no keyword"]),
+        ("hello world\nf 1 2 3\n", ["line 6: 'hello' is ignored: it is not understood"]),
         ("v 9 9 9 1 0 0\nf 1 2 3\n", ["line 6: vertex colours are not drawn"]),
         ("v 9 9 9 0.5\nf 1 2 3\n", ["line 6: weights of vertices"]),
         ("s off\nf 1 2 3\n", ["line 6: smoothing groups are ignored"]),
@@ -180,8 +180,10 @@ def test_what_is_not_drawn_is_told_once_for_each_kind(obj, text, notes):
 
 def test_the_materials_of_faces_are_those_above_them(obj):
     text = "mtllib a.mtl b.mtl\nmtllib c d.mtl\n" + CORNERS
-    read = obj_files.load_obj(obj(text + "f 1 2 3\nusemtl red # x\nf 1 2 4 3\nf 1 1 2\nusemtl\nf 1 2 5\n"))
+    read = obj_files.load_obj(
+        obj(text + "f 1 2 3\nusemtl red # x\nf 1 2 4 3\nf 1 1 2\nusemtl\nf 1 2 5\nusemtl red # x\nf 1 2 3\n")
+    )
     assert read.libraries == ("a.mtl b.mtl", "c d.mtl")
     assert read.materials == ((9, "red # x"), (12, ""))
-    assert read.worn.tolist() == [-1, 0, 0, 1]
+    assert read.worn.tolist() == [-1, 0, 0, 1, 0]
     assert read.bare == 8

@@ -62,6 +62,14 @@ def replaced(*pairs: str) -> Files:
     return obj(text)
 
 
+def both(*pairs: str) -> Files:
+    """The square and its materials, in both of which texts are replaced."""
+    one, two = OBJ, MTL
+    for old, new in zip(pairs[::2], pairs[1::2], strict=True):
+        one, two = one.replace(old, new), two.replace(old, new)
+    return {"a.obj": one, "a.mtl": two}
+
+
 def draw(folder: Path, files: Files, *, material: str | None = None) -> Result:
     """What `phongbench render` does with the scene of an OBJ."""
     for name, text in files.items():
@@ -83,14 +91,10 @@ DRAWN: dict[str, tuple[Files, str, tuple[str, ...]]] = {
     "tabs": (obj(OBJ.replace(" ", "\t")), "rbrb", ()),
     "many blanks": (obj(OBJ.replace(" ", "  \t ").replace("\n", "  \n")), "rbrb", ()),
     "indented": (obj("".join(f" \t{line}\n" for line in OBJ.splitlines())), "rbrb", ()),
-    "CRLF": ({"a.obj": OBJ.replace("\n", "\r\n"), "a.mtl": MTL.replace("\n", "\r\n")}, "rbrb", ()),
-    "CR": ({"a.obj": OBJ.replace("\n", "\r"), "a.mtl": MTL.replace("\n", "\r")}, "rbrb", ()),
+    "CRLF": (both("\n", "\r\n"), "rbrb", ()),
+    "CR": (both("\n", "\r"), "rbrb", ()),
     "no last line end": ({"a.obj": OBJ[:-1], "a.mtl": MTL[:-1]}, "rbrb", ()),
-    "comments after everything": (
-        {"a.obj": OBJ.replace("\n", " # x\n"), "a.mtl": MTL.replace("\n", " #x\n")},
-        "rbrb",
-        (),
-    ),
+    "comments after everything": (both("\n", " # x\n"), "rbrb", ()),
     "comments between": (obj(OBJ.replace("\n", "\n# usemtl green\n \t#v 1 2 3\n\n")), "rbrb", ()),
     "a comment at a number": (replaced("v 1 1 0", "v 1 1 0#corner", "f 2 3 6 5", "f 2 3 6 5#1"), "rbrb", ()),
     "a comment that ends in a backslash": (replaced("usemtl red", "# C:\\models\\\nusemtl red"), "rbrb", ()),
@@ -128,27 +132,9 @@ DRAWN: dict[str, tuple[Files, str, tuple[str, ...]]] = {
     "groups and objects": (replaced("usemtl blue", "o half\ng one two\nusemtl blue"), "rbrb", ()),
     "a material for each face": (replaced(RIGHT, f"{RIGHT}usemtl red\nf 1 4 5 2\n"), "rbrb", ()),
     "an unused material that is not there": (replaced("usemtl red", "usemtl (null)\nusemtl red"), "rbrb", ()),
-    "names with blanks and #": (
-        {
-            "a.obj": OBJ.replace("red", "my  red #1").replace("blue", "a#b"),
-            "a.mtl": MTL.replace("red", "my red #1").replace("blue", "a#b"),
-        },
-        "rbrb",
-        (),
-    ),
-    "names that differ after # only": (
-        {
-            name: text.replace("red", "wall #1").replace("blue", "wall #2")
-            for name, text in (("a.obj", OBJ), ("a.mtl", MTL))
-        },
-        "rbrb",
-        (),
-    ),
-    "a name with a backslash": (
-        {"a.obj": OBJ.replace("red", "Matte\\red"), "a.mtl": MTL.replace("red", "Matte\\red")},
-        "rbrb",
-        (),
-    ),
+    "names with blanks and #": (both("red", "my red #1", "blue", "a#b"), "rbrb", ()),
+    "names that differ after # only": (both("red", "wall #1", "blue", "wall #2"), "rbrb", ()),
+    "a name with a backslash": (both("red", "Matte\\red"), "rbrb", ()),
     "a byte order mark": ({"a.obj": "\ufeff" + OBJ, "a.mtl": "\ufeff" + MTL}, "rbrb", ()),
     "Latin-1 and UTF-8": (
         {"a.obj": OBJ.replace("red", "gr\u00fcn").encode("latin-1"), "a.mtl": MTL.replace("red", "gr\u00fcn")},
@@ -191,7 +177,11 @@ DRAWN: dict[str, tuple[Files, str, tuple[str, ...]]] = {
         "wbwb",
         ("a.mtl: line 7: the material 'red' is defined again, differently",),
     ),
-    "no Ns": (mtl(MTL.replace("Kd 1", "Ks 1 1 1\nKd 1")), "rbrb", ("a.mtl: line 1: a material whose Ks has no",)),
+    "Ks without Ns": (
+        mtl(MTL.replace("Kd 1", "Ks 1 1 1\nKd 1")),
+        "rbrb",
+        ("a.mtl: line 1: a material whose Ks has no",),
+    ),
     "an Ns of 0": (mtl(MTL.replace("Kd 1", "Ns 0\nKd 1")), "rbrb", ()),
     "an Ns above 1000": (mtl(MTL.replace("Kd 1", "Ns 2048\nKd 1")), "rbrb", ()),
     "what is not drawn": (
@@ -300,17 +290,3 @@ def test_people_read_notes_on_stderr(tmp_path: Path) -> None:
     assert len(lines) == len(notes)
     assert all(line.startswith(f"note: {tmp_path}/{words}") for line, words in zip(lines, notes, strict=True))
     assert "note:" not in done.stdout
-
-
-def test_exponents_are_read_by_the_same_rules(tmp_path: Path) -> None:
-    path = tmp_path / "a.mtl"
-    path.write_bytes("newmtl a b\r\tNs\t2048 # high\r\rnewmtl c\rNs 5\rnewmtl c\rNs 7\r".encode("utf-16"))
-    done = CliRunner().invoke(
-        main, ["run", "--materials", str(path), "--only", "phong", "--samples", "64", "--dry-run"]
-    )
-    assert done.exit_code == 0, done.output
-    assert f"note: {path}: line 6: the material 'c' is defined again" in done.stderr
-    path.write_text("newmtl matt\nNs 0\n", encoding="utf-8")
-    done = CliRunner().invoke(main, ["run", "--materials", str(path), "--dry-run"])
-    assert done.exit_code == 2
-    assert f"{path}: no material has a positive Ns" in done.stderr
