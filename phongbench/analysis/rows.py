@@ -188,6 +188,12 @@ def nearest(values: Sequence[float], wanted: float) -> float:
     return min(sorted(values), key=lambda value: abs(math.log(value / wanted)))
 
 
+def near(rows: pd.DataFrame, column: str, wanted: float) -> pd.DataFrame:
+    """The rows of the value that is nearest to the wanted one, see `nearest`, and those without a value."""
+    values = [float(value) for value in rows[column].dropna().unique()]
+    return rows[rows[column].isna() | (rows[column] == nearest(values, wanted)).fillna(False)] if values else rows
+
+
 def near_gamma(rows: pd.DataFrame, wanted: int) -> pd.DataFrame:
     """The rows of the gamma that is nearest to the wanted one, the smaller of two; all without any gamma."""
     gammas = sorted(int(gamma) for gamma in rows["gamma"].dropna().unique())

@@ -12,14 +12,15 @@ from urllib.parse import quote
 import numpy as np
 import pandas as pd
 
+from phongbench.analysis.rows import Rows
 from phongbench.support.atomic_files import write_bytes
 from phongbench.support.process import cores, seldom_collected
-from phongbench_reports.cuts import Absent, Study
 from phongbench_reports.figures import FIGURES
 from phongbench_reports.figures.pictures import SECTIONS
 from phongbench_reports.page import Links, Section, render, style_sheet
 from phongbench_reports.plots import Plate, ink, svg_pair
-from phongbench_reports.second_process import Drawn, Found, beside, drawn
+from phongbench_reports.second_process import Drawn, Figures, beside, drawn
+from phongbench_reports.table import Absent
 from phongbench_reports.tables.behaviour import hostile, smoothness
 from phongbench_reports.tables.claims import claims
 from phongbench_reports.tables.mesh_edges import mesh_edges
@@ -39,7 +40,7 @@ BESIDE = {"meshes": ("mesh_edges", "How wide edges may be", mesh_edges)}
 
 
 def sections_of(
-    study: Study, theirs: Callable[[], Found] | None = None
+    study: Rows, theirs: Callable[[], Figures] | None = None
 ) -> tuple[list[Section], dict[str, tuple[bytes, bytes]]]:
     """All sections in page order, and the SVGs (light, dark) of the figures among them.
 
@@ -66,7 +67,7 @@ def sections_of(
     return [*answer, *figures.values(), strange, bad, smooth, *seen, judged, speed, dark, sure, inputs, names], pictures
 
 
-def _answers(study: Study) -> list[Section]:
+def _answers(study: Rows) -> list[Section]:
     """The verdicts: for both budgets, and for the other precisions."""
     (code, code_name), (fine, fine_name) = BUDGETS
     first = study.precision
@@ -81,17 +82,17 @@ def _answers(study: Study) -> list[Section]:
 
 
 def _figures(
-    study: Study, theirs: Callable[[], Found] | None
+    study: Rows, theirs: Callable[[], Figures] | None
 ) -> tuple[dict[str, Section], dict[str, tuple[bytes, bytes]]]:
     """The figures in page order, with the tables beside them, and their SVGs."""
-    found: dict[str, Drawn] = {}
+    figures: dict[str, Drawn] = {}
     if theirs is not None:
-        found = {entry.name: drawn(study, entry) for entry in FIGURES if entry.name not in LATER}
-        found |= theirs()
+        figures = {entry.name: drawn(study, entry) for entry in FIGURES if entry.name not in LATER}
+        figures |= theirs()
     sections: dict[str, Section] = {}
     pictures: dict[str, tuple[bytes, bytes]] = {}
     for entry in FIGURES:
-        one = found.get(entry.name) or drawn(study, entry)
+        one = figures.get(entry.name) or drawn(study, entry)
         sections[entry.name] = Section(entry.name, entry.title, one.content)
         if entry.name in BESIDE:
             name, heading, table_of = BESIDE[entry.name]
@@ -130,7 +131,7 @@ def build(run: Run, out: Path, *, single_file: bool = False, processes: int = 1)
     processes    int      from 2 on, where there are as many cores, another process draws some of the figures
     returns      Path     of index.html
     """
-    study = Study(run)
+    study = Rows(run)
     if min(processes, cores()) > 1:
         with beside(run.path, LATER) as theirs:
             sections, pictures = sections_of(study, theirs)

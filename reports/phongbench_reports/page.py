@@ -9,10 +9,10 @@ from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
-from phongbench_reports.cuts import Absent, Study
+from phongbench.analysis.rows import Rows
 from phongbench_reports.names import known_names
 from phongbench_reports.plots import Plate
-from phongbench_reports.table import Table
+from phongbench_reports.table import Absent, Table
 from phongbench_reports.tables.claims import ClaimTable
 from phongbench_reports.text import listed, number
 
@@ -75,36 +75,36 @@ def flat(tree: Mapping[str, Any], prefix: str = "") -> list[tuple[str, str]]:
     return rows
 
 
-def provenance(study: Study) -> list[tuple[str, str]]:
+def provenance(study: Rows) -> list[tuple[str, str]]:
     """Machine, versions, flags, seed, command and plan of the run, as rows of text."""
     manifest = study.run.manifest
     top = {key: manifest.get(key) for key in ("run", "state", "schema", "seed", "code")}
     return flat(top) + flat(manifest.get("provenance") or {}) + flat(manifest.get("plan") or {}, "plan.")
 
 
-def unmeasured(study: Study) -> list[str]:
+def unmeasured(study: Rows) -> list[str]:
     """Sentences on what this run cannot say, computed from what its rows lack."""
-    rows, told = study.accuracy, []
+    rows, sentences = study.accuracy, []
     lacking = [name for name in ("float32", "float16", "float64") if name not in study.precisions]
     if lacking:
-        told.append(f"Precision {listed(lacking)}.")
+        sentences.append(f"Precision {listed(lacking)}.")
     strata = [name for name in STRATA if name not in set(rows["stratum"].unique())]
     if strata:
-        told.append(f"Inputs of the {'stratum' if len(strata) == 1 else 'strata'} {listed(strata)}.")
+        sentences.append(f"Inputs of the {'stratum' if len(strata) == 1 else 'strata'} {listed(strata)}.")
     names = sorted(set(known_names()) - set(rows["approximation"].unique()))
     if names:
-        told.append(f"Formulas {listed(names)}.")
+        sentences.append(f"Formulas {listed(names)}.")
     if study.timing.empty:
-        told.append("Time: the run was made with --no-timing.")
+        sentences.append("Time: the run was made with --no-timing.")
     else:
         sets = [name for name in ("l1", "l2", "memory") if name not in set(study.timing["working_set"].unique())]
-        told += [f"Working sets {listed(sets)}."] if sets else []
+        sentences += [f"Working sets {listed(sets)}."] if sets else []
         threads = int(study.timing["threads"].max())
-        told.append(f"Time on more than {threads} thread{'s' * (threads > 1)}, on a GPU, or as latency of one value.")
+        sentences.append(f"Time on more than {threads} thread{'s' * (threads > 1)}, on a GPU, or of a single value.")
     if set(rows["coverage"].unique()) == {"sampled"}:
-        told.append("Certified maxima: every number is sampled, so a largest error is a lower bound of the true one.")
-    told.append(f"Exponents other than {listed(f'{alpha:g}' for alpha in study.alphas)}.")
-    return told
+        sentences.append("Proven maxima: a largest error of samples is a lower bound of the true one.")
+    sentences.append(f"Exponents other than {listed(f'{alpha:g}' for alpha in study.alphas)}.")
+    return sentences
 
 
 def _environment() -> Environment:
@@ -125,7 +125,7 @@ def style_sheet() -> str:
     return environment.loader.get_source(environment, "style.css")[0]
 
 
-def render(study: Study, sections: list[Section], links: Links) -> str:
+def render(study: Rows, sections: list[Section], links: Links) -> str:
     """The page as HTML text; every string of the run is escaped by the template."""
     rows = study.accuracy
     facts = {

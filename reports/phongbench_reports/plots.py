@@ -225,11 +225,11 @@ def merge_minor_ticks(figure: Figure) -> None:
 
     To matplotlib each tick is five artists, and a figure of nine log-log panels has a thousand: a second to draw.
     """
-    found = [axis for axes in figure.axes if axes.axison for axis in (axes.xaxis, axes.yaxis)]
-    places = [_minor_places(axis) for axis in found]
-    for axis in found:  # all places first: panels that share an axis share its locator
+    ticked = [axis for axes in figure.axes if axes.axison for axis in (axes.xaxis, axes.yaxis)]
+    places = [_minor_places(axis) for axis in ticked]
+    for axis in ticked:  # all places first: panels that share an axis share its locator
         axis.set_minor_locator(NullLocator())
-    for axis, here in zip(found, places, strict=True):
+    for axis, here in zip(ticked, places, strict=True):
         if len(here):
             axis.axes.add_artist(_marks(axis, here))
 
@@ -268,5 +268,5 @@ def svg_pair(figure: Figure, name: str) -> tuple[bytes, bytes]:
     with mpl.rc_context({"svg.hashsalt": f"phongbench-{name}", "svg.fonttype": "none"}):
         figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": "phongbench", "Title": name})
     light = buffer.getvalue().decode("utf-8")
-    dark = re.sub(r"#[0-9a-f]{6}\b", lambda found: DARK.get(found[0], found[0]), light)
+    dark = re.sub(r"#[0-9a-f]{6}\b", lambda colour: DARK.get(colour[0], colour[0]), light)
     return light.encode("utf-8"), dark.encode("utf-8")

@@ -8,7 +8,7 @@ from typing import Any
 
 import pandas as pd
 
-from phongbench_reports.cuts import Study
+from phongbench.analysis.rows import Rows
 from phongbench_reports.text import missing
 
 
@@ -17,7 +17,7 @@ def _joined(values: Iterable[Any]) -> str:
     return ",".join(f"{value:g}" if isinstance(value, float | int) else str(value) for value in sorted(kept))
 
 
-def reproduce(study: Study, rows: pd.DataFrame) -> str:
+def reproduce(study: Rows, rows: pd.DataFrame) -> str:
     """The `phongbench run` command that measures these accuracy rows again: same seed, same samples, no timing.
 
     rows   frame with the key columns of accuracy.parquet; every value that occurs is named, quoted for a shell

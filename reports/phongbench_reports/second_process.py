@@ -16,15 +16,16 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
+from phongbench.analysis.rows import Rows
 from phongbench.results import runs
-from phongbench_reports.cuts import Absent, Study
 from phongbench_reports.figures import FIGURES, Drawing
 from phongbench_reports.plots import Plate, ink, svg_pair
+from phongbench_reports.table import Absent
 
 #: not `-m`: what is pickled would be of __main__, which is another module over here
 _CHILD = f"import sys; from {__name__} import answer; sys.stdout.buffer.write(answer(*sys.argv[1:]))"
 #: name of a figure -> what was drawn
-Found = Mapping[str, "Drawn"]
+Figures = Mapping[str, "Drawn"]
 
 
 @dataclass(frozen=True)
@@ -39,14 +40,14 @@ class Drawn:
     pair: tuple[bytes, bytes] | None
 
 
-def drawn(study: Study, entry: Drawing) -> Drawn:
+def drawn(study: Rows, entry: Drawing) -> Drawn:
     """One figure of a study; call it inside `ink`."""
     content = entry.draw(study)
     return Drawn(content, svg_pair(content.figure, entry.name) if isinstance(content, Plate) else None)
 
 
 @contextmanager
-def beside(path: Path, names: Iterable[str]) -> Iterator[Callable[[], Found]]:
+def beside(path: Path, names: Iterable[str]) -> Iterator[Callable[[], Figures]]:
     """While it lasts, another process draws these figures of the run in this folder.
 
     What is yielded waits for them; it gives those that came, none if the process failed.
@@ -59,20 +60,20 @@ def beside(path: Path, names: Iterable[str]) -> Iterator[Callable[[], Found]]:
             process.kill()
 
 
-def _received(process: subprocess.Popen[bytes]) -> Found:
+def _received(process: subprocess.Popen[bytes]) -> Figures:
     answer, _ = process.communicate()
-    found: Found = pickle.loads(answer) if process.returncode == 0 else {}
-    return found
+    figures: Figures = pickle.loads(answer) if process.returncode == 0 else {}
+    return figures
 
 
 def answer(path: str, *names: str) -> bytes:
     """What the other process writes: what it drew of the run in this folder, by name."""
-    study, found = Study(runs.load(Path(path))), {}
+    study, figures = Rows(runs.load(Path(path))), {}
     with ink():
         for entry in FIGURES:
             if entry.name in names:
                 one = drawn(study, entry)
-                # the figure itself is large, and nobody asks for it once it is SVG
+                # the figure itself is large, and nobody needs it once it is SVG
                 bare = replace(one.content, figure=Figure()) if isinstance(one.content, Plate) else one.content
-                found[entry.name] = replace(one, content=bare)
-    return pickle.dumps(found)
+                figures[entry.name] = replace(one, content=bare)
+    return pickle.dumps(figures)

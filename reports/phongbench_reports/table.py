@@ -1,4 +1,4 @@
-"""A table of a report: its columns, rows and notes."""
+"""A table of a report: its columns, rows and notes; or why a section has nothing to show."""
 
 from dataclasses import dataclass, field
 
@@ -27,3 +27,11 @@ class Table:
     numeric: frozenset[int] = field(default_factory=frozenset)
     code: frozenset[int] = field(default_factory=frozenset)
     details: tuple[tuple[str, ...], ...] = ()
+
+
+@dataclass(frozen=True)
+class Absent:
+    """Why a section has nothing to show, and how to get it; both plain text, one sentence each."""
+
+    reason: str
+    fix: str

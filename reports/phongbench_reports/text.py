@@ -8,9 +8,17 @@ from typing import Any
 
 import pandas as pd
 
+from phongbench.formulas.formula import Formula
+from phongbench.formulas.registry import REGISTRY
+from phongbench.formulas.spec import SPACES
+from phongbench.timing.statistics import LEVEL
+
 SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 #: Error budgets: one code of an 8-bit and of a 10-bit display channel.
 BUDGETS = ((1 / 255, "1/255"), (1 / 1023, "1/1023"))
+
+#: how every interval of a ratio of times is called
+INTERVAL = f"{100 * LEVEL:g}\u00a0% interval"
 
 
 def missing(value: Any) -> bool:
@@ -47,6 +55,11 @@ def percent(value: float) -> str:
     return f"{sign}{abs(100 * value):.3g}\u00a0%"
 
 
+def share(part: float, digits: int = 3) -> str:
+    """A part of the whole as percent: "12.5 %"."""
+    return f"{100 * part:.{digits}g}\u00a0%"
+
+
 def power_of_ten(value: float, _position: int = 0) -> str:
     """Label of a decade on a log axis, as plain text: 0.001 to 1000 in full, else 10⁻⁵."""
     if value <= 0:
@@ -59,26 +72,42 @@ def power_of_ten(value: float, _position: int = 0) -> str:
     return "10" + str(exponent).translate(SUPERSCRIPT)
 
 
-def label(cell: Mapping[str, Any] | pd.Series) -> str:
-    """Short name of a cell: "lyon · cross · γ8 · minimax"; Taylor slopes and reflect space go without saying."""
-    parts = [str(cell["approximation"])]
-    if cell["lambda_form"] != "none":
-        parts.append(str(cell["lambda_form"]))
-    if not missing(cell["gamma"]):
-        parts.append(f"γ{int(cell['gamma'])}")
-    if cell.get("beta_policy", "none") not in ("taylor", "none"):
-        parts.append(str(cell["beta_policy"]))
-    if cell.get("space", "reflect") != "reflect":
-        parts.append(str(cell["space"]))
-    return " · ".join(parts)
+def label(row: Mapping[str, Any] | pd.Series) -> str:
+    """The spelling of a row's formula, "lyon:cross:8:minimax"; columns that the row lacks count as unsaid."""
+    spec = REGISTRY.get(str(row["approximation"]))
+    space = spec.spaces[0] if spec else SPACES[0]
+    unsaid = {"lambda_form": "none", "gamma": None, "beta_policy": "none", "space": space}
+    return str(Formula.of_row(unsaid | dict(row)))
+
+
+def alpha_is(alpha: Any) -> str:
+    """ "α = 50", which no line end tears apart."""
+    return f"α\u00a0=\u00a0{alpha:g}"
+
+
+def gamma_is(gamma: Any) -> str:
+    """ "γ = 8", which no line end tears apart."""
+    return f"γ\u00a0=\u00a0{int(gamma)}"
+
+
+def interval(low: float, high: float) -> str:
+    """Both ends: "0.981 to 1.02"."""
+    return f"{number(low)} to {number(high)}"
+
+
+def ratio(row: Mapping[str, Any]) -> str:
+    """A row's ratio with its interval: "0.500 (0.450 to 0.550)"; a dash where there is none."""
+    if missing(row["ratio"]):
+        return "–"
+    return f"{number(row['ratio'])} ({interval(row['ratio_low'], row['ratio_high'])})"
 
 
 def span(values: Iterable[Any]) -> str:
     """Smallest and largest of some counts: "131 072" or "4 096 to 131 072"."""
-    found = sorted({int(value) for value in values})
-    if not found:
+    counts = sorted({int(value) for value in values})
+    if not counts:
         return "no"
-    return number(found[0]) if len(found) == 1 else f"{number(found[0])} to {number(found[-1])}"
+    return number(counts[0]) if len(counts) == 1 else interval(counts[0], counts[-1])
 
 
 def listed(words: Iterable[str]) -> str:

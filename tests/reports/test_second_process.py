@@ -11,10 +11,10 @@ from typing import Any
 import pandas as pd
 import pytest
 
+from phongbench.analysis.rows import Rows
 from phongbench.inputs.plan import preset
 from phongbench.results import runs, schema
 from phongbench_reports import build, second_process
-from phongbench_reports.cuts import Study
 from phongbench_reports.figures import FIGURES
 from phongbench_reports.plots import ink
 from phongbench_reports.second_process import beside, drawn
@@ -51,7 +51,7 @@ def _contents(index: Path) -> dict[str, bytes]:
 def test_the_answer_of_the_other_process_holds_what_was_asked(stored: runs.Run) -> None:
     names = [FIGURES[0].name, FIGURES[-1].name]
     found = pickle.loads(second_process.answer(str(stored.path), *names))
-    study = Study(stored)
+    study = Rows(stored)
     with ink():
         for entry in (FIGURES[0], FIGURES[-1]):
             own = drawn(study, entry)

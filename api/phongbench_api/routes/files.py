@@ -101,7 +101,7 @@ def _figure(here: Service, name: str, stem: str, kind: str) -> tuple[bytes, str]
 
 
 def _drawn(run: Run, stem: str) -> bytes:
-    from phongbench_reports.cuts import Study  # late: they bring matplotlib
+    from phongbench.analysis.rows import Rows
     from phongbench_reports.figures import FIGURES
     from phongbench_reports.plots import Plate, ink
 
@@ -109,7 +109,7 @@ def _drawn(run: Run, stem: str) -> bytes:
     if draw is None:
         raise NotFoundError("this figure exists as SVG only")
     with ink():
-        plate = draw(Study(run))
+        plate = draw(Rows(run))
         if not isinstance(plate, Plate):
             raise NotFoundError("the run holds no rows for this figure")
         out = io.BytesIO()

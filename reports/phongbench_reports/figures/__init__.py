@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from phongbench_reports.cuts import Absent, Study
+from phongbench.analysis.rows import Rows
 from phongbench_reports.figures import (
     causes,
     error_angle,
@@ -21,6 +21,7 @@ from phongbench_reports.figures import (
     widths,
 )
 from phongbench_reports.plots import Plate
+from phongbench_reports.table import Absent
 
 
 @dataclass(frozen=True)
@@ -29,12 +30,12 @@ class Drawing:
 
     name    str        file name of its SVG and CSV, its anchor on the page
     title   str        heading on the page
-    draw    function   Study -> Plate, or Absent where the run has no rows for it
+    draw    function   Rows -> Plate, or Absent where the run has no rows for it
     """
 
     name: str
     title: str
-    draw: Callable[[Study], Plate | Absent]
+    draw: Callable[[Rows], Plate | Absent]
 
 
 FIGURES = (

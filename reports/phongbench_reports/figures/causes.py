@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 
+from phongbench.analysis.rows import STABILITY_ALPHA, Rows
 from phongbench.inputs.length_errors import BY_NAME
 from phongbench.results.schema import CELL
-from phongbench_reports.cuts import STABILITY_ALPHA, Absent, Study, nearest
-from phongbench_reports.plots import FORMS, Plate, budget_lines, footnote, log_axis, sheet
-from phongbench_reports.reproduce import reproduce
-from phongbench_reports.text import BUDGETS, basis, listed, number, percent, records
+from phongbench_reports.figures.measured import finished, lyon, setting_of
+from phongbench_reports.plots import FORMS, Plate, budget_lines, log_axis, sheet
+from phongbench_reports.table import Absent
+from phongbench_reports.text import BUDGETS, alpha_is, listed, number, percent, records
 
 #: Columns of the panels: (column, truth, title).
 PANELS = (
@@ -25,24 +25,18 @@ FLOOR = 1e-6
 _LIFT = {"dot": -0.2, "difference": 0.0, "cross": 0.2, "tan2": 0.36}
 
 
-def rows_of(study: Study) -> pd.DataFrame:
+def rows_of(study: Rows) -> pd.DataFrame:
     """Lyon with Taylor slope at one exponent and the gamma nearest to 64, every cause, both truths."""
-    rows = study.at(
+    rows = lyon(
         study.accuracy,
-        approximation="lyon",
-        beta_policy="taylor",
-        space="reflect",
+        alpha=STABILITY_ALPHA,
+        gamma=64,
+        gated=True,
         precision=study.precision,
         stratum="lengths",
         perturbation=tuple(BY_NAME),
         lambda_form=tuple(FORMS),
     )
-    rows = rows[rows["gamma"].notna() & rows["gated"].astype(bool)]
-    if rows.empty:
-        return rows
-    rows = rows[rows["alpha"] == nearest(sorted(rows["alpha"].unique()), STABILITY_ALPHA)]
-    gamma = min((int(g) for g in rows["gamma"].unique()), key=lambda g: (abs(np.log2(g / 64)), g))
-    rows = rows[rows["gamma"] == gamma]
     columns = [*CELL, "alpha", "perturbation", "length_error", "truth", "length_max", "max_abs", "samples", "coverage"]
     order = rows[columns].assign(size=-rows["length_error"].abs())
     order = order.sort_values(["size", "perturbation", "lambda_form", "truth"], kind="stable")
@@ -58,7 +52,7 @@ def _panel(axes: Axes, rows: pd.DataFrame, causes: list[str], column: str) -> No
             axes.plot(sizes, heights, color=colour, marker=marker, linestyle="none", label=form)
 
 
-def draw(study: Study) -> Plate | Absent:
+def draw(study: Rows) -> Plate | Absent:
     """One line a cause, the largest length error on top; a dot for each lambda form; three measures side by side."""
     data = rows_of(study)
     if data.empty:
@@ -90,13 +84,9 @@ def draw(study: Study) -> Plate | Absent:
         labelcolor="linecolor",
         borderaxespad=0.4,
     )
-    told = basis(data)
-    where = (
-        f"lyon, γ\u00a0=\u00a0{int(data['gamma'].iloc[0])}, α\u00a0=\u00a0{data['alpha'].iloc[0]:g}, {study.precision}"
-    )
     figure.text(0.64, 0.065, "largest absolute error", ha="center", fontsize=9)
-    footnote(figure, f"{where}; under each cause its largest length error; marks at the left edge: smaller; {told}")
-    return Plate(figure, data, _sentence(data, causes), _alt(data, causes), told, reproduce(study, data))
+    note = f"{setting_of(study, data)}; under each cause its largest length error; marks at the left edge: smaller"
+    return finished(study, figure, data, note, _sentence(data, causes), _alt(data, causes))
 
 
 def _sentence(data: pd.DataFrame, causes: list[str]) -> str:
@@ -109,10 +99,9 @@ def _sentence(data: pd.DataFrame, causes: list[str]) -> str:
         if len(mine):
             good = [row["perturbation"] for row in records(mine) if row["length_max"] <= code]
             parts.append(f"{form} {len(good)}")
-    alpha = data["alpha"].iloc[0]
     return (
         f"Of {len(causes)} real causes of wrong lengths, so many change the highlight by at most {name} "
-        f"at α\u00a0=\u00a0{alpha:g}: {listed(parts)}."
+        f"at {alpha_is(data['alpha'].iloc[0])}: {listed(parts)}."
     )
 
 

@@ -5,16 +5,17 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import pandas as pd
 from matplotlib.axes import Axes
 
+from phongbench.analysis.rows import Rows, at, near
 from phongbench.results.schema import CELL
-from phongbench_reports.cuts import Absent, Study
+from phongbench_reports.figures.measured import values
 from phongbench_reports.names import title
 from phongbench_reports.plots import INK, MUTED, STYLES, Plate, budget_lines, footnote, log_axis, sheet
 from phongbench_reports.reproduce import reproduce
-from phongbench_reports.text import BUDGETS, label, listed, number, records
+from phongbench_reports.table import Absent
+from phongbench_reports.text import BUDGETS, alpha_is, label, listed, number, records
 
 POINTS = 361
 #: Shown where the run has them; γ is the one nearest to 8. Then user-brought formulas, as far as styles last.
@@ -32,35 +33,10 @@ WANTED = (
 FLOOR = 1e-7
 
 
-def values(cell: pd.Series, cosine: npt.NDArray[np.float64]) -> npt.NDArray[np.float64] | None:
-    """The cell's formula in float64 at these cosines, or None for a formula this process does not know.
-
-    The scalar body runs as plain Python: compiling it takes longer than a few hundred calls. A user's own approximation
-    is registered only while its run lasts; its report rebuilt later goes without its curve.
-    """
-    from phongbench.formulas.lambda_forms import deficit_of_angle
-    from phongbench.formulas.registry import REGISTRY  # late: with it come the kernels
-    from phongbench.formulas.spec import Setting
-
-    spec = REGISTRY.get(str(cell["approximation"]))
-    if spec is None:
-        return None
-    gamma = None if pd.isna(cell["gamma"]) else int(cell["gamma"])
-    setting = Setting(float(cell["alpha"]), gamma, str(cell["beta_policy"]), str(cell["space"]))
-    form = str(cell["lambda_form"])
-    own = np.sqrt((1.0 + cosine) / 2.0) if setting.space == "half" else cosine
-    coordinate = own if form == "none" else deficit_of_angle(form, own)
-    arguments = dict(spec.coefficients(setting)) | ({} if spec.table is None else {"table": spec.table(setting)})
-    return np.array([spec.kernel(x, **arguments) for x in coordinate.tolist()], dtype=np.float64)
-
-
-def chosen(study: Study) -> pd.DataFrame:
+def chosen(study: Rows) -> pd.DataFrame:
     """The cells to draw at the headline exponent, at most one per style."""
-    rows = study.at(study.unit, alpha=study.alpha, precision=study.precision)
-    rows = rows[rows["approximation"] != "phong"]
-    gammas = rows["gamma"].dropna()
-    near = min((int(g) for g in gammas), key=lambda g: (abs(np.log2(g / 8)), g)) if len(gammas) else None
-    rows = rows[rows["gamma"].isna() | (rows["gamma"] == near).fillna(False)]
+    rows = at(study.highlight, alpha=study.alpha, precision=study.precision)
+    rows = near(rows[rows["approximation"] != "phong"], "gamma", 8)
     picked = []
     for name, form, policy in WANTED:
         hit = rows[(rows["approximation"] == name) & (rows["lambda_form"] == form) & (rows["space"] == "reflect")]
@@ -72,7 +48,7 @@ def chosen(study: Study) -> pd.DataFrame:
     return frame.head(len(STYLES))
 
 
-def curves(study: Study, cells: pd.DataFrame) -> pd.DataFrame:
+def curves(study: Rows, cells: pd.DataFrame) -> pd.DataFrame:
     """Angle, value, exact value and error of every chosen cell: one row per point, up to where the lobe has ended."""
     widest = float(np.arccos(np.exp(-9.0 / study.alpha)))
     angle = np.linspace(0.0, widest, POINTS)
@@ -126,7 +102,7 @@ def _range(data: pd.DataFrame) -> tuple[float, float]:
     return min(low, -BUDGETS[0][0]) - room, max(high, BUDGETS[0][0]) + room
 
 
-def draw(study: Study) -> Plate | Absent:
+def draw(study: Rows) -> Plate | Absent:
     """Two panels over the angle at the headline exponent: approximation - exact, and its size on a log axis."""
     cells = chosen(study)
     data = curves(study, cells)
@@ -146,13 +122,11 @@ def draw(study: Study) -> Plate | Absent:
     signed.set_title("approximation − exact; band: ±1/255")
     absolute.set_title("absolute error")
     _paint(signed, absolute, data)
-    footnote(
-        figure, f"α\u00a0=\u00a0{study.alpha:g}; formulas in float64 at {POINTS} angles; unit vectors, coplanar pairs"
-    )
+    footnote(figure, f"{alpha_is(study.alpha)}; formulas in float64 at {POINTS} angles; unit vectors, coplanar pairs")
     return _described(study, figure, data, cells)
 
 
-def _described(study: Study, figure: Any, data: pd.DataFrame, cells: pd.DataFrame) -> Plate:
+def _described(study: Rows, figure: Any, data: pd.DataFrame, cells: pd.DataFrame) -> Plate:
     size = data["error"].abs()
     worst = data.loc[size.groupby(data["label"], sort=True).idxmax()]
     worst = worst.assign(size=worst["error"].abs()).sort_values(["size", "label"], ascending=[False, True])
@@ -161,14 +135,14 @@ def _described(study: Study, figure: Any, data: pd.DataFrame, cells: pd.DataFram
     side = "too dark" if top["error"] < 0 else "too bright"
     verdict = f"{listed(fine)} stay{'s' if len(fine) == 1 else ''} within 1/255" if fine else "none stays within 1/255"
     takeaway = (
-        f"At α\u00a0=\u00a0{study.alpha:g}, {top['label']} errs most, "
+        f"At {alpha_is(study.alpha)}, {top['label']} errs most, "
         f"{number(top['size'])} {side} at {number(top['angle_degrees'])}°; "
         f"{least['label']} errs least, {number(least['size'])}; of the {len(worst)} drawn, {verdict}."
     )
     lines = "; ".join(
         f"{row['label']} at most {number(row['size'])} at {number(row['angle_degrees'])}°" for row in records(worst)
     )
-    where = f"at α\u00a0=\u00a0{study.alpha:g}"
-    alt = f"Two line charts of error against angle {where}, signed and absolute on a log axis: {lines}."
+    charts = f"Two line charts of error against angle at {alpha_is(study.alpha)}"
+    alt = f"{charts}, signed and absolute on a log axis: {lines}."
     basis = f"{POINTS} angles, formulas evaluated in float64, no sampling"
     return Plate(figure, data, takeaway, alt, basis, reproduce(study, cells))

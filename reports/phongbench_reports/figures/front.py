@@ -6,7 +6,8 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 
-from phongbench_reports.cuts import Absent, Study, nearest
+from phongbench.analysis.rows import Rows, at, nearest
+from phongbench_reports.figures.speed import SETS
 from phongbench_reports.plots import (
     BLUE,
     INK,
@@ -22,7 +23,8 @@ from phongbench_reports.plots import (
     sheet,
 )
 from phongbench_reports.reproduce import reproduce
-from phongbench_reports.text import BUDGETS, basis, label, listed, number, records
+from phongbench_reports.table import Absent
+from phongbench_reports.text import BUDGETS, INTERVAL, alpha_is, basis, label, listed, number, records
 
 #: Exponents drawn, the nearest ones of the run: a wide lobe, the classic middle, a tight one.
 ALPHAS = (10.0, 50.0, 200.0)
@@ -35,7 +37,7 @@ LETTER = 0.0078
 LOOKS = {"on": (BLUE, BLUE, "o", 5.5), "unresolved": (ORANGE, SURFACE, "D", 4.0), "off": (MUTED, SURFACE, "o", 3.2)}
 
 
-def cells(study: Study) -> pd.DataFrame:
+def cells(study: Rows) -> pd.DataFrame:
     """Front cells of every drawn exponent, with alpha, and a name for each."""
     alphas = sorted({nearest(study.alphas, wanted) for wanted in ALPHAS})
     frame = pd.concat([study.front(a, study.precision).assign(alpha=a) for a in alphas], ignore_index=True)
@@ -101,7 +103,7 @@ def _name(axes: Axes, rows: pd.DataFrame) -> None:
         )
 
 
-def draw(study: Study) -> Plate | Absent:
+def draw(study: Rows) -> Plate | Absent:
     """One panel per exponent; error on a log axis, time as a ratio to exact Phong."""
     if study.timing.empty:
         return Absent("This run has no timing, so there is no front.", "Run again without --no-timing.")
@@ -128,34 +130,33 @@ def draw(study: Study) -> Plate | Absent:
         )
         _panel(axes, data[data["alpha"] == alpha])
         _name(axes, data[data["alpha"] == alpha])
-        axes.set_title(f"α\u00a0=\u00a0{alpha:g}")
+        axes.set_title(alpha_is(alpha))
         axes.set_ylabel("time / exact Phong")
     panels[-1].set_xlabel("largest absolute error")
     panels[0].legend(
         loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, fontsize=8, handletextpad=0.2, borderaxespad=0.1
     )
-    rows = study.at(study.unit, space="reflect", precision=study.precision, alpha=tuple(alphas))
-    told = f"{basis(rows)}; time: median ratio, interval, {study.working_set}"
-    footnote(figure, f"{study.precision}, unit vectors, formulas of (R, V); error ≤ 10⁻⁷ at the left edge; {told}")
-    return Plate(
-        figure, data, _sentence(study, data), _alt(data), told, reproduce(study, rows).removesuffix(" --no-timing")
-    )
+    rows = at(study.highlight, space="reflect", precision=study.precision, alpha=tuple(alphas))
+    source = f"{basis(rows)}; time: median ratio with its {INTERVAL}, {SETS[study.working_set]}"
+    footnote(figure, f"{study.precision}, unit vectors, formulas of (R, V); error ≤ 10⁻⁷ at the left edge; {source}")
+    command = reproduce(study, rows).removesuffix(" --no-timing")
+    return Plate(figure, data, _sentence(study, data), _alt(data), source, command)
 
 
-def _sentence(study: Study, data: pd.DataFrame) -> str:
+def _sentence(study: Rows, data: pd.DataFrame) -> str:
     if study.twin_differs:
-        return "The A/A twin was told apart from itself in this run, so no speed claim is made from these points."
+        return "The A/A twin differs from itself in this run, so no speed claim is made from these points."
     parts = []
     for alpha, rows in data.groupby("alpha"):
         fits = rows[(rows["error"] <= BUDGETS[0][0]) & (rows["state"] != "off")]
         if len(fits):
             best = fits.sort_values(["ratio", "error"], kind="stable").iloc[0]
-            parts.append(f"{best['label']} at α\u00a0=\u00a0{alpha:g} ({number(best['ratio'])} of exact Phong's time)")
+            parts.append(f"{best['label']} at {alpha_is(alpha)} ({number(best['ratio'])} of exact Phong's time)")
         else:
-            parts.append(f"nothing at α\u00a0=\u00a0{alpha:g}")
+            parts.append(f"nothing at {alpha_is(alpha)}")
     counts = data["state"].value_counts()
-    told = listed(f"{int(counts.get(state, 0))} {state}" for state in ("on", "unresolved", "off"))
-    return f"Fastest within 1/255: {listed(parts)}. Of {len(data)} points, {told}."
+    states = listed(f"{int(counts.get(state, 0))} {state}" for state in ("on", "unresolved", "off"))
+    return f"Fastest within 1/255: {listed(parts)}. Of {len(data)} points, {states} the front."
 
 
 def _alt(data: pd.DataFrame) -> str:
@@ -163,5 +164,5 @@ def _alt(data: pd.DataFrame) -> str:
     for alpha, rows in data.groupby("alpha"):
         best = edge(rows)
         named = ", ".join(f"{row['label']} ({number(row['error'])}, {number(row['ratio'])})" for row in records(best))
-        parts.append(f"α\u00a0=\u00a0{alpha:g}: {named or 'no point'}")
+        parts.append(f"{alpha_is(alpha)}: {named or 'no point'}")
     return f"Error against time ratio, log-log; points along the front with error and ratio: {'; '.join(parts)}."

@@ -5,16 +5,15 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import pandas as pd
 from matplotlib.axes import Axes
 
-from phongbench_reports.cuts import Absent, Study, nearest
-from phongbench_reports.plots import BLUE, INK, MUTED, VERMILION, Plate, footnote, sheet
+from phongbench.analysis.rows import Rows, at
+from phongbench_reports.figures.measured import lyon, values
+from phongbench_reports.plots import BLUE, INK, MUTED, VERMILION, Plate, Vector, footnote, sheet
 from phongbench_reports.reproduce import reproduce
-from phongbench_reports.text import basis, number
-
-Vector = npt.NDArray[np.float64]
+from phongbench_reports.table import Absent
+from phongbench_reports.text import alpha_is, basis, label, number, share
 
 #: a wide lobe, or the measured one nearest to it: a narrow one's ghost is a thin line along the silhouette
 ALPHA, GAMMA = 10.0, 8
@@ -25,33 +24,23 @@ ACROSS, DIFFUSE, BACKDROP = 320, (0.16, 0.30, 0.48), (0.05, 0.06, 0.08)
 RADIUS = 0.94
 
 
-def cell_of(study: Study) -> pd.DataFrame:
+def cell_of(study: Rows) -> pd.DataFrame:
     """The run's row of Lyon's ungated cross form beyond 90 degrees, at a wide lobe; empty if there is none."""
-    rows = study.at(
-        study.accuracy,
-        approximation="lyon",
+    rows = lyon(
+        at(study.accuracy, precision=study.precision, stratum="grazing", gated=False),
+        alpha=ALPHA,
+        gamma=GAMMA,
         lambda_form="cross",
-        space="reflect",
-        precision=study.precision,
-        stratum="grazing",
-        gated=False,
+        beta_policy=("taylor", "minimax", "energy"),
     )
-    if rows.empty:
-        return rows
-    rows = rows[rows["alpha"] == nearest(sorted(rows["alpha"].unique()), ALPHA)]
-    rows = rows[rows["gamma"] == nearest(sorted(rows["gamma"].unique()), GAMMA)]
     return rows.sort_values(["beta_policy", "max_abs"], ascending=[False, True], kind="stable").head(1)
 
 
-def values(row: pd.Series, cosine: Vector, *, gated: bool) -> Vector:
-    """The cell's formula over cosines from -1 to 1, by the scalar body that the kernels are compiled from."""
-    from phongbench.formulas.lambda_forms import deficit_of_angle
-    from phongbench.formulas.registry import REGISTRY  # late: with it come the kernels
-    from phongbench.formulas.spec import Setting
-
-    formula = REGISTRY["lyon"].bound(Setting(float(row["alpha"]), int(row["gamma"]), str(row["beta_policy"])))
-    found = np.array([formula(x) for x in deficit_of_angle("cross", cosine).tolist()], dtype=np.float64)
-    return np.where(cosine > 0.0, found, 0.0) if gated else found
+def gated_values(row: pd.Series, cosine: Vector, *, gated: bool) -> Vector:
+    """The cell's formula over cosines from -1 to 1, with or without the test of a.b > 0."""
+    highlight = values(row, cosine)
+    assert highlight is not None  # it is ours
+    return np.where(cosine > 0.0, highlight, 0.0) if gated else highlight
 
 
 def sphere(row: pd.Series, *, gated: bool) -> Vector:
@@ -63,13 +52,13 @@ def sphere(row: pd.Series, *, gated: bool) -> Vector:
     facing_squared = 1.0 - x * x - y * y
     inside = facing_squared > 0.0
     facing = np.sqrt(facing_squared[inside])[:, None]
-    light = values(row, 2.0 * facing_squared[inside] - 1.0, gated=gated)[:, None]
+    light = gated_values(row, 2.0 * facing_squared[inside] - 1.0, gated=gated)[:, None]
     picture = np.tile(np.array(BACKDROP), (ACROSS, ACROSS, 1))
     picture[inside] = np.minimum(np.array(DIFFUSE) * (0.08 + 0.92 * facing) + 0.85 * light, 1.0)
     return picture
 
 
-def draw(study: Study) -> Plate | Absent:
+def draw(study: Rows) -> Plate | Absent:
     """The lobe over all angles with and without the test, and the two spheres."""
     cell = cell_of(study)
     if cell.empty:
@@ -84,8 +73,8 @@ def draw(study: Study) -> Plate | Absent:
         {
             "angle_degrees": angle,
             "exact": np.maximum(cosine, 0.0) ** float(row["alpha"]),
-            "gated": values(row, cosine, gated=True),
-            "ungated": values(row, cosine, gated=False),
+            "gated": gated_values(row, cosine, gated=True),
+            "ungated": gated_values(row, cosine, gated=False),
         }
     )
     figure, (lobe, first, second) = sheet(
@@ -94,7 +83,7 @@ def draw(study: Study) -> Plate | Absent:
     _lobe(lobe, data)
     for axes, gated in ((first, True), (second, False)):
         _picture(axes, sphere(row, gated=gated), gated=gated)
-    where = f"lyon · cross, α\u00a0=\u00a0{row['alpha']:g}, γ\u00a0=\u00a0{int(row['gamma'])}"
+    where = f"{label(row)}, {alpha_is(row['alpha'])}"
     footnote(figure, f"{where}; {POINTS} angles in float64; spheres: Lambert's diffuse term and this highlight")
     return Plate(figure, data, _sentence(row, data), _alt(row, data), basis(cell), reproduce(study, cell))
 
@@ -132,7 +121,7 @@ def _sentence(row: pd.Series, data: pd.DataFrame) -> str:
         f"|a × b| cannot tell a from −a: without a test of a·b the cross form shines again, as bright as "
         f"{number(last['ungated'])} at 180° where Phong is {number(last['exact'])}, and a sphere lit from the camera "
         f"gets a bright rim; the run measured an error of {number(row['max_abs'])} there. The test takes away all "
-        f"light beyond 90°, where {number(float((back > 1 / 255).mean() * 100))}\u00a0% of the angles exceed one 8-bit "
+        f"light beyond 90°, where {share(float((back > 1 / 255).mean()))} of the angles exceed one 8-bit "
         "code without it."
     )
 
@@ -140,8 +129,8 @@ def _sentence(row: pd.Series, data: pd.DataFrame) -> str:
 def _alt(row: pd.Series, data: pd.DataFrame) -> str:
     half = float(data["angle_degrees"].iloc[int(np.argmin(np.abs(data["ungated"] - 0.5)))])
     return (
-        f"Line chart of the cross form's highlight from 0 to 180 degrees at α = {row['alpha']:g}, and two spheres lit "
-        f"from the camera. With a test of a·b the lobe falls to one half at {number(min(half, 180.0 - half))} degrees "
+        f"Line chart of the cross form's highlight from 0 to 180 degrees at {alpha_is(row['alpha'])}, and two spheres "
+        f"lit from the camera. With a test of a·b the lobe is one half at {number(min(half, 180.0 - half))} degrees "
         "and is 0 beyond 90, and the sphere has one highlight in its middle. Without it the lobe is symmetric about 90 "
         "degrees, and the sphere also has a bright rim."
     )

@@ -10,11 +10,12 @@ from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm
 from matplotlib.patches import Rectangle
 
+from phongbench.analysis.rows import Rows, forms_of, ordered
 from phongbench.results.schema import CELL
-from phongbench_reports.cuts import Absent, Study
-from phongbench_reports.plots import SURFACE, Plate, footnote, sheet
-from phongbench_reports.reproduce import reproduce
-from phongbench_reports.text import BUDGETS, basis, number
+from phongbench_reports.figures.measured import finished, lyon
+from phongbench_reports.plots import SURFACE, Plate, sheet
+from phongbench_reports.table import Absent
+from phongbench_reports.text import BUDGETS, number
 
 POLICIES = ("taylor", "minimax")
 #: Errors beyond these ends share their colour: below a tenth of a 10-bit code nothing is worth telling apart.
@@ -63,16 +64,12 @@ def _panel(axes: Axes, errors: pd.DataFrame) -> None:
     axes.set_xlabel("γ")
 
 
-def draw(study: Study) -> Plate | Absent:
+def draw(study: Rows) -> Plate | Absent:
     """One panel per slope; a frame and bold number mark cells within one 8-bit code."""
-    rows = study.at(study.unit, approximation="lyon", precision=study.precision, space="reflect", beta_policy=POLICIES)
-    rows = rows[rows["gamma"].notna()]
-    for form in ("dot", "difference", "cross"):
-        if (rows["lambda_form"] == form).any():
-            rows = rows[rows["lambda_form"] == form]
-            break
+    rows = lyon(study.highlight, precision=study.precision, beta_policy=POLICIES)
     if rows.empty:
         return Absent("The run holds no lyon rows on unit vectors.", "Run with --only lyon.")
+    rows = rows[rows["lambda_form"] == forms_of(rows)[0]]
     policies = [policy for policy in POLICIES if (rows["beta_policy"] == policy).any()]
     tables = {policy: table(rows[rows["beta_policy"] == policy]) for policy in policies}
     height = 1.35 + 0.25 * max(len(one) for one in tables.values())
@@ -82,11 +79,10 @@ def draw(study: Study) -> Plate | Absent:
         _panel(axes, errors)
         axes.set_title(f"{policy} slope, {rows['lambda_form'].iloc[0]} form")
     panels[0].set_ylabel("α, exact exponent")
-    told = basis(rows)
-    footnote(figure, f"largest error in 8-bit codes (255 × error), {study.precision}; framed: at most one code; {told}")
+    note = f"largest error in 8-bit codes (255 × error), {study.precision}; framed: at most one code"
     columns = [*CELL, "alpha", "max_abs", "codes_8bit", "samples", "coverage"]
-    data = rows[columns].sort_values(["beta_policy", "alpha", "gamma"], kind="stable").reset_index(drop=True)
-    return Plate(figure, data, _sentence(tables), _alt(tables), told, reproduce(study, rows))
+    data = ordered(rows[columns], ["beta_policy", "alpha", "gamma"])
+    return finished(study, figure, data, note, _sentence(tables), _alt(tables))
 
 
 def _sentence(tables: dict[str, pd.DataFrame]) -> str:

@@ -4,13 +4,22 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-from phongbench_reports.plots import BLUE, INK, VERMILION, budget_lines, footnote, ink, log_axis, sheet, svg_pair
-from phongbench_reports.text import number
+from phongbench_reports.plots import (
+    BLUE,
+    INK,
+    VERMILION,
+    Vector,
+    budget_lines,
+    footnote,
+    ink,
+    log_axis,
+    sheet,
+    svg_pair,
+)
+from phongbench_reports.text import alpha_is, number
 
 #: errors below this are rounding of the curve's own float64 evaluation
 FLOOR = 1e-7
@@ -18,27 +27,28 @@ FLOOR = 1e-7
 _ONE_AT_A_TIME = threading.Lock()
 
 
-def svg(name: str, alpha: float, found: Mapping[str, npt.NDArray[Any]]) -> bytes:
+def svg(name: str, alpha: float, curve: Mapping[str, Vector]) -> bytes:
     """The lobe beside exact Phong's, and the size of their difference on a log axis, as SVG for a light page.
 
-    name   str    of the formula, for people
+    name   str    the formula's spelling
     alpha  float  exponent of exact Phong
-    found  arrays angle_degrees, value, exact, error of equal length
+    curve  arrays angle_degrees, value, exact, error of equal length
     """
-    angle = found["angle_degrees"]
+    angle, size = curve["angle_degrees"], np.abs(curve["error"])
+    largest = float(size.max())
     with _ONE_AT_A_TIME, ink():
-        figure, (lobe, size) = sheet(3.6, 1, 2, left=0.07, wspace=0.18, bottom=0.2, top=0.88)
-        lobe.plot(angle, found["exact"], color=INK, linestyle=(0, (5, 2)), label="exact Phong")
-        lobe.plot(angle, found["value"], color=BLUE, label=name)
+        figure, (lobe, error) = sheet(3.6, 1, 2, left=0.07, wspace=0.18, bottom=0.2, top=0.88)
+        lobe.plot(angle, curve["exact"], color=INK, linestyle=(0, (5, 2)), label="exact Phong")
+        lobe.plot(angle, curve["value"], color=BLUE, label=name)
         lobe.legend(loc="upper right", fontsize=8)
         lobe.set_title("highlight")
-        size.plot(angle, np.maximum(np.abs(found["error"]), FLOOR), color=VERMILION)
-        size.set_ylim(FLOOR, max(1.0, 2.0 * float(np.abs(found["error"]).max())))
-        log_axis(size.yaxis)
-        budget_lines(size, side="right")
-        size.set_title(f"absolute error, at most {number(float(np.abs(found['error']).max()))}")
-        for axes in (lobe, size):
+        error.plot(angle, np.maximum(size, FLOOR), color=VERMILION)
+        error.set_ylim(FLOOR, max(1.0, 2.0 * largest))
+        log_axis(error.yaxis)
+        budget_lines(error, side="right")
+        error.set_title(f"absolute error, at most {number(largest)}")
+        for axes in (lobe, error):
             axes.set_xlim(0.0, float(angle[-1]))
             axes.set_xlabel("angle between R and V (degrees)")
-        footnote(figure, f"α\u00a0=\u00a0{alpha:g}; in float64 at {len(angle)} angles; unit vectors, coplanar")
+        footnote(figure, f"{alpha_is(alpha)}; in float64 at {len(angle)} angles; unit vectors, coplanar")
         return svg_pair(figure, "lobe")[0]

@@ -9,9 +9,9 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 
-from phongbench.analysis.mesh_edges import CODE, PAIRS, raw_lyon, reaches, told
+from phongbench.analysis.mesh_edges import CODE, PAIRS, in_words, raw_lyon, reaches
+from phongbench.analysis.rows import STABILITY_ALPHA, Rows, nearest
 from phongbench.formulas.lambda_forms import LAMBDA_FORMS
-from phongbench_reports.cuts import STABILITY_ALPHA, Absent, Study, nearest
 from phongbench_reports.plots import (
     BLUE,
     GREEN,
@@ -26,7 +26,8 @@ from phongbench_reports.plots import (
     sheet,
 )
 from phongbench_reports.reproduce import reproduce
-from phongbench_reports.text import listed, number, records, span
+from phongbench_reports.table import Absent
+from phongbench_reports.text import alpha_is, gamma_is, listed, number, records, span
 
 #: exponents of the rows of panels, or the measured ones nearest to them
 ALPHAS = (10.0, STABILITY_ALPHA, 1000.0)
@@ -57,7 +58,7 @@ COLUMNS = [
 ]
 
 
-def rows_of(study: Study) -> pd.DataFrame:
+def rows_of(study: Rows) -> pd.DataFrame:
     """One row per mesh, edge, form and kind of pair, at three exponents: what raw normals change, and whole errors."""
     raw = raw_lyon(study.lyon_meshes)
     if raw.empty:
@@ -72,7 +73,7 @@ def rows_of(study: Study) -> pd.DataFrame:
 
 
 def _envelope(part: pd.DataFrame) -> tuple[Any, Any]:
-    """The worst of our own surfaces at each edge that was asked for: their i-th finest belong together."""
+    """The worst of our own surfaces at each requested edge: their i-th finest belong together."""
     own = part[part["mesh"].isin(OWN)].sort_values(["mesh", "edge_degrees"], kind="stable")
     turn = own.groupby("mesh", sort=True).cumcount()
     each = own.groupby(turn)
@@ -108,7 +109,7 @@ def _panel(axes: Axes, rows: pd.DataFrame) -> list[tuple[float, float, str, str]
     return ends
 
 
-def draw(study: Study) -> Plate | Absent:
+def draw(study: Rows) -> Plate | Absent:
     """A row of panels per exponent, a panel per lambda form; lines are the ways in which a renderer makes its pair."""
     data = rows_of(study)
     if data.empty:
@@ -149,7 +150,7 @@ def draw(study: Study) -> Plate | Absent:
     hollow = {"none": ""}.get(files, f"; hollow: {files if len(files) < LONG else 'files'}")
     footnote(
         figure,
-        f"lyon, γ\u00a0=\u00a0{int(data['gamma'].iloc[0])}; filled: worst of {listed(OWN)}{hollow}; dotted: the "
+        f"lyon, {gamma_is(data['gamma'].iloc[0])}; filled: worst of {listed(OWN)}{hollow}; dotted: the "
         f"formula's own error; below {LIMITS[0]:g} at the edge; {span(data['samples'])} samples each",
     )
     return Plate(figure, data, _sentence(study, data), _alt(data), _basis(data), _command(study, data))
@@ -160,13 +161,13 @@ def _words(axes: Axes, rows: pd.DataFrame, *, first: bool, left: bool, alpha: fl
         axes.set_title(form)
     if not left:
         return
-    axes.set_ylabel(f"α = {alpha:g}\n8-bit codes changed")
+    axes.set_ylabel(f"{alpha_is(alpha)}\n8-bit codes changed")
     look: dict[str, Any] = {"color": MUTED, "fontsize": 7.5, "transform": axes.get_yaxis_transform(), "va": "bottom"}
     axes.text(0.99, 1.0, "1 code", ha="right", **look)
     axes.text(0.99, float(rows["codes_renormalised"].max()), "own error", ha="right", **look)
 
 
-def _command(study: Study, data: pd.DataFrame) -> str:
+def _command(study: Rows, data: pd.DataFrame) -> str:
     """The command that measures these rows again, with the run's own meshes."""
     meshes = [word for path in study.run.manifest.get("plan", {}).get("meshes", []) for word in ("--mesh", str(path))]
     plain = reproduce(study, data.assign(approximation="lyon", precision="float32"))
@@ -179,7 +180,7 @@ def _basis(data: pd.DataFrame) -> str:
     return f"{span(data['samples'])} samples a cell and edge, coverage: sampled{degenerate}"
 
 
-def _sentence(study: Study, data: pd.DataFrame) -> str:
+def _sentence(study: Rows, data: pd.DataFrame) -> str:
     """How wide edges may be for one code at the middle exponent, for each form and pair."""
     found = reaches(study.lyon_meshes)
     alpha = nearest(sorted(data["alpha"].unique()), STABILITY_ALPHA)
@@ -187,10 +188,10 @@ def _sentence(study: Study, data: pd.DataFrame) -> str:
     parts = []
     for pair in (pair for pair in PAIRS if pair in set(found["pair"])):
         mine = records(found[found["pair"] == pair])
-        wide = listed(f"{told(row['degrees'], row['relation'])} ({row['lambda_form']})" for row in mine)
+        wide = listed(f"{in_words(row['degrees'], row['relation'])} ({row['lambda_form']})" for row in mine)
         parts.append(f"{LOOKS[pair][0]}: {wide}")
     return (
-        f"At α\u00a0=\u00a0{alpha:g}, normals left raw change the highlight by at most one 8-bit code up to edges of "
+        f"At {alpha_is(alpha)}, normals left raw change the highlight by at most one 8-bit code up to edges of "
         f"{'; '.join(parts)}."
     )
 
@@ -203,7 +204,7 @@ def _alt(data: pd.DataFrame) -> str:
         lines = ", ".join(
             f"{row['lambda_form']} {row['pair']} {number(row['codes_changed'])}" for row in records(worst)
         )
-        parts.append(f"α = {alpha:g}: {lines}")
+        parts.append(f"{alpha_is(alpha)}: {lines}")
     return (
         "Log-log charts of the change by raw normals against the widest edge, one per exponent and lambda form. "
         f"Codes changed by edges up to 10 degrees: {'; '.join(parts)}."

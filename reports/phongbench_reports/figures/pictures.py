@@ -12,12 +12,13 @@ from typing import Any
 import pandas as pd
 from matplotlib.axes import Axes
 
-from phongbench.scenes.picture_errors import name_of
-from phongbench_reports.cuts import Absent, Study, plain
+from phongbench.analysis.rows import Rows, ordered
+from phongbench.errors import PhongbenchError
+from phongbench.formulas.formula import Formula
 from phongbench_reports.figures import scene_images
 from phongbench_reports.plots import INK, MUTED, STYLES, Plate, end_labels, footnote, log_axis, sheet
-from phongbench_reports.table import Table
-from phongbench_reports.text import listed, number, records
+from phongbench_reports.table import Absent, Table
+from phongbench_reports.text import INTERVAL, label, listed, number, ratio, records, share
 
 MISSING = Absent("No scene was drawn.", "Run with --scenes, or with --preset full.")
 #: pixels of a picture in the report: six of them and their page stay below 300 kB
@@ -31,31 +32,32 @@ class Pictured:
 
     name: str
     title: str
-    make: Callable[[Study], Plate | Table | Absent]
+    make: Callable[[Rows], Plate | Table | Absent]
     folded: bool = False
 
 
-def errors_of(study: Study) -> pd.DataFrame:
+def errors_of(study: Rows) -> pd.DataFrame:
     """Rows of formulas that fit their scene, with their names and times over exact Phong's; empty without scenes."""
-    rows = plain(study.run.scenes)
+    rows = study.scenes
     rows = rows[rows["left_out"].isna()] if len(rows) else rows
     if rows.empty:
         return rows
-    named = rows.assign(formula=[_name(row) for row in records(rows)])
-    times = study.run.scene_times
+    named = rows.assign(formula=[label(row) for row in records(rows)])
+    times = study.scene_times
     times = times[times["kind"] == "formula"][["scene", "name", "seconds", "ratio", "ratio_low", "ratio_high"]]
-    both = named.merge(times.rename(columns={"name": "formula"}), on=["scene", "formula"], how="left")
-    return both.sort_values(["scene", "max_abs", "formula"], kind="stable").reset_index(drop=True)
+    times = times.assign(formula=times.pop("name").map(_spelled))
+    both = named.merge(times, on=["scene", "formula"], how="left")
+    return ordered(both, ["scene", "max_abs", "formula"])
 
 
-def differences(study: Study) -> Plate | Absent:
+def differences(study: Rows) -> Plate | Absent:
     """The test card by three formulas, and the difference of each to exact Phong, amplified."""
     if errors_of(study).empty:
         return MISSING
     shown = scene_images.formulas(size=SIZE)
     data = pd.DataFrame(list(shown.facts))
-    told = [f"{row['formula']} is off by {row['max_codes']} codes at most" for row in records(data)]
-    sentence = f"On a card of spheres from α\u00a0=\u00a02 to 4096, {listed(told)}."
+    errors = [f"{row['formula']} is off by {row['max_codes']} codes at most" for row in records(data)]
+    sentence = f"On a card of spheres from α\u00a0=\u00a02 to 4096, {listed(errors)}."
     alt = (
         "Pictures of twelve spheres of growing shininess, drawn by three formulas, each beside its amplified "
         f"difference to exact Phong. {sentence}"
@@ -63,9 +65,9 @@ def differences(study: Study) -> Plate | Absent:
     return Plate(scene_images.figure_of(shown, native=True), data, sentence, alt, shown.note, COMMAND)
 
 
-def reflections(study: Study) -> Plate | Absent:
+def reflections(study: Rows) -> Plate | Absent:
     """The chequerboard with 0 to 3 reflections in a row."""
-    rows = study.run.skips
+    rows = study.skips
     cut = rows[rows["name"] == "cutoff"] if len(rows) else rows
     if cut.empty:
         return MISSING
@@ -77,7 +79,7 @@ def reflections(study: Study) -> Plate | Absent:
     return Plate(scene_images.figure_of(shown, native=True), data, sentence, alt, shown.note, COMMAND)
 
 
-def interpolation(study: Study) -> Plate | Absent:
+def interpolation(study: Rows) -> Plate | Absent:
     """One sphere in triangles, flat, Gouraud and Phong shaded."""
     if errors_of(study).empty:
         return MISSING
@@ -89,7 +91,7 @@ def interpolation(study: Study) -> Plate | Absent:
     return Plate(scene_images.figure_of(shown, native=True), data, sentence, alt, shown.note, COMMAND)
 
 
-def lobe_law(study: Study) -> Plate | Absent:
+def lobe_law(study: Rows) -> Plate | Absent:
     """The largest error of each picture against the lobe's: what the scalar table promises, and what comes of it."""
     data = errors_of(study)
     data = data[(data["max_abs"] > 0) & (data["lobe_max"] > 0)] if len(data) else data
@@ -119,7 +121,7 @@ def lobe_law(study: Study) -> Plate | Absent:
     return Plate(figure, data, _law_sentence(data), _law_alt(data), _basis(data), COMMAND)
 
 
-def errors(study: Study) -> Table | Absent:
+def errors(study: Rows) -> Table | Absent:
     """The error of the picture and its time, for each formula and scene."""
     data = errors_of(study)
     if data.empty:
@@ -129,28 +131,25 @@ def errors(study: Study) -> Table | Absent:
     headings += ["highlight's area", *(["time / exact"] if timed else [])]
     body = []
     for row in records(data):
-        found = [row["scene"], row["formula"], number(row["max_codes"]), f"{100 * row['visible']:.3g}\u00a0%"]
-        found += [number(row[name]) for name in ("psnr", "flip", "energy", "highlight_area")]
-        if timed:
-            ends = f"({number(row['ratio_low'])} to {number(row['ratio_high'])})"
-            found.append("–" if pd.isna(row["ratio"]) else f"{number(row['ratio'])} {ends}")
-        body.append(tuple(map(str, found)))
+        line = [str(row["scene"]), row["formula"], number(row["max_codes"]), share(row["visible"])]
+        line += [number(row[name]) for name in ("psnr", "flip", "energy", "highlight_area")]
+        body.append((*line, *([ratio(row)] if timed else [])))
     unseen = data[data["max_codes"] == 0]
     slight = data[data["max_codes"] <= 1]
     sentence = (
         f"Of {len(data)} pictures {len(slight)} are off by one 8-bit code at most, {len(unseen)} by none; the most is "
         f"{int(data['max_codes'].max())} codes."
     )
-    told = f"{_basis(data)}; against exact Phong; times are those of whole pictures, rays included"
-    return Table(tuple(headings), tuple(body), data, sentence, told, frozenset(range(2, len(headings))))
+    basis = f"{_basis(data)}; against exact Phong; times are those of whole pictures, rays included, {INTERVAL}s"
+    return Table(tuple(headings), tuple(body), data, sentence, basis, frozenset(range(2, len(headings))))
 
 
-def saved(study: Study) -> Table | Absent:
+def saved(study: Rows) -> Table | Absent:
     """The ledger of every scene: what was left out, what that changes, and the time without each skip."""
-    rows = plain(study.run.skips)
+    rows = study.skips
     if rows.empty:
         return MISSING
-    times = study.run.scene_times
+    times = study.scene_times
     times = times[times["kind"].isin(["skip", "cutoff"])]
     key = ["scene", "name", "setting", "depth"]
     data = rows.merge(
@@ -165,8 +164,8 @@ def saved(study: Study) -> Table | Absent:
         f"bounded ones change a colour by {number(data['largest_change'].max())} at most."
     )
     deep = number(data["depth"].max())
-    told = f"{_basis(data)}; reflections are stopped at depth {deep}; lines that left something out, all in the CSV"
-    return Table(headings, body, data, sentence, told, frozenset({3, 4, 5, 6}))
+    basis = f"{_basis(data)}; reflections are stopped at depth {deep}; lines that left something out, all in the CSV"
+    return Table(headings, body, data, sentence, basis, frozenset({3, 4, 5, 6}))
 
 
 #: the sections, in page order
@@ -180,29 +179,23 @@ SECTIONS = (
 )
 
 
-def _name(row: dict[str, Any]) -> str:
-    """As the times name it: without what went without saying when it was drawn."""
-    usual = {"taylor", "none"}
-    form = None if row["lambda_form"] == "none" else row["lambda_form"]
-    gamma = None if row["gamma"] is None or row["gamma"] is pd.NA else int(row["gamma"])
-    beta = None if row["beta_policy"] in usual else row["beta_policy"]
-    return name_of({"approximation": row["approximation"], "lambda_form": form, "gamma": gamma, "beta": beta})
+def _spelled(name: str) -> str:
+    """A formula's name in the times as it is spelled now: runs made before wrote "lyon:dot:8 minimax"."""
+    try:
+        return str(Formula.parse(name.replace(" ", ":")))
+    except PhongbenchError:  # a user's own, which this process does not know
+        return name
 
 
 def _saved_row(row: dict[str, Any]) -> tuple[str, ...]:
-    told = f"{row['name']}".replace("_", " ")
-    if row["name"] == "cutoff":
-        told = f"reflections below {number(row['setting'])}"
+    cutoff = row["name"] == "cutoff"
+    name = f"reflections below {number(row['setting'])}" if cutoff else str(row["name"]).replace("_", " ")
     of, skipped = (int(row[name]) for name in ("of", "skipped"))
-    share = f"{100 * skipped / of:.3g}\u00a0%" if of else "–"
-    # skips are timed by leaving them out, cut-offs by putting them in
-    turned = row["name"] != "cutoff"
-    ratio, low, high = (float(row[name]) for name in ("ratio", "ratio_low", "ratio_high"))
-    ratio, low, high = (1 / ratio, 1 / high, 1 / low) if turned and ratio == ratio else (ratio, low, high)
-    times = f"{number(ratio)} ({number(low)} to {number(high)})" if ratio == ratio else "–"
+    if not cutoff:  # skips are timed by leaving them out, cut-offs by putting them in
+        row = row | {"ratio": 1 / row["ratio"], "ratio_low": 1 / row["ratio_high"], "ratio_high": 1 / row["ratio_low"]}
     bound = "exact" if row["kind"] == "exact" else number(row["bound"])
-    unit = f"{number(of)} {row['unit']}" if of else "–"
-    return (str(row["scene"]), told, unit, share, bound, number(row["largest_change"]), times)
+    part, unit = (share(skipped / of), f"{number(of)} {row['unit']}") if of else ("–", "–")
+    return (str(row["scene"]), name, unit, part, bound, number(row["largest_change"]), ratio(row))
 
 
 def _diagonal(axes: Axes, data: pd.DataFrame) -> None:
@@ -217,9 +210,9 @@ def _diagonal(axes: Axes, data: pd.DataFrame) -> None:
     axes.text(0.004, 1 / 255, "1/255", color=MUTED, fontsize=7.5, va="bottom", transform=axes.get_yaxis_transform())
 
 
-def _of_half_space(study: Study) -> set[str]:
+def _of_half_space(study: Rows) -> set[str]:
     """Formulas that exist for (N, H) only, by the run's own rows: a user's own is in no registry of ours."""
-    spaces = plain(study.run.accuracy[["approximation", "space"]].drop_duplicates())
+    spaces = study.accuracy[["approximation", "space"]].drop_duplicates()
     reflect = set(spaces.loc[spaces["space"] == "reflect", "approximation"])
     return set(spaces["approximation"]) - reflect if reflect else {"blinn"}
 

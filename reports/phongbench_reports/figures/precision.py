@@ -2,28 +2,24 @@
 
 from __future__ import annotations
 
-import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 
+from phongbench.analysis.rows import STABILITY_ALPHA, Rows, nearest, ordered
 from phongbench.compiler.precisions import in_order
 from phongbench.results.schema import CELL
-from phongbench_reports.cuts import STABILITY_ALPHA, Absent, Study, nearest
-from phongbench_reports.plots import FORMS, Plate, budget_lines, end_labels, footnote, log_axis, sheet
-from phongbench_reports.reproduce import reproduce
-from phongbench_reports.text import basis, label, listed, number, records
+from phongbench_reports.figures.measured import finished, lyon
+from phongbench_reports.plots import FORMS, Plate, budget_lines, end_labels, log_axis, sheet
+from phongbench_reports.table import Absent
+from phongbench_reports.text import alpha_is, gamma_is, listed, number, records
 
 
-def rows_of(study: Study) -> pd.DataFrame:
+def rows_of(study: Rows) -> pd.DataFrame:
     """Lyon with Taylor slope and the gamma nearest to 32, unit vectors, every precision of the run."""
-    rows = study.at(study.unit, approximation="lyon", beta_policy="taylor", space="reflect", lambda_form=tuple(FORMS))
-    rows = rows[rows["gamma"].notna() & rows["rounding_max"].notna()]  # float64's rounding is not measured
-    if rows.empty:
-        return rows
-    gamma = min((int(g) for g in rows["gamma"].unique()), key=lambda g: (abs(np.log2(g / 32)), g))
+    measured = study.highlight[study.highlight["rounding_max"].notna()]  # float64's rounding is not measured
     columns = [*CELL, "alpha", "rounding_max", "max_abs", "model_max", "samples", "coverage"]
-    rows = rows.loc[rows["gamma"] == gamma, columns]
-    return rows.sort_values(["precision", "lambda_form", "alpha"], kind="stable").reset_index(drop=True)
+    rows = lyon(measured, gamma=32, lambda_form=tuple(FORMS))[columns]
+    return ordered(rows, ["precision", "lambda_form", "alpha"])
 
 
 def _panel(axes: Axes, rows: pd.DataFrame) -> list[tuple[float, float, str, str]]:
@@ -37,14 +33,14 @@ def _panel(axes: Axes, rows: pd.DataFrame) -> list[tuple[float, float, str, str]
     return ends
 
 
-def draw(study: Study) -> Plate | Absent:
+def draw(study: Rows) -> Plate | Absent:
     """Rounding part of the error against alpha, log-log, both code budgets."""
     data = rows_of(study)
     if data.empty:
         return Absent("The run holds no lyon rows on unit vectors.", "Run with --only lyon.")
-    found = list(in_order(data["precision"].unique()))
-    figure, panels = sheet(3.7, 1, len(found), left=0.075, right=0.895, wspace=0.34, bottom=0.185)
-    for axes, name in zip(panels, found, strict=True):
+    precisions = list(in_order(data["precision"].unique()))
+    figure, panels = sheet(3.7, 1, len(precisions), left=0.075, right=0.895, wspace=0.34, bottom=0.185)
+    for axes, name in zip(panels, precisions, strict=True):
         log_axis(axes.xaxis)
         log_axis(axes.yaxis)
         budget_lines(axes, side="right")
@@ -55,33 +51,29 @@ def draw(study: Study) -> Plate | Absent:
         axes.set_title(name)
         axes.set_xlabel("α, exact exponent")
     panels[0].set_ylabel("rounding part of the largest error")
-    told = basis(data)
-    footnote(
-        figure,
-        f"lyon, γ\u00a0=\u00a0{int(data['gamma'].iloc[0])}, Taylor slope, unit vectors, stratum highlight; {told}",
-    )
-    return Plate(figure, data, _sentence(data, found), _alt(data, found), told, reproduce(study, data))
+    note = f"lyon, {gamma_is(data['gamma'].iloc[0])}, Taylor slope, unit vectors, stratum highlight"
+    return finished(study, figure, data, note, _sentence(data, precisions), _alt(data, precisions))
 
 
-def _sentence(data: pd.DataFrame, found: list[str]) -> str:
+def _sentence(data: pd.DataFrame, precisions: list[str]) -> str:
     alpha = nearest(sorted(data["alpha"].unique()), STABILITY_ALPHA)
     parts = []
-    for name in found:
+    for name in precisions:
         rows = data[(data["precision"] == name) & (data["alpha"] == alpha)].sort_values("rounding_max", kind="stable")
         sizes = listed(f"{number(255 * row['rounding_max'])} ({row['lambda_form']})" for row in records(rows))
         parts.append(f"{name} {sizes}")
-    where = label({**records(data)[0], "lambda_form": "none"})
-    return f"Rounding of {where} at α\u00a0=\u00a0{alpha:g}, in 8-bit codes: {'; '.join(parts)}."
+    where = f"lyon, {gamma_is(data['gamma'].iloc[0])}, at {alpha_is(alpha)}"
+    return f"Rounding of {where}, in 8-bit codes: {'; '.join(parts)}."
 
 
-def _alt(data: pd.DataFrame, found: list[str]) -> str:
+def _alt(data: pd.DataFrame, precisions: list[str]) -> str:
     parts = []
-    for name in found:
+    for name in precisions:
         rows = data[data["precision"] == name]
         for form, mine in rows.groupby("lambda_form", sort=True):
             first, last = mine.iloc[0], mine.iloc[-1]
             parts.append(
-                f"{name} {form} from {number(first['rounding_max'])} at α\u00a0=\u00a0{first['alpha']:g} "
-                f"to {number(last['rounding_max'])} at α\u00a0=\u00a0{last['alpha']:g}"
+                f"{name} {form} from {number(first['rounding_max'])} at {alpha_is(first['alpha'])} "
+                f"to {number(last['rounding_max'])} at {alpha_is(last['alpha'])}"
             )
     return f"Log-log charts of the rounding error against alpha: {'; '.join(parts)}."

@@ -6,8 +6,10 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 
-from phongbench_reports.cuts import CEILINGS, TWIN, Absent, Study
+from phongbench.analysis.rows import Rows, at, near
+from phongbench.results.schema import CEILINGS, TWIN
 from phongbench_reports.plots import BLUE, MUTED, SURFACE, Plate, footnote, named_ticks, sheet, steps_of_ten
+from phongbench_reports.table import Absent
 from phongbench_reports.text import label, listed, number, records, span
 
 SETS = {"l1": "in L1", "l2": "in L2", "memory": "beyond cache"}
@@ -27,16 +29,12 @@ NUMBERS = [
 ]
 
 
-def rows_of(study: Study) -> pd.DataFrame:
+def rows_of(study: Rows) -> pd.DataFrame:
     """Kernels of the working precision on the fewest threads; for formulas with squarings the gamma nearest to 8."""
-    rows = study.at(study.timing, precision=study.precision)
+    rows = at(study.timing, precision=study.precision)
     rows = rows[rows["lit"].isna()] if "lit" in rows else rows
     rows = rows[(rows["approximation"] != TWIN) & (rows["threads"] == rows["threads"].min())]
-    gammas = [int(gamma) for gamma in rows["gamma"].dropna().unique()]
-    if gammas:
-        near = min(gammas, key=lambda g: (abs(np.log2(g / 8)), g))
-        rows = rows[rows["gamma"].isna() | (rows["gamma"] == near).fillna(False)]
-    rows = rows.drop_duplicates(KEYS)
+    rows = near(rows, "gamma", 8).drop_duplicates(KEYS)
     names = [label(row | {"beta_policy": "none"}) for row in records(rows)]
     shown: pd.DataFrame = rows[[*KEYS, *NUMBERS]].assign(label=names).reset_index(drop=True)
     return shown
@@ -70,7 +68,7 @@ def _panel(axes: Axes, rows: pd.DataFrame, names: list[str]) -> None:
     axes.set_ylim(-0.7, len(names) + 1.4)
 
 
-def draw(study: Study) -> Plate | Absent:
+def draw(study: Rows) -> Plate | Absent:
     """Nanoseconds on a log axis: dot the minimum over clean epochs, line to the median; hollow where memory decides."""
     if study.timing.empty:
         return Absent("This run has no timing.", "Run again without --no-timing.")
@@ -86,23 +84,23 @@ def draw(study: Study) -> Plate | Absent:
     for axes, name in zip(panels, sets, strict=True):
         mine = data[data["working_set"] == name]
         low, high = 0.85 * float(mine["ns_min"].min()), 1.3 * float(mine["ns_median"].max())
-        ticks = steps_of_ten(low, high, (1, 2, 5))
+        ticks = steps_of_ten(low, high, (1, 2, 5) if high < 100 * low else (1, 3))
         ticks = ticks if len(ticks) > 1 else steps_of_ten(low, high, (1, 1.5, 2, 2.5, 3, 4, 5, 6, 8))
         named_ticks(axes.xaxis, ticks, minor=steps_of_ten(low, high, range(1, 10)))
         axes.set_xlim(low, high)
         _panel(axes, mine, names)
         axes.set_title(SETS[name])
         axes.set_xlabel("ns per element")
-    told = f"{span(data['rounds'])} rounds, {span(data['threads'])} thread"
+    rounds = f"{span(data['rounds'])} rounds, {span(data['threads'])} thread"
     footnote(
         figure,
         f"{study.precision}; dot: fastest clean epoch, line: to the median; "
-        f"hollow: at least {BOUND:.0%} of copy bandwidth; {told}",
+        f"hollow: at least {BOUND:.0%} of copy bandwidth; {rounds}",
     )
-    return Plate(figure, data, _sentence(study, data, sets), _alt(data, names, sets), told)
+    return Plate(figure, data, _sentence(study, data, sets), _alt(data, names, sets), rounds)
 
 
-def _sentence(study: Study, data: pd.DataFrame, sets: list[str]) -> str:
+def _sentence(study: Rows, data: pd.DataFrame, sets: list[str]) -> str:
     kernels = data[~data["approximation"].isin(CEILINGS)]
     small = kernels[kernels["working_set"] == sets[0]].sort_values(["ns_min", "label"], kind="stable")
     fast, exact = small.iloc[0], small[small["approximation"] == "phong"]
@@ -114,7 +112,7 @@ def _sentence(study: Study, data: pd.DataFrame, sets: list[str]) -> str:
     waits = int((large["bandwidth_fraction"] >= BOUND).sum())
     tail = f"; {SETS[sets[-1]]}, {waits} of {len(large)} kernels wait for memory, where the formula no longer matters"
     withheld = (
-        f"; the A/A twin was told apart in {listed(study.twin_differs)}, so speed claims are withheld"
+        f"; the A/A twin differs from itself in {listed(study.twin_differs)}, so speed claims are withheld"
         if study.twin_differs
         else ""
     )

@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 import pandas as pd
 from matplotlib.axes import Axes
 
+from phongbench.analysis.rows import Rows, at, near, ordered
 from phongbench.results.schema import CELL
-from phongbench_reports.cuts import Absent, Study, nearest
-from phongbench_reports.plots import BLUE, GREEN, GRID, VERMILION, Plate, budget_lines, footnote, log_axis, sheet
-from phongbench_reports.reproduce import reproduce
-from phongbench_reports.text import basis, label, listed, number, percent, records
-
-Vector = npt.NDArray[np.float64]
+from phongbench_reports.figures.measured import finished
+from phongbench_reports.plots import BLUE, GREEN, GRID, VERMILION, Plate, Vector, budget_lines, log_axis, sheet
+from phongbench_reports.table import Absent
+from phongbench_reports.text import alpha_is, label, listed, number, percent, records
 
 PARTS = {
     "model_max": ("model", BLUE, "o"),
@@ -25,22 +23,16 @@ LIMITS = (1e-8, 10.0)
 SHOWN = 3
 
 
-def rows_of(study: Study) -> pd.DataFrame:
+def rows_of(study: Rows) -> pd.DataFrame:
     """One row per formula and precision at the headline exponent, one vector about 1 % too long; Taylor slopes."""
-    rows = study.at(study.lengths, alpha=study.alpha, perturbation="a")
-    rows = rows[
-        (rows["length_error"] > 0) & rows["gated"].astype(bool) & ~rows["beta_policy"].isin(["minimax", "energy"])
-    ]
+    rows = at(study.lengths, alpha=study.alpha, perturbation="a", gated=True)
+    rows = rows[(rows["length_error"] > 0) & ~rows["beta_policy"].isin(["minimax", "energy"])]
     if rows.empty:
         return rows
-    rows = rows[rows["length_error"] == nearest(sorted(rows["length_error"].unique()), 0.01)]
-    gammas = [int(gamma) for gamma in rows["gamma"].dropna().unique()]
-    if gammas:
-        gamma = min(gammas, key=lambda g: (abs(np.log2(g / 8)), g))
-        rows = rows[rows["gamma"].isna() | (rows["gamma"] == gamma).fillna(False)]
+    rows = near(near(rows, "length_error", 0.01), "gamma", 8)
     columns = [*CELL, "alpha", "perturbation", "length_error", *PARTS, "max_abs", "samples", "coverage"]
     rows = rows[columns].assign(label=[label(row) for row in records(rows)])
-    rows = rows.sort_values(["precision", *CELL[:-1]], kind="stable").reset_index(drop=True)
+    rows = ordered(rows, ["precision", *CELL[:-1]])
     whole = rows[list(PARTS)].fillna(0.0).sum(axis=1)
     shares = {name.replace("_max", "_share"): rows[name].fillna(0.0) / whole.where(whole > 0.0) for name in PARTS}
     return rows.assign(**shares)
@@ -82,39 +74,39 @@ def _shares(axes: Axes, rows: pd.DataFrame, y: Vector) -> None:
         left = left + share
 
 
-def draw(study: Study) -> Plate | Absent:
+def draw(study: Rows) -> Plate | Absent:
     """Per precision two panels: the size of the three parts, and what share of their sum each is."""
     data = rows_of(study)
     if data.empty:
         return Absent("The run holds no rows on vectors of the wrong length.", "Run with the stratum lengths.")
-    found = [name for name in study.precisions if (data["precision"] == name).any()][:SHOWN]
-    names = order_of(data, found[0])
+    precisions = [name for name in study.precisions if (data["precision"] == name).any()][:SHOWN]
+    names = order_of(data, precisions[0])
     height = 1.7 + 0.2 * len(names)
     margins = {"bottom": 0.78 / height, "top": 1 - 0.67 / height}
     figure, panels = sheet(
         height,
         1,
-        2 * len(found),
+        2 * len(precisions),
         left=0.225,
         right=0.985,
         wspace=0.09,
         sharey=True,
-        width_ratios=(2.4, 1) * len(found),
+        width_ratios=(2.4, 1) * len(precisions),
         **margins,
     )
     place = {name: len(names) - 1 - index for index, name in enumerate(names)}
-    for index, name in enumerate(found):
+    for index, name in enumerate(precisions):
         rows = data[data["precision"] == name]
         y = np.array([place[name] for name in rows["label"]], dtype=np.float64)
         sizes, shares = panels[2 * index : 2 * index + 2]
-        log_axis(sizes.xaxis, labels=6 if len(found) < SHOWN else 3)
+        log_axis(sizes.xaxis, labels=6 if len(precisions) < SHOWN else 3)
         sizes.set_xlim(*LIMITS)
-        budget_lines(sizes, vertical=True, named=len(found) < SHOWN)
+        budget_lines(sizes, vertical=True, named=len(precisions) < SHOWN)
         _sizes(sizes, rows, y)
         _shares(shares, rows, y)
         sizes.set_title(name, pad=14)
-        sizes.set_xlabel("largest error of the part" if len(found) < SHOWN else "largest error")
-        shares.set(xlim=(0.0, 100.0), xticks=(0, 50) if len(found) < SHOWN else (50,), xlabel="share (%)")
+        sizes.set_xlabel("largest error of the part" if len(precisions) < SHOWN else "largest error")
+        shares.set(xlim=(0.0, 100.0), xticks=(0, 50) if len(precisions) < SHOWN else (50,), xlabel="share (%)")
     for axes in panels:
         axes.grid(False, axis="y")
         axes.tick_params(axis="y", length=0)
@@ -122,24 +114,22 @@ def draw(study: Study) -> Plate | Absent:
     panels[0].set_ylim(-0.7, len(names) - 0.3)
     marks = panels[0].get_legend_handles_labels()
     figure.legend(*marks, loc="upper right", ncols=3, fontsize=8, columnspacing=1.0, handletextpad=0.2)
-    told = basis(data)
     one = percent(float(data["length_error"].iloc[0]))
-    footnote(
-        figure,
-        f"α = {study.alpha:g}, one vector {one} in length; ≤ 10⁻⁸ drawn at the left edge; the largest of each part, "
-        f"not all at one input; {told}",
+    note = (
+        f"{alpha_is(study.alpha)}, one vector {one} in length; ≤ 10⁻⁸ drawn at the left edge; the largest of each "
+        "part, not all at one input"
     )
-    return Plate(figure, data, _sentence(data, found), _alt(data), told, reproduce(study, data))
+    return finished(study, figure, data, note, _sentence(data, precisions), _alt(data))
 
 
-def _sentence(data: pd.DataFrame, found: list[str]) -> str:
-    told = []
-    for name in found:
+def _sentence(data: pd.DataFrame, precisions: list[str]) -> str:
+    sentences = []
+    for name in precisions:
         rows = data[data["precision"] == name]
         largest = rows[list(PARTS)].idxmax(axis=1).value_counts()
         counts = listed(f"{PARTS[part][0]} for {int(largest[part])}" for part in PARTS if part in largest.index)
-        told.append(f"in {name} the largest part is {counts} of {len(rows)} formulas")
-    return f"With one vector {percent(float(data['length_error'].iloc[0]))} in length, {'; '.join(told)}."
+        sentences.append(f"in {name} the largest part is {counts} of {len(rows)} formulas")
+    return f"With one vector {percent(float(data['length_error'].iloc[0]))} in length, {'; '.join(sentences)}."
 
 
 def _alt(data: pd.DataFrame) -> str:

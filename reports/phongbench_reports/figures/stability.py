@@ -9,47 +9,31 @@ import pandas as pd
 from matplotlib.axes import Axes
 
 from phongbench.analysis import length_sensitivity
+from phongbench.analysis.rows import STABILITY_ALPHA, Rows, nearest, ordered
 from phongbench.results.schema import CELL
-from phongbench_reports.cuts import STABILITY_ALPHA, Absent, Study, nearest
-from phongbench_reports.plots import FORMS, MUTED, SURFACE, Plate, budget_lines, end_labels, footnote, log_axis, sheet
-from phongbench_reports.reproduce import reproduce
-from phongbench_reports.text import basis, listed, number, records
+from phongbench_reports.figures.measured import finished, lyon, setting_of
+from phongbench_reports.plots import FORMS, MUTED, SURFACE, Plate, budget_lines, end_labels, log_axis, sheet
+from phongbench_reports.table import Absent
+from phongbench_reports.text import alpha_is, listed, number, records
 
 #: How the lengths err, as the perturbation column names it, and in words.
 WAYS = {"a": "one vector", "both": "both alike", "opposite": "both, opposite"}
 
 
-def rows_of(study: Study) -> pd.DataFrame:
+def rows_of(study: Rows) -> pd.DataFrame:
     """Lyon with Taylor slope at one exponent and one gamma on vectors of the wrong length."""
-    rows = study.at(
-        study.lengths,
-        approximation="lyon",
-        beta_policy="taylor",
-        space="reflect",
+    rows = lyon(
+        study.lengths[study.lengths["length_error"] != 0.0],
+        alpha=STABILITY_ALPHA,
+        gamma=64,
+        gated=True,
         precision=study.precision,
         perturbation=tuple(WAYS),
         lambda_form=tuple(FORMS),
     )
-    rows = rows[(rows["length_error"] != 0.0) & rows["gamma"].notna() & rows["gated"].astype(bool)]
-    if rows.empty:
-        return rows
-    rows = rows[rows["alpha"] == nearest(sorted(rows["alpha"].unique()), STABILITY_ALPHA)]
-    gamma = min((int(g) for g in rows["gamma"].unique()), key=lambda g: (abs(np.log2(g / 64)), g))
-    rows = rows[rows["gamma"] == gamma]
-    columns = [
-        *CELL,
-        "alpha",
-        "perturbation",
-        "length_error",
-        "length_max",
-        "rounding_max",
-        "max_abs",
-        "samples",
-        "coverage",
-    ]
-    return (
-        rows[columns].sort_values(["perturbation", "lambda_form", "length_error"], kind="stable").reset_index(drop=True)
-    )
+    errors = ["length_max", "rounding_max", "max_abs", "samples", "coverage"]
+    columns = [*CELL, "alpha", "perturbation", "length_error", *errors]
+    return ordered(rows[columns], ["perturbation", "lambda_form", "length_error"])
 
 
 def slopes(rows: pd.DataFrame) -> dict[str, tuple[float, float]]:
@@ -95,7 +79,7 @@ def _column(upper: Axes, lower: Axes, rows: pd.DataFrame, way: str) -> dict[str,
     return ends
 
 
-def draw(study: Study) -> Plate | Absent:
+def draw(study: Rows) -> Plate | Absent:
     """Upper row: what the lengths alone change, with the law; lower row: the whole error against the true angle."""
     data = rows_of(study)
     if data.empty:
@@ -121,7 +105,7 @@ def draw(study: Study) -> Plate | Absent:
             log_axis(axes.yaxis)
             budget_lines(axes, named=column == 0)
         ends = _column(upper, lower, data, way)
-        _tell_slopes(upper, data[data["perturbation"] == way])
+        _name_slopes(upper, data[data["perturbation"] == way])
         upper.set_title(WAYS[way], pad=25)
         lower.set_xlabel("relative length error")
         upper.set_ylim(1e-6, 30.0)
@@ -130,24 +114,21 @@ def draw(study: Study) -> Plate | Absent:
     end_labels(lower, ends["max_abs"])
     panels[0].set_ylabel("change by the lengths alone")
     panels[len(ways)].set_ylabel("largest absolute error")
-    told = basis(data)
-    where = (
-        f"lyon, γ\u00a0=\u00a0{int(data['gamma'].iloc[0])}, α\u00a0=\u00a0{data['alpha'].iloc[0]:g}, {study.precision}"
-    )
-    footnote(figure, f"{where}; filled: too long, hollow: too short; lines above: law of lengths; {told}")
-    return Plate(figure, data, _sentence(data), _alt(data, ways), told, reproduce(study, data))
+    note = f"{setting_of(study, data)}; filled: too long, hollow: too short; lines above: law of lengths"
+    return finished(study, figure, data, note, _sentence(data), _alt(data, ways))
 
 
-def _tell_slopes(axes: Axes, rows: pd.DataFrame) -> None:
-    told = slopes(rows)
-    forms = [form for form in FORMS if form in told]
+def _name_slopes(axes: Axes, rows: pd.DataFrame) -> None:
+    fitted = slopes(rows)
+    forms = [form for form in FORMS if form in fitted]
     if not forms:
         return
-    lines = [", ".join(f"{form} {told[form][0]:.2f}" for form in forms), ", ".join(f"{told[f][1]:.2f}" for f in forms)]
+    measured = ", ".join(f"{form} {fitted[form][0]:.2f}" for form in forms)
+    by_law = ", ".join(f"{fitted[form][1]:.2f}" for form in forms)
     axes.text(
         0.0,
         1.02,
-        f"slopes: {lines[0]}\nby the law: {lines[1]}",
+        f"slopes: {measured}\nby the law: {by_law}",
         transform=axes.transAxes,
         fontsize=7.5,
         color=MUTED,
@@ -162,12 +143,12 @@ def _sentence(data: pd.DataFrame) -> str:
     at = nearest(sorted(rows.loc[rows["length_error"] > 0, "length_error"].unique()), 0.01)
     one = rows[rows["length_error"] == at].sort_values("max_abs", kind="stable")
     errors = listed(f"{row['lambda_form']} {number(row['max_abs'])}" for row in records(one))
-    told = slopes(rows)
-    powers = listed(f"{told[form][0]:.2f} ({form}, by the law {told[form][1]:.2f})" for form in FORMS if form in told)
-    sentence = f" Small length errors e change the highlight like e to the power {powers}." if told else ""
+    fitted = slopes(rows)
+    powers = listed(f"{fitted[f][0]:.2f} ({f}, by the law {fitted[f][1]:.2f})" for f in FORMS if f in fitted)
+    sentence = f" Small length errors e change the highlight like e to the power {powers}." if fitted else ""
     best = one.iloc[0]["lambda_form"]
     return (
-        f"With {WAYS[way]} {number(100 * at)}\u00a0% too long at α\u00a0=\u00a0{data['alpha'].iloc[0]:g}, "
+        f"With {WAYS[way]} {number(100 * at)}\u00a0% too long at {alpha_is(data['alpha'].iloc[0])}, "
         f"{best} errs least: {errors}.{sentence}"
     )
 

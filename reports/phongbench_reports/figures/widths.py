@@ -5,23 +5,23 @@ from __future__ import annotations
 import pandas as pd
 from matplotlib.axes import Axes
 
+from phongbench.analysis.rows import Rows, ordered
 from phongbench.compiler.precisions import in_order
 from phongbench.results.schema import CELL
-from phongbench_reports.cuts import Absent, Study
-from phongbench_reports.plots import STYLES, Plate, budget_lines, end_labels, footnote, log_axis, sheet
-from phongbench_reports.reproduce import reproduce
-from phongbench_reports.text import basis, listed, number, records
+from phongbench_reports.figures.measured import finished, lyon
+from phongbench_reports.plots import STYLES, Plate, budget_lines, end_labels, log_axis, sheet
+from phongbench_reports.table import Absent
+from phongbench_reports.text import alpha_is, gamma_is, listed, number, records
 
 #: Lambda forms that get a panel, in order.
 SHOWN = ("dot", "difference", "cross")
 
 
-def rows_of(study: Study) -> pd.DataFrame:
+def rows_of(study: Rows) -> pd.DataFrame:
     """Lyon with Taylor slope at the headline exponent on unit vectors: every form, gamma and precision."""
-    rows = study.at(study.unit, approximation="lyon", beta_policy="taylor", space="reflect", lambda_form=SHOWN)
-    rows = rows[rows["gamma"].notna() & (rows["alpha"] == study.alpha)]
     columns = [*CELL, "alpha", "max_abs", "model_max", "rounding_max", "samples", "coverage"]
-    rows = rows[columns].sort_values(["lambda_form", "precision", "gamma"], kind="stable").reset_index(drop=True)
+    rows = lyon(study.highlight, alpha=study.alpha, lambda_form=SHOWN)[columns]
+    rows = ordered(rows, ["lambda_form", "precision", "gamma"])
     best = rows.groupby(["lambda_form", "precision"])["max_abs"].transform("min")
     return rows.assign(best=rows["max_abs"] == best)
 
@@ -50,7 +50,7 @@ def _panel(axes: Axes, rows: pd.DataFrame, precisions: tuple[str, ...]) -> list[
     return ends
 
 
-def draw(study: Study) -> Plate | Absent:
+def draw(study: Rows) -> Plate | Absent:
     """One panel a lambda form, one line a precision; a ring around each line's best gamma."""
     data = rows_of(study)
     if data["gamma"].nunique() < 2:
@@ -70,12 +70,8 @@ def draw(study: Study) -> Plate | Absent:
         axes.set_xlabel("γ = 2ⁿ")
     end_labels(panels[-1], ends, gap=0.07)
     panels[0].set_ylabel("largest absolute error")
-    told = basis(data)
-    footnote(
-        figure,
-        f"lyon, α\u00a0=\u00a0{study.alpha:g}, Taylor slope, unit vectors, stratum highlight; ring: best γ; {told}",
-    )
-    return Plate(figure, data, _sentence(data, precisions), _alt(data), told, reproduce(study, data))
+    note = f"lyon, {alpha_is(study.alpha)}, Taylor slope, unit vectors, stratum highlight; ring: best γ"
+    return finished(study, figure, data, note, _sentence(data, precisions), _alt(data))
 
 
 def _form(data: pd.DataFrame) -> str:
@@ -90,13 +86,13 @@ def _sentence(data: pd.DataFrame, precisions: tuple[str, ...]) -> str:
         mine = data[(data["precision"] == name) & (data["lambda_form"] == form) & data["best"]]
         for row in records(mine.iloc[:1]):
             codes = number(255 * row["max_abs"])
-            parts.append(f"{name} γ\u00a0=\u00a0{int(row['gamma'])} ({codes} codes)")
-    return f"Best γ of the {form} form at α\u00a0=\u00a0{data['alpha'].iloc[0]:g}: {listed(parts)}."
+            parts.append(f"{name} {gamma_is(row['gamma'])} ({codes} codes)")
+    return f"Best γ of the {form} form at {alpha_is(data['alpha'].iloc[0])}: {listed(parts)}."
 
 
 def _alt(data: pd.DataFrame) -> str:
     parts = []
     for (form, precision), mine in data.groupby(["lambda_form", "precision"], sort=True):
         best = mine[mine["best"]].iloc[0]
-        parts.append(f"{form} in {precision}: {number(best['max_abs'])} at γ\u00a0=\u00a0{int(best['gamma'])}")
+        parts.append(f"{form} in {precision}: {number(best['max_abs'])} at {gamma_is(best['gamma'])}")
     return f"Log-log charts of the largest error against gamma. Smallest errors: {'; '.join(parts)}."

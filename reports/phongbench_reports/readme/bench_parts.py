@@ -9,42 +9,40 @@ from phongbench.benchmarks import scene_bench
 from phongbench.benchmarks.false_alarms import ALLOWED, Alarms
 from phongbench_reports.readme.markdown import table
 from phongbench_reports.readme.measurements import RACE, SCENES, SIZE, Wall
-from phongbench_reports.text import listed, number
+from phongbench_reports.text import INTERVAL, listed, number, ratio
 
 
-def peers(found: Mapping[str, Any]) -> str:
+def peers(compared: Mapping[str, Any]) -> str:
     """Time of every peer over ours, for each kind of work and working set; who is absent is said to be."""
-    kinds = list(dict.fromkeys((row["work"], row["working_set"]) for row in found["rows"]))
-    tools = {row["by"]: f"{row['by']} {row['version']}" for row in found["rows"]}
-    cells = {(row["by"], row["work"], row["working_set"]): _cell(row) for row in found["rows"]}
+    kinds = list(dict.fromkeys((row["work"], row["working_set"]) for row in compared["rows"]))
+    tools = {row["by"]: f"{row['by']} {row['version']}" for row in compared["rows"]}
+    cells = {(row["by"], row["work"], row["working_set"]): _cell(row) for row in compared["rows"]}
     lines = [(name, *(cells.get((by, *kind), "–") for kind in kinds)) for by, name in tools.items()]
     headings = ("", *(f"{work}, {place}" for work, place in kinds))
     shown = table(headings, lines, right=range(1, len(headings)))
-    rounds = sorted({row["rounds"] for row in found["rows"]})
-    absent = f" Absent: {listed(found['absent'])}." if found["absent"] else ""
+    rounds = sorted({row["rounds"] for row in compared["rows"]})
+    absent = f" Absent: {listed(compared['absent'])}." if compared["absent"] else ""
     return (
-        f"{shown}\n\n(float32 from six arrays of components, one thread, alpha {found['alpha']:g}, "
-        f"gamma {found['gamma']}; ours in ns per element, the others as time / ours with its interval; "
+        f"{shown}\n\n(float32 from six arrays of components, one thread, alpha {compared['alpha']:g}, "
+        f"gamma {compared['gamma']}; ours in ns per element, the others as time / ours with its {INTERVAL}; "
         f"{rounds[0]} to {rounds[-1]} rounds.{absent})"
     )
 
 
 def _cell(row: Mapping[str, Any]) -> str:
-    if row["verdict"] == "baseline":
-        return f"{number(row['ns'])} ns"
-    return f"{number(row['ratio'])} ({number(row['ratio_low'])} to {number(row['ratio_high'])})"
+    return f"{number(row['ns'])} ns" if row["verdict"] == "baseline" else ratio(row)
 
 
-def alarms(found: Sequence[Alarms]) -> str:
-    """How often identical code was told apart, in each working set."""
+def alarms(counts: Sequence[Alarms]) -> str:
+    """How often identical code seemed to differ, in each working set."""
     lines = [
         (a.working_set, str(a.repeats), str(a.rounds), str(a.resolved), f"{100 * a.share:.3g} %", number(a.spread))
-        for a in found
+        for a in counts
     ]
-    headings = ("working set", "repeats", "rounds", "told apart", "share", "98 % of ratios within 1 ±")
+    headings = ("working set", "repeats", "rounds", "resolved", "share", "98 % of ratios within 1 ±")
     shown = table(headings, lines, right=range(1, len(headings)))
-    good = all(a.share <= ALLOWED for a in found)
-    return f"{shown}\n\nAllowed is {100 * ALLOWED:.3g} %: {'kept' if good else 'not kept'}."
+    good = all(a.share <= ALLOWED for a in counts)
+    return f"{shown}\n\nAllowed is {100 * ALLOWED:.3g} %: {'met' if good else 'not met'}."
 
 
 def throughput(rates: Mapping[str, float], walls: Sequence[Wall] = ()) -> str:
@@ -63,18 +61,18 @@ def throughput(rates: Mapping[str, float], walls: Sequence[Wall] = ()) -> str:
         (wall.name, *(f"{wall.document['seconds'][stage]:.1f} s" for stage in stages), f"{wall.seconds:.1f} s")
         for wall in walls
     ]
-    told = (
+    command = (
         f"The quick study, {number(size['cells'])} cells and {number(round(size['evaluations'] / 1e9, 1))} billion "
         "evaluations, as a command: cold with no kernel compiled yet, warm the same command again."
     )
     seconds = table(("kernel cache", *stages, "the whole command"), times, right=range(1, len(stages) + 2))
-    return f"{shown}\n\n{told}\n\n{seconds}"
+    return f"{shown}\n\n{command}\n\n{seconds}"
 
 
-def scenes(found: Mapping[str, Any]) -> str:
-    """What `measured_scenes` found: a table of skips, and one of tracers with what is compared."""
+def scenes(measured: Mapping[str, Any]) -> str:
+    """The results of `measured_scenes`: a table of skips, and one of tracers with what is compared."""
     lines = []
-    for name, rows in found["skips"].items():
+    for name, rows in measured["skips"].items():
         full, exact, none = ({row["variant"]: row for row in rows}[v] for v in ("all", "exact", "none"))
         lines.append(
             (
@@ -91,7 +89,7 @@ def scenes(found: Mapping[str, Any]) -> str:
     return (
         f"{table(headings, lines, right=(1, 2, 3, 4, 6))}\n\n({SIZE[0]} × {SIZE[1]} pixels, exact Phong, every core; "
         "gains over nothing left out, from interleaved rounds; changes in linear light, where white is 1.)\n\n"
-        f"{_tracers(found['tracers'], found['absent'])}"
+        f"{_tracers(measured['tracers'], measured['absent'])}"
     )
 
 
@@ -120,15 +118,14 @@ def _tracers(rows: Sequence[Mapping[str, Any]], absent: Sequence[Mapping[str, st
         "pixels off by a code",
         "pixels as far away",
     )
-    told = {row["tracer"]: f"- {row['tracer']} {row['version']}: {row['note']}." for row in rows}
-    told |= {row["tracer"]: f"- {row['tracer']} is absent: {row['why']}." for row in absent}
-    notes = "\n".join(told.values())
+    notes = {row["tracer"]: f"- {row['tracer']} {row['version']}: {row['note']}." for row in rows}
+    notes |= {row["tracer"]: f"- {row['tracer']} is absent: {row['why']}." for row in absent}
     return (
         f"{RACE} at {rows[0]['size']}, drawn by others in the same run, in interleaved rounds:\n\n"
         f"{table(headings, lines, right=range(2, len(headings)))}\n\n"
         "(Least time; a ratio is the median over the rounds. Rays count mirrored ones, not those for shadows. Pixels "
         "off are those that differ from ours by more than 1/255; pixels as far away show something at the distance "
-        f"that a plain float64 tracer finds, to 1 %, or nothing as it does.)\n\n{notes}"
+        f"that a plain float64 tracer finds, to 1 %, or nothing as it does.)\n\n" + "\n".join(notes.values())
     )
 
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from phongbench.analysis.rows import Rows
 from phongbench.errors import InputError
 from phongbench.results.runs import Run
 from phongbench.support.atomic_files import write_bytes
-from phongbench_reports.cuts import Study
 from phongbench_reports.readme import bench_parts, parts, run_parts
 from phongbench_reports.readme.markdown import PICTURES
 from phongbench_reports.readme.measurements import Measurements
@@ -15,7 +15,7 @@ from phongbench_reports.readme.measurements import Measurements
 
 def fill(root: Path, run: Run, measured: Measurements) -> None:
     """Write the generated parts and the pictures from a finished run and what was measured beside it."""
-    study = Study(run)
+    study = Rows(run)
     front, files = run_parts.front(study)
     bodies = {
         "verdict": run_parts.verdict(study),

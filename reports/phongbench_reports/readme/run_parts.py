@@ -11,18 +11,20 @@ import pandas as pd
 
 from phongbench.analysis.claims import judge
 from phongbench.analysis.claims.claim import UNMEASURED
+from phongbench.analysis.rows import Rows, at, nearest
 from phongbench.errors import InputError
 from phongbench.formulas.formula import Formula
 from phongbench.formulas.shader_code import export
 from phongbench.inputs.plan import preset
 from phongbench.results.runs import Run
-from phongbench_reports.cuts import CEILINGS, HEADLINE_ALPHA, TWIN, Absent, Study, nearest
+from phongbench.results.schema import BASELINE, CEILINGS, TWIN
 from phongbench_reports.figures import front as front_figure
 from phongbench_reports.figures import speed as speed_figure
 from phongbench_reports.plots import Plate, ink, svg_pair
 from phongbench_reports.readme.markdown import picture, slim, table
+from phongbench_reports.table import Absent
 from phongbench_reports.tables.verdict import verdict as verdict_table
-from phongbench_reports.text import BUDGETS, number, records
+from phongbench_reports.text import BUDGETS, INTERVAL, alpha_is, number, ratio, records
 
 #: exponents of the verdict table, the nearest ones of the run; the report has them all
 ALPHAS = (10.0, 20.0, 50.0, 100.0, 200.0, 1000.0)
@@ -41,28 +43,26 @@ class _Cut:
     worst: pd.DataFrame
 
 
-def verdict(study: Study) -> str:
+def verdict(study: Rows) -> str:
     """The report's verdict table within 1/255, at a few exponents."""
     budget, name = BUDGETS[0]
-    found = verdict_table(study, study.precision, budget, name)
-    if isinstance(found, Absent) or study.timing.empty:
+    content = verdict_table(study, study.precision, budget, name)
+    if isinstance(content, Absent) or study.timing.empty:
         raise InputError(
             "the run has no timing", str(study.run.path), "the README needs a run made without --no-timing"
         )
     wanted = {nearest(study.alphas, alpha) for alpha in ALPHAS}
-    rows = [row for row, alpha in zip(found.rows, found.data["alpha"], strict=True) if alpha in wanted]
-    shown = table(found.headings, rows, right=sorted(found.numeric))
-    return f"{shown}\n\n{found.takeaway}\n({found.basis}.)"
+    rows = [row for row, alpha in zip(content.rows, content.data["alpha"], strict=True) if alpha in wanted]
+    return f"{table(content.headings, rows, right=content.numeric)}\n\n{content.takeaway}\n({content.basis}.)"
 
 
-def shader(study: Study) -> str:
+def shader(study: Rows) -> str:
     """The verdict for one exponent as shader code."""
-    found = verdict_table(study, study.precision, *BUDGETS[0])
-    alpha = nearest(study.alphas, HEADLINE_ALPHA)
-    best = {} if isinstance(found, Absent) else records(found.data[found.data["alpha"] == alpha])[0]
+    content = verdict_table(study, study.precision, *BUDGETS[0])
+    best = {} if isinstance(content, Absent) else records(at(content.data, alpha=study.alpha))[0]
     if not best.get("approximation"):
-        return f"No formula is within {BUDGETS[0][1]} at α = {alpha:g}."
-    written = export.shader(Formula.of_row(best), alpha)
+        return f"No formula is within {BUDGETS[0][1]} at {alpha_is(study.alpha)}."
+    written = export.shader(Formula.of_row(best), study.alpha)
     return f"```glsl\n{written.text}```"
 
 
@@ -71,17 +71,15 @@ def claims(run: Run) -> str:
     judged = judge(run)
     lines = [(f"{j.claim.key}) {j.claim.title}", j.verdict, j.because) for j in judged if j.verdict != UNMEASURED]
     left = len(judged) - len(lines)
-    rest = f"\n\n{left} more take what this run did not measure." if left else ""
-    return f"{table(('claim', 'verdict', 'what was found'), lines)}{rest}"
+    rest = f"\n\n{left} more need what this run did not measure." if left else ""
+    return f"{table(('claim', 'verdict', 'result'), lines)}{rest}"
 
 
-def front(study: Study) -> tuple[str, dict[str, bytes]]:
+def front(study: Rows) -> tuple[str, dict[str, bytes]]:
     """The front at one exponent as a picture for light and dark pages, and the two files it shows."""
-    alpha = nearest(study.alphas, HEADLINE_ALPHA)
-    run = study.run
-    rows = study.accuracy[study.accuracy["alpha"] == alpha]
+    run, rows = study.run, at(study.accuracy, alpha=study.alpha)
     with ink():
-        plate = front_figure.draw(Study(cast(Run, _Cut(run.path, run.manifest, rows, run.timing, run.worst))))
+        plate = front_figure.draw(Rows(cast(Run, _Cut(run.path, run.manifest, rows, run.timing, run.worst))))
         if isinstance(plate, Absent):
             raise InputError(plate.reason.rstrip("."), str(run.path), plate.fix.rstrip("."))
         light, dark = map(slim, svg_pair(plate.figure, "front"))
@@ -89,16 +87,16 @@ def front(study: Study) -> tuple[str, dict[str, bytes]]:
     return picture("front", plate), files
 
 
-def speed(study: Study) -> str:
+def speed(study: Rows) -> str:
     """Times as ratios to exact Phong for each working set; of most formulas the cheapest lambda form only."""
     rows = speed_figure.rows_of(study)
     rows = rows[~rows["approximation"].isin(CEILINGS)]
     rows = rows[rows["lambda_form"].isin(["dot", "none"]) | (rows["approximation"] == "lyon")]
     kernel = ["approximation", "lambda_form", "gamma", "working_set"]
     # lyon on (N, H) runs the code of lyon on (R, V) and was timed once
-    rows = rows.sort_values(["space"], ascending=False, kind="stable").drop_duplicates(kernel)
+    rows = rows.sort_values("space", ascending=False, kind="stable").drop_duplicates(kernel)
     sets = [name for name in speed_figure.SETS if (rows["working_set"] == name).any()]
-    ratios = {(row["label"], row["working_set"]): _interval(row) for row in records(rows)}
+    ratios = {(row["label"], row["working_set"]): _ratio(row) for row in records(rows)}
     first = rows[rows["working_set"] == sets[0]].sort_values(["ratio", "label"], kind="stable")
     names = [speed_figure.SETS[name] for name in sets]
     headings = (
@@ -118,23 +116,21 @@ def speed(study: Study) -> str:
     ]
     with ink():
         plate = speed_figure.draw(study)
-    told = plate.takeaway if isinstance(plate, Plate) else plate.reason
-    basis = plate.basis if isinstance(plate, Plate) else ""
+    sentence, basis = (plate.takeaway, plate.basis) if isinstance(plate, Plate) else (plate.reason, "")
     shown = table(headings, lines, right=range(1, len(headings)))
-    return f"{shown}\n\n{told} {_twin(study)}\n({study.precision}, {basis}; in brackets the interval of the ratio.)"
+    note = f"{study.precision}, {basis}; in brackets the {INTERVAL} of the ratio."
+    return f"{shown}\n\n{sentence} {_twin(study)}\n({note})"
 
 
-def _twin(study: Study) -> str:
+def _twin(study: Rows) -> str:
     """How the baseline compared with itself: what an interval of this run is worth."""
-    twins = study.at(study.timing, approximation=TWIN, precision=study.precision, working_set=study.working_set)
-    found = " and ".join(f"{_interval(row)}: {row['verdict']}" for row in records(twins))
-    return f"The A/A twin, exact Phong once more under another name, came out at {found}."
+    twins = at(study.timing, approximation=TWIN, precision=study.precision, working_set=study.working_set)
+    results = " and ".join(f"{_ratio(row)}: {row['verdict']}" for row in records(twins))
+    return f"The A/A twin, exact Phong once more under another name, came out at {results}."
 
 
-def _interval(row: Mapping[str, Any]) -> str:
-    if row["approximation"] == "phong":
-        return "1"
-    return f"{number(row['ratio'])} ({number(row['ratio_low'])} to {number(row['ratio_high'])})"
+def _ratio(row: Mapping[str, Any]) -> str:
+    return "1" if row["approximation"] == BASELINE else ratio(row)
 
 
 def machine(run: Run) -> str:

@@ -10,21 +10,22 @@ from typing import Any
 import pandas as pd
 
 from phongbench.analysis.claims import SIGNS, VERDICTS, Judgement, judge
+from phongbench.analysis.rows import Rows
 from phongbench.errors import InputError
-from phongbench_reports.cuts import Absent, Study
 from phongbench_reports.figures import FIGURES
 from phongbench_reports.figures.pictures import SECTIONS
 from phongbench_reports.reproduce import reproduce
+from phongbench_reports.table import Absent
 from phongbench_reports.text import label, listed, missing, number
 
 #: verdict -> how a sentence on one claim, and on several, says it
-_TOLD = {
+_VERBS = {
     "holds": ("holds", "hold"),
     "holds under conditions": ("holds under conditions", "hold under conditions"),
     "fails": ("fails", "fail"),
     "not measured": ("was not measured", "were not measured"),
 }
-#: parts of a row's key that its label does not tell
+#: parts of a row's key that its formula does not hold
 _WHERE = (
     "alpha",
     "precision",
@@ -95,36 +96,36 @@ class ClaimTable:
     basis: str
 
 
-def claims(study: Study) -> ClaimTable | Absent:
+def claims(study: Rows) -> ClaimTable | Absent:
     """All claims, judged by the rows of the run."""
     try:
-        found = judge(study.run)
+        judged = judge(study.run)
     except InputError as lacking:
         return Absent(f"{lacking.what}.", lacking.fix or "")
-    counted = Counter(one.verdict for one in found)
-    parts = [f"{counted[v]} {_TOLD[v][counted[v] != 1]}" for v in VERDICTS if counted[v]]
-    sentence = f"Of {len(found)} textbook claims {listed(parts)}."
-    told = "Verdicts follow from stated rules and this run's rows, or from formulas alone where the coverage is law"
-    return ClaimTable(tuple(_entry(study, one) for one in found), _data(found), sentence, told)
+    counted = Counter(one.verdict for one in judged)
+    parts = [f"{counted[v]} {_VERBS[v][counted[v] != 1]}" for v in VERDICTS if counted[v]]
+    sentence = f"Of {len(judged)} textbook claims {listed(parts)}."
+    basis = "Verdicts follow from stated rules and this run's rows, or from formulas alone where the coverage is law"
+    return ClaimTable(tuple(_entry(study, one) for one in judged), _data(judged), sentence, basis)
 
 
-def _entry(study: Study, one: Judgement) -> Entry:
-    told = one.as_dict()
-    rows = [row for row in told["evidence"] if row["table"] == "accuracy"]
+def _entry(study: Rows, one: Judgement) -> Entry:
+    claim = one.as_dict()
+    rows = [row for row in claim["evidence"] if row["table"] == "accuracy"]
     command = reproduce(study, pd.DataFrame(rows).convert_dtypes()) if rows else ""
-    lacking = told["lacking"] or ""
+    lacking = claim["lacking"] or ""
     return Entry(
-        told["key"],
-        told["claim"],
-        told["source"],
+        claim["key"],
+        claim["claim"],
+        claim["source"],
         SIGNS[one.verdict],
         one.verdict,
-        told["because"],
+        claim["because"],
         f"{lacking[:1].upper()}{lacking[1:]}",
-        told["rule"],
-        told["figure"] if told["figure"] in _SHOWN and told["evidence"] else "",
-        _numbers(told["conditions"]),
-        tuple(_row(row) for row in told["evidence"]),
+        claim["rule"],
+        claim["figure"] if claim["figure"] in _SHOWN and claim["evidence"] else "",
+        _numbers(claim["conditions"]),
+        tuple(_row(row) for row in claim["evidence"]),
         command,
     )
 
@@ -134,13 +135,13 @@ def _numbers(records: list[dict[str, Any]]) -> tuple[Numbers, ...]:
     kinds: dict[tuple[str, ...], list[dict[str, str]]] = {}
     for record in records:
         kinds.setdefault(tuple(record), []).append({name: _value(value) for name, value in record.items()})
-    found = []
+    tables = []
     for names, rows in kinds.items():
         same = [name for name in names if len(rows) > 1 and len({row[name] for row in rows}) == 1]
         shown = [name for name in names if name not in same]
         common = " · ".join(f"{_words(name)} {rows[0][name]}" for name in same)
-        found.append(Numbers(common, tuple(map(_words, shown)), tuple(tuple(row[n] for n in shown) for row in rows)))
-    return tuple(found)
+        tables.append(Numbers(common, tuple(map(_words, shown)), tuple(tuple(row[n] for n in shown) for row in rows)))
+    return tuple(tables)
 
 
 def _words(name: str) -> str:
@@ -158,18 +159,18 @@ def _value(value: Any) -> str:
 
 
 def _row(row: dict[str, Any]) -> str:
-    """`lyon · dot · γ8 · alpha 50 · float32 · highlight: max abs 0.0353 (accuracy)`."""
+    """`lyon:dot:8 · alpha 50 · float32 · highlight: max abs 0.0353 (accuracy)`."""
     where = [
         f"{_words(name)} {_value(row[name])}" if isinstance(row[name], int | float) else str(row[name])
         for name in _WHERE
         if name in row and row[name] not in _UNSAID
     ]
-    cell = [label({"beta_policy": "none", "gamma": None, **row})] if "approximation" in row else []
+    cell = [label(row)] if "approximation" in row else []
     return f"{' · '.join([*cell, *where])}: {_words(row['column'])} {number(row['value'])} ({row['table']})"
 
 
-def _data(found: list[Judgement]) -> pd.DataFrame:
+def _data(judged: list[Judgement]) -> pd.DataFrame:
     """One row per claim; conditions and evidence as JSON."""
-    rows = [one.as_dict() for one in found]
+    rows = [one.as_dict() for one in judged]
     lists = ("conditions", "evidence", "needs")
     return pd.DataFrame([row | {name: json.dumps(row[name]) for name in lists} for row in rows])

@@ -6,18 +6,18 @@ from itertools import product
 
 import pandas as pd
 
-from phongbench.analysis.mesh_edges import PAIRS, reaches, told
+from phongbench.analysis.mesh_edges import PAIRS, in_words, reaches
+from phongbench.analysis.rows import Rows
 from phongbench.formulas.lambda_forms import LAMBDA_FORMS
-from phongbench_reports.cuts import Absent, Study
 from phongbench_reports.figures.meshes import LOOKS
-from phongbench_reports.table import Table
-from phongbench_reports.text import records, span
+from phongbench_reports.table import Absent, Table
+from phongbench_reports.text import alpha_is, gamma_is, records, span
 
 #: kind of pair -> a short name
 WAYS = {"classic": "classic R", "lengthwise": "lengthwise R", "half": "(N,\u00a0H)"}
 
 
-def mesh_edges(study: Study) -> Table | Absent:
+def mesh_edges(study: Rows) -> Table | Absent:
     """A row per exponent, a column per way to make the pair and lambda form: the widest edge within one code."""
     data = reaches(study.lyon_meshes)
     if data.empty:
@@ -26,18 +26,17 @@ def mesh_edges(study: Study) -> Table | Absent:
     columns = [
         way for way in product(PAIRS, forms) if ((data["pair"] == way[0]) & (data["lambda_form"] == way[1])).any()
     ]
-    found = {
-        (row["alpha"], row["pair"], row["lambda_form"]): told(row["degrees"], row["relation"]) for row in records(data)
+    edges = {
+        (row["alpha"], row["pair"], row["lambda_form"]): in_words(row["degrees"], row["relation"])
+        for row in records(data)
     }
     rows = tuple(
-        (f"{alpha:g}", *(found.get((alpha, *way), "–") for way in columns)) for alpha in sorted(data["alpha"].unique())
+        (f"{alpha:g}", *(edges.get((alpha, *way), "–") for way in columns)) for alpha in sorted(data["alpha"].unique())
     )
     headings = ("α", *(f"{WAYS[pair]} · {form}" for pair, form in columns))
-    gamma = int(data["gamma"].iloc[0])
-    basis = (
-        f"lyon, γ\u00a0=\u00a0{gamma}, float32, on every mesh; {span(study.lyon_meshes['samples'])} samples a cell "
-        "and edge; between two measured edges along a power law"
-    )
+    samples = f"{span(study.lyon_meshes['samples'])} samples a cell and edge"
+    lyon = f"lyon, {gamma_is(data['gamma'].iloc[0])}, float32"
+    basis = f"{lyon}, on every mesh; {samples}; between two measured edges along a power law"
     return Table(headings, rows, data, _sentence(data), basis, frozenset(range(len(headings))))
 
 
@@ -45,8 +44,8 @@ def _sentence(data: pd.DataFrame) -> str:
     """The way that bears the widest edges, and the one that bears the narrowest, over all exponents."""
     worst = data.sort_values(["degrees", "alpha"], kind="stable").drop_duplicates(["pair", "lambda_form"])
     words = [
-        f"{WAYS[row['pair']]} in the form {row['lambda_form']} ({told(row['degrees'], row['relation'])} at "
-        f"α\u00a0=\u00a0{row['alpha']:g})"
+        f"{WAYS[row['pair']]} in the form {row['lambda_form']} ({in_words(row['degrees'], row['relation'])} at "
+        f"{alpha_is(row['alpha'])})"
         for row in records(worst)
     ]
     ways = "; ".join(f"{name}: {LOOKS[pair][0]}" for pair, name in WAYS.items() if name != LOOKS[pair][0])

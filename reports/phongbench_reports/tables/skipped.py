@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import pandas as pd
 
-from phongbench_reports.cuts import Absent, Study
-from phongbench_reports.table import Table
-from phongbench_reports.text import listed, number, records
+from phongbench.analysis.rows import Rows
+from phongbench_reports.table import Absent, Table
+from phongbench_reports.text import INTERVAL, interval, listed, number, records, share, span
 
 PLAIN, SKIP = "-plain", "-skip"
 _KEY = ["formula", "lambda_form", "gamma", "working_set", "lit"]
 
 
-def skipped(study: Study) -> Table | Absent:
+def skipped(study: Rows) -> Table | Absent:
     """Ratios to exact Phong of the plain and the skipping kernel at each lit share; both give the same bits."""
     timing = study.timing
     rows = timing[timing["lit"].notna()] if "lit" in timing else timing.head(0)
@@ -28,19 +28,14 @@ def skipped(study: Study) -> Table | Absent:
             share(float(row["lit"])),
             str(row["working_set"]),
             number(row["ratio_plain"]),
-            _interval(row, "plain"),
+            interval(row["ratio_low_plain"], row["ratio_high_plain"]),
             number(row["ratio_skip"]),
-            _interval(row, "skip"),
+            interval(row["ratio_low_skip"], row["ratio_high_skip"]),
         )
         for row in records(data)
     )
-    headings = ("formula", "lit", "working set", "plain", "interval", "skipping", "interval")
+    headings = ("formula", "lit", "working set", "plain", INTERVAL, "skipping", INTERVAL)
     return Table(headings, body, data, _sentence(data, certain), _basis(rows), frozenset(range(3, 7)))
-
-
-def share(part: float) -> str:
-    """A part of the whole as percent."""
-    return f"{100 * part:.3g}\u00a0%"
 
 
 def _variant(rows: pd.DataFrame, suffix: str) -> pd.DataFrame:
@@ -50,19 +45,14 @@ def _variant(rows: pd.DataFrame, suffix: str) -> pd.DataFrame:
 
 
 def _sentence(data: pd.DataFrame, certain: pd.DataFrame) -> str:
-    told = []
+    parts = []
     for name in sorted(data["formula"].unique()):
         shares = sorted(certain.loc[certain["formula"] == name, "lit"].unique())
         where = listed(share(float(part)) for part in shares)
-        told.append(f"{name}: {f'certainly faster at {where} lit' if shares else 'never certainly faster'}")
-    return f"Skipping blocks of dark pairs, time against not skipping: {'; '.join(told)}."
-
-
-def _interval(row: dict[str, object], variant: str) -> str:
-    return f"{number(row[f'ratio_low_{variant}'])} to {number(row[f'ratio_high_{variant}'])}"
+        parts.append(f"{name}: {f'certainly faster at {where} lit' if shares else 'never certainly faster'}")
+    return f"Skipping blocks of dark pairs, time against not skipping: {'; '.join(parts)}."
 
 
 def _basis(rows: pd.DataFrame) -> str:
-    least, most = int(rows["rounds"].min()), int(rows["rounds"].max())
-    rounds = f"{least}" if least == most else f"{least} to {most}"
-    return f"time / exact Phong on the same pairs, the lit ones lying together; bit-identical values; {rounds} rounds"
+    pairs = "the same pairs, the lit ones lying together"
+    return f"time / exact Phong on {pairs}; bit-identical values; {span(rows['rounds'])} rounds"

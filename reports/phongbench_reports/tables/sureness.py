@@ -1,4 +1,4 @@
-"""How sure the numbers are: the same largest error, found in up to four ways, and whether they agree."""
+"""How sure the numbers are: the same largest error, measured in up to four ways, and whether they agree."""
 
 from __future__ import annotations
 
@@ -7,18 +7,18 @@ from typing import Any
 import pandas as pd
 
 from phongbench.accuracy.probes.consistency import UNIT_STRATA, VECTORS
-from phongbench_reports.cuts import Absent, Study
-from phongbench_reports.table import Table
-from phongbench_reports.text import label, missing, number, records
+from phongbench.analysis.rows import Rows, at
+from phongbench_reports.table import Absent, Table
+from phongbench_reports.text import alpha_is, label, missing, number, records, share
 
 #: What tells laws apart; with the precision, cells.
 LAW = ["approximation", "lambda_form", "space", "beta_policy", "alpha", "gamma"]
 #: The gamma and the slopes that stand for a formula on the page; all are in the CSV.
 SHOWN_GAMMA, SHOWN_SLOPES = 8, ("none", "taylor")
-FOUND = ("sampled", "searched", "exhaustive")
+MEASURED = ("sampled", "searched", "exhaustive")
 
 
-def sureness(study: Study) -> Table | Absent:
+def sureness(study: Rows) -> Table | Absent:
     """Sampled, searched, exhaustive and certified maxima side by side, and the re-check of the truth."""
     data = maxima(study)
     if data.empty or not data[["searched", "exhaustive", "certified"]].notna().any().any():
@@ -30,7 +30,7 @@ def sureness(study: Study) -> Table | Absent:
     body = tuple(
         (
             label(row),
-            *(number(row[name], 5) for name in FOUND),
+            *(number(row[name], 5) for name in MEASURED),
             number(row["model"], 5),
             number(row["certified"], 5),
             _gap(row["certified"], row["model"]),
@@ -38,15 +38,15 @@ def sureness(study: Study) -> Table | Absent:
         for row in records(shown)
     )
     headings = ("formula", "sampled", "searched", "every cosine", "formula alone, measured", "its proven bound", "gap")
-    told = (
-        f"{study.precision}, α\u00a0=\u00a0{study.alpha:g}; sampled: unit vectors; searched: all nearly unit vectors; "
+    basis = (
+        f"{study.precision}, {alpha_is(study.alpha)}; sampled: unit vectors; searched: all nearly unit vectors; "
         "every cosine: λ made of each float x itself, so the rounding of a·b is left out; the formula alone: in exact "
         "arithmetic, for which its bound is proven"
     )
-    return Table(headings, body, data, _sentence(study, data), told, frozenset(range(1, 7)))
+    return Table(headings, body, data, _sentence(study, data), basis, frozenset(range(1, 7)))
 
 
-def maxima(study: Study) -> pd.DataFrame:
+def maxima(study: Rows) -> pd.DataFrame:
     """One row per cell: its largest errors by coverage, that of the formula alone, and the certified bound of that."""
     rows = study.accuracy
     rows = rows[rows["gated"].astype(bool) & (rows["truth"] == "angle") & (rows["perturbation"] == "none")]
@@ -69,23 +69,23 @@ def _largest(rows: pd.DataFrame, key: list[str], metric: str, name: str) -> pd.D
     return rows.groupby(key, dropna=False, observed=True)[metric].max().rename(name).reset_index()
 
 
-def _headline(study: Study, data: pd.DataFrame) -> pd.DataFrame:
+def _headline(study: Rows, data: pd.DataFrame) -> pd.DataFrame:
     """Each formula and form once, at one exponent: Taylor's slope, and gamma 8 if there is one."""
-    mine = study.at(data, precision=study.precision, alpha=study.alpha, space="reflect", beta_policy=SHOWN_SLOPES)
+    mine = at(data, precision=study.precision, alpha=study.alpha, space="reflect", beta_policy=SHOWN_SLOPES)
     order = mine.assign(away=(mine["gamma"].astype(float) - SHOWN_GAMMA).abs())
     order = order.sort_values(["approximation", "lambda_form", "away"], kind="stable")
     return order.drop_duplicates(["approximation", "lambda_form"]).drop(columns="away")
 
 
-def _gap(bound: Any, found: Any) -> str:
-    if missing(bound) or missing(found) or not found > 1e-9:
+def _gap(bound: Any, measured: Any) -> str:
+    if missing(bound) or missing(measured) or not measured > 1e-9:
         return "–"
-    return f"{100 * (bound / found - 1):.2f}\u00a0%"
+    return f"{100 * (bound / measured - 1):.2f}\u00a0%"
 
 
-def _sentence(study: Study, data: pd.DataFrame) -> str:
+def _sentence(study: Rows, data: pd.DataFrame) -> str:
     violations = study.run.manifest.get("violations") or []
-    told = (
+    agreement = (
         f"{len(violations)} contradiction{'s' * (len(violations) > 1)} between rows: a bug, see the top of the page"
         if violations
         else "No two numbers contradict each other: sampled ≤ searched, sampled ≤ every cosine, none above its bound"
@@ -93,18 +93,18 @@ def _sentence(study: Study, data: pd.DataFrame) -> str:
     laws = data[data["certified"].notna() & (data["model"] > 1e-7)].drop_duplicates(LAW)
     if len(laws):
         gap = (laws["certified"] / laws["model"] - 1).max()
-        told += f"; the bounds of {number(len(laws))} laws lie within {100 * gap:.2g}\u00a0% of what was measured"
-    return f"{told}. {_recheck(study)}".strip()
+        agreement += f"; the bounds of {number(len(laws))} laws lie within {share(gap, 2)} of what was measured"
+    return f"{agreement}. {_recheck(study)}".strip()
 
 
-def _recheck(study: Study) -> str:
+def _recheck(study: Rows) -> str:
     facts = (study.run.manifest.get("probes") or {}).get("recheck")
     if not facts:
         return ""
     values = facts["random_values"] + facts["worst_values"]
     off = max(facts["random_disagreement"], facts["worst_disagreement"])
-    share = max(facts["random_share"], facts["worst_share"])
+    part = max(facts["random_share"], facts["worst_share"])
     return (
         f"{number(values)} exact values were computed again with {facts['digits']} digits: the truth is off by at most "
-        f"{number(off, 2)}, {100 * share:.2g}\u00a0% of its stated error."
+        f"{number(off, 2)}, {share(part, 2)} of its stated error."
     )

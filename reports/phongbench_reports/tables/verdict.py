@@ -8,13 +8,14 @@ from typing import Any
 import pandas as pd
 
 from phongbench.analysis.front import Choice, choose
+from phongbench.analysis.rows import Rows, at
 from phongbench.results.runs import strongest
 from phongbench.results.schema import CELL
-from phongbench_reports.cuts import Absent, Study
+from phongbench_reports.figures.speed import SETS
 from phongbench_reports.names import title
 from phongbench_reports.reproduce import reproduce
-from phongbench_reports.table import Table
-from phongbench_reports.text import basis, label, number, records
+from phongbench_reports.table import Absent, Table
+from phongbench_reports.text import INTERVAL, alpha_is, basis, interval, label, number, records
 
 #: Rows of a long table that the page shows; the CSV holds all.
 SHOWN = 24
@@ -28,7 +29,7 @@ def _gain(row: pd.Series | None, *, withheld: bool) -> tuple[str, str]:
     if withheld:
         return "withheld", "–"
     low, high = 1.0 / float(row["ratio_high"]), 1.0 / float(row["ratio_low"])
-    return f"{number(1.0 / float(row['ratio']))} ×", f"{number(low)} to {number(high)}"
+    return f"{number(1.0 / float(row['ratio']))} ×", interval(low, high)
 
 
 def _rival(choice: Choice, *, withheld: bool) -> str:
@@ -39,23 +40,23 @@ def _rival(choice: Choice, *, withheld: bool) -> str:
         return "no other fits"
     if withheld:
         return label(choice.runner_up)
-    told = "slower" if choice.resolved else "not\u00a0told\u00a0apart"
-    return f"{label(choice.runner_up)} ({told})"
+    how = "slower" if choice.resolved else "unresolved"
+    return f"{label(choice.runner_up)} ({how})"
 
 
-def verdict(study: Study, precision: str, budget: float, name: str) -> Table | Absent:
+def verdict(study: Rows, precision: str, budget: float, name: str) -> Table | Absent:
     """For each swept exponent the cheapest formula within the budget, with its time against exact Phong.
 
     budget   float   largest absolute error allowed
     name     str     the budget in words, "1/255"
     """
-    if not len(study.at(study.unit, precision=precision, space="reflect")):
+    if not len(at(study.highlight, precision=precision, space="reflect")):
         return Absent(f"Nothing was measured at {precision}.", f"Run with --precision {precision}.")
     if study.timing.empty or not (study.timing["precision"] == precision).any():
         return _accuracy_only(study, precision, budget, name)
     withheld = bool(study.twin_differs)
-    candidates = study.at(study.unit, space="reflect", precision=precision)
-    rows, kept = [], []
+    candidates = at(study.highlight, space="reflect", precision=precision)
+    rows, data = [], []
     for alpha in sorted(candidates["alpha"].unique()):
         choice = choose(study.front(float(alpha), precision), budget)
         best = choice.best
@@ -64,15 +65,13 @@ def verdict(study: Study, precision: str, budget: float, name: str) -> Table | A
         formula = "nothing fits" if best is None else label(best)
         codes = "–" if error is None else number(255 * error)
         rows.append((f"{alpha:g}", formula, codes, number(ns), gain, interval, _rival(choice, withheld=withheld)))
-        kept.append(_verdict_row(alpha, choice))
-    headings = ("α", "formula", "error, 8-bit codes", "ns / element", "faster than exact", "interval", "runner-up")
-    told = f"{basis(candidates)}; formulas of (N, H), right for coplanar vectors only, are left out"
-    data = pd.DataFrame(kept)
-    sentence = _verdict_sentence(data, name, withheld=withheld)
-    numeric = frozenset({0, 2, 3, 4, 5})
-    return Table(
-        headings, tuple(rows), data, sentence, f"{precision}, {study.working_set} working set; {told}", numeric
-    )
+        data.append(_verdict_row(alpha, choice))
+    headings = ("α", "formula", "error, 8-bit codes", "ns / element", "faster than exact", INTERVAL, "runner-up")
+    source = f"{basis(candidates)}; formulas of (N, H), right for coplanar vectors only, are left out"
+    source = f"{precision}, vectors {SETS[study.working_set]}; {source}; unresolved: the intervals overlap"
+    frame = pd.DataFrame(data)
+    sentence = _verdict_sentence(frame, name, withheld=withheld)
+    return Table(headings, tuple(rows), frame, sentence, source, frozenset({0, 2, 3, 4, 5}))
 
 
 def _verdict_row(alpha: float, choice: Choice) -> dict[str, Any]:
@@ -85,20 +84,20 @@ def _verdict_row(alpha: float, choice: Choice) -> dict[str, Any]:
 
 def _verdict_sentence(data: pd.DataFrame, name: str, *, withheld: bool) -> str:
     if withheld:
-        return "The A/A twin was told apart from itself: this run's speed claims are withheld, only errors count."
+        return "The A/A twin differs from itself: this run's speed claims are withheld, only errors count."
     faster = data[(data["approximation"] != "phong") & (data["ratio_high"].astype(float) < 0.98)]
     start = f"Within {name}, a formula is certainly faster than exact Phong at {len(faster)} of {len(data)} exponents"
     if faster.empty:
         return f"{start}."
     best = faster.sort_values(["ratio", "alpha"], kind="stable").iloc[0]
-    where = f"{label(best)} at α\u00a0=\u00a0{best['alpha']:g}"
+    where = f"{label(best)} at {alpha_is(best['alpha'])}"
     return f"{start}; the largest gain is {number(1 / float(best['ratio']))} times, {where}."
 
 
-def _accuracy_only(study: Study, precision: str, budget: float, name: str) -> Table:
+def _accuracy_only(study: Rows, precision: str, budget: float, name: str) -> Table:
     """The verdict without times: what fits, the fewest squarings that fit, what errs least; not what is cheapest."""
-    rows, kept = [], []
-    unit = study.at(study.unit, precision=precision, space="reflect")
+    rows, data = [], []
+    unit = at(study.highlight, precision=precision, space="reflect")
     for alpha in study.alphas:
         cells = unit[(unit["alpha"] == alpha) & (unit["approximation"] != "phong")]
         cells = cells.sort_values(["max_abs", *CELL], kind="stable")
@@ -109,18 +108,18 @@ def _accuracy_only(study: Study, precision: str, budget: float, name: str) -> Ta
         least = ("–", "–", "–") if best is None else (label(best), number(best["max_abs"]), number(best["codes_8bit"]))
         rows.append((f"{alpha:g}", fewest, f"{fits} of {len(cells)}", least[0], least[2]))
         error = None if best is None else float(best["max_abs"])
-        kept.append(
+        data.append(
             {"alpha": alpha, "fewest": fewest, "within": fits, "cells": len(cells), "least": least[0], "error": error}
         )
     headings = ("α", f"fewest squarings within {name}", f"cells within {name}", "errs least", "its error, 8-bit codes")
-    data = pd.DataFrame(kept)
     lacking = "This run has no timing" if study.timing.empty else f"Nothing was timed at {precision}"
     fix = " Run again without --no-timing." if study.timing.empty else ""
     sentence = f"{lacking}: the table says what is accurate enough, not what is cheapest.{fix}"
-    return Table(headings, tuple(rows), data, sentence, f"{precision}; {basis(unit)}", frozenset({0, 2, 4}))
+    note = f"{precision}; {basis(unit)}"
+    return Table(headings, tuple(rows), pd.DataFrame(data), sentence, note, frozenset({0, 2, 4}))
 
 
-def census(study: Study) -> Table | Absent:
+def census(study: Rows) -> Table | Absent:
     """Counts of values above 1, negative, not finite or left out, per formula, form, precision and stratum."""
     keys = ["approximation", "lambda_form", "space", "precision", "gated", "stratum"]
     present = [column for column in COUNTS if column in study.accuracy.columns]
@@ -128,7 +127,7 @@ def census(study: Study) -> Table | Absent:
     grouped = rows.groupby(keys, sort=True, observed=True)[[*present, "samples"]].sum().reset_index()
     strange = grouped[(grouped[present] > 0).any(axis=1)]
     clean = len(grouped) - len(strange)
-    sentence = f"{clean} of {len(grouped)} groups of cells hold no strange value at all"
+    sentence = f"{clean} of {len(grouped)} groups of cells hold no such value"
     if strange.empty:
         return Absent(f"No value above 1, negative or not finite in any of {len(grouped)} groups of cells.", "")
     totals = ", ".join(f"{number(int(strange[column].sum()))} {COUNTS[column]}" for column in present)
@@ -148,13 +147,13 @@ def census(study: Study) -> Table | Absent:
     )
     headings = ("formula", "precision", "gated", "stratum", "samples", *(COUNTS[column] for column in present))
     numeric = frozenset(range(4, len(headings)))
-    told = f"{len(shown)} of {len(order)} groups shown, {study.precision}, largest share first; all in the CSV"
+    note = f"{len(shown)} of {len(order)} groups shown, {study.precision}, largest share first; all in the CSV"
     return Table(
         headings,
         body,
         order.drop(columns="share").reset_index(drop=True),
         f"{sentence}; in the rest: {totals}.",
-        told,
+        note,
         numeric,
     )
 
@@ -163,12 +162,12 @@ def _vector(row: dict[str, Any], letter: str) -> str:
     return ", ".join(str(row[f"{letter}{axis}"]) for axis in "xyz")
 
 
-def worst(study: Study) -> Table | Absent:
+def worst(study: Rows) -> Table | Absent:
     """The worst input of each formula and form as C99 hex floats, with the command that finds it again.
 
     The page prefers gated unit vectors, where a formula's own faults lie: wrong lengths err beyond all measure.
     """
-    rows = study.run.worst
+    rows = study.worst
     if rows.empty:
         return Absent("This run kept no worst inputs.", "Run again; they are kept with every accuracy row.")
     ranked = rows.sort_values(["error", *CELL, "alpha", "stratum", "rank"], key=_by_size, kind="stable")
@@ -184,22 +183,22 @@ def worst(study: Study) -> Table | Absent:
         pair = (f"a = ({_vector(row, 'a')})", f"b = ({_vector(row, 'b')})")
         details.append((*pair, reproduce(study, each.loc[[index]])))
     top = each.iloc[0]  # not the run's: that of some overflowing vector is as large as numbers go, and says nothing
-    where = f"{label(top)} at α\u00a0=\u00a0{top['alpha']:g}, {top['precision']}, stratum {top['stratum']}"
+    where = f"{label(top)} at {alpha_is(top['alpha'])}, {top['precision']}, stratum {top['stratum']}"
     sentence = f"The largest error of those shown is {number(top['error'])}: {where}."
     headings = ("formula", "α", "precision", "stratum", "error", "value", "exact")
     data = ranked.reset_index(drop=True)
-    told = f"{study.precision}, worst of each formula and form, unit vectors first; all {number(len(rows))} in the CSV"
-    return Table(headings, tuple(body), data, sentence, told, frozenset({1, 4, 5, 6}), frozenset(), tuple(details))
+    note = f"{study.precision}, worst of each formula and form, unit vectors first; all {number(len(rows))} in the CSV"
+    return Table(headings, tuple(body), data, sentence, note, frozenset({1, 4, 5, 6}), frozenset(), tuple(details))
 
 
 def _by_size(column: pd.Series) -> pd.Series:
     return -column.abs() if column.name == "error" else column
 
 
-def formulas(study: Study) -> Table:
+def formulas(study: Rows) -> Table:
     """The formulas of the run with their titles: what the short names of figures stand for."""
     names: Sequence[str] = sorted(study.accuracy["approximation"].unique())
-    cells = study.unit[study.unit["precision"] == study.precision].drop_duplicates(["alpha", *CELL])
+    cells = study.highlight[study.highlight["precision"] == study.precision].drop_duplicates(["alpha", *CELL])
     per_name = cells.groupby("approximation").size()
     rows = tuple((name, *title(name), number(int(per_name.get(name, 0)))) for name in names)
     headings = ("name", "title", "kind", "formula", "source", "cells")

@@ -16,27 +16,28 @@ from matplotlib.figure import Figure
 
 import phongbench_reports
 from phongbench.analysis.front import front
+from phongbench.analysis.rows import Rows, at
 from phongbench.formulas import error_laws
 from phongbench_reports import figures, plots
 from phongbench_reports.build import csv_of
-from phongbench_reports.cuts import Absent, Study
 from phongbench_reports.figures import FIGURES
 from phongbench_reports.plots import Plate, ink
+from phongbench_reports.table import Absent
 
 PACKAGE = Path(phongbench_reports.__file__).parent
 
 
 @pytest.fixture(scope="module")
-def study(run: Any) -> Study:
-    return Study(run)
+def study(run: Any) -> Rows:
+    return Rows(run)
 
 
 #: what several figures are made with, and figures of pictures that a run may have
-SHARED = ("lobe", "pictures", "scene_images")
+SHARED = ("lobe", "measured", "pictures", "scene_images")
 
 
 @pytest.fixture(scope="module")
-def plates(study: Study) -> dict[str, Plate]:
+def plates(study: Rows) -> dict[str, Plate]:
     with ink():
         drawn = {figure.name: figure.draw(study) for figure in FIGURES}
     return {name: plate for name, plate in drawn.items() if isinstance(plate, Plate)}
@@ -73,7 +74,7 @@ def test_the_csv_of_a_figure_is_its_data(plates: dict[str, Plate]) -> None:
             np.testing.assert_allclose(again[column], plate.data[column], rtol=1e-8, err_msg=f"{name} {column}")
 
 
-def test_a_users_matplotlibrc_does_not_show(study: Study, plates: dict[str, Plate]) -> None:
+def test_a_users_matplotlibrc_does_not_show(study: Rows, plates: dict[str, Plate]) -> None:
     import matplotlib as mpl
 
     with ink():
@@ -101,7 +102,7 @@ def test_error_against_gamma_lies_on_the_law(plates: dict[str, Plate]) -> None:
 
 def test_error_against_angle_peaks_where_the_law_says(plates: dict[str, Plate]) -> None:
     data = plates["error_angle"].data
-    lyon = data[data["label"] == "lyon · dot · γ8"]
+    lyon = data[data["label"] == "lyon:dot:8"]
     worst = lyon.loc[lyon["error"].abs().idxmax()]
     assert -worst["error"] == pytest.approx(float(error_laws.lyon_taylor_dot(50.0, 8.0)), rel=0.01)
     assert 50.0 * (1 - np.cos(np.radians(worst["angle_degrees"]))) == pytest.approx(2.0, abs=0.15)  # u = 2
@@ -151,7 +152,7 @@ def test_law_9_the_ghost_shines_fully_and_the_gate_takes_it_away(plates: dict[st
     assert len([image for axes in plates["ghost"].figure.axes for image in axes.images]) == 2
 
 
-def test_the_picture_of_the_ghost_differs_in_its_rim_only(study: Study) -> None:
+def test_the_picture_of_the_ghost_differs_in_its_rim_only(study: Rows) -> None:
     from phongbench_reports.figures import ghost
 
     row = ghost.cell_of(study).iloc[0]
@@ -220,9 +221,9 @@ def _pixels(figure: Figure) -> Any:
     return np.frombuffer(buffer.getvalue(), np.uint8).astype(int)
 
 
-def test_a_front_is_made_once_and_is_that_of_the_rows(study: Study) -> None:
+def test_a_front_is_made_once_and_is_that_of_the_rows(study: Rows) -> None:
     found = study.front(study.alpha, study.precision)
-    rows = study.at(study.unit, space="reflect", precision=study.precision)
+    rows = at(study.highlight, space="reflect", precision=study.precision)
     wanted = front(rows, study.timing, alpha=study.alpha, precision=study.precision, working_set=study.working_set)
     pd.testing.assert_frame_equal(found, wanted)
     assert study.front(study.alpha, study.precision) is found
@@ -259,4 +260,4 @@ def test_each_precision_has_its_best_gamma(plates: dict[str, Plate]) -> None:
 def test_a_run_of_one_gamma_has_no_best_one(made_up: Callable[..., Any], tmp_path: Path) -> None:
     from phongbench_reports.figures import widths
 
-    assert isinstance(widths.draw(Study(made_up(tmp_path, gammas=(8,)))), Absent)
+    assert isinstance(widths.draw(Rows(made_up(tmp_path, gammas=(8,)))), Absent)

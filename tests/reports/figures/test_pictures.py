@@ -9,11 +9,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from phongbench.analysis.rows import Rows
 from phongbench.results.schema import TABLES
-from phongbench_reports.cuts import Absent, Study
 from phongbench_reports.figures.pictures import SECTIONS, errors, lobe_law, saved
 from phongbench_reports.plots import Plate, ink
-from phongbench_reports.table import Table
+from phongbench_reports.table import Absent, Table
 
 
 def frame(name: str, rows: list[dict[str, Any]]) -> pd.DataFrame:
@@ -78,7 +78,7 @@ def time(kind: str, name: str, ratio: float) -> dict[str, Any]:
 
 
 @pytest.fixture
-def study(made_up: Callable[..., Any], tmp_path: Path) -> Study:
+def study(made_up: Callable[..., Any], tmp_path: Path) -> Rows:
     bare = made_up(tmp_path, alphas=(50.0,), gammas=(8,), precisions=("float32",))
     rows = [
         picture("card", 8, 0.02, 0.02),
@@ -95,18 +95,18 @@ def study(made_up: Callable[..., Any], tmp_path: Path) -> Study:
         ],
     )
     times = frame("scene_times", [time("formula", "lyon:dot:8", 0.5), time("skip", "background", 2.0)])
-    return Study(replace(bare, scenes=found, skips=skips, scene_times=times))
+    return Rows(replace(bare, scenes=found, skips=skips, scene_times=times))
 
 
 def test_without_scenes_every_section_says_how_to_get_them(made_up: Callable[..., Any], tmp_path: Path) -> None:
-    bare = Study(made_up(tmp_path, alphas=(50.0,), gammas=(8,), precisions=("float32",)))
+    bare = Rows(made_up(tmp_path, alphas=(50.0,), gammas=(8,), precisions=("float32",)))
     for part in SECTIONS:
         found = part.make(bare)
         assert isinstance(found, Absent)
         assert "--scenes" in found.fix
 
 
-def test_the_law_is_drawn_for_every_picture_and_told_in_numbers(study: Study) -> None:
+def test_the_law_is_drawn_for_every_picture_and_told_in_numbers(study: Rows) -> None:
     with ink():
         found = lobe_law(study)
     assert isinstance(found, Plate)
@@ -115,28 +115,28 @@ def test_the_law_is_drawn_for_every_picture_and_told_in_numbers(study: Study) ->
     assert "1 of 2 pictures (card)" in found.takeaway
 
 
-def test_a_formula_of_half_vectors_is_outside_the_law_whoever_wrote_it(study: Study) -> None:
+def test_a_formula_of_half_vectors_is_outside_the_law_whoever_wrote_it(study: Rows) -> None:
     """By the run's rows: lyon is measured in both spaces there, the user's own in half space only."""
     rows = pd.concat([study.run.scenes, frame("scenes", [picture("card", 8, 0.3, 0.1, approximation="halfway")])])
     swept = study.run.accuracy
     own = swept.iloc[:1].assign(approximation="halfway", space="half")
     run = replace(study.run, scenes=rows.astype({"gamma": "Int64"}), accuracy=pd.concat([swept, own]))  # type: ignore[type-var]
     with ink():
-        found = lobe_law(Study(run))
+        found = lobe_law(Rows(run))
     assert isinstance(found, Plate)
     assert "No picture but those by halfway errs by more" in found.takeaway
     assert "1 of 2 pictures (card)" in found.takeaway
 
 
-def test_a_picture_beyond_the_law_is_told(study: Study) -> None:
+def test_a_picture_beyond_the_law_is_told(study: Rows) -> None:
     rows = study.run.scenes.assign(max_abs=[0.03, 0.001, np.nan])
     with ink():
-        found = lobe_law(Study(replace(study.run, scenes=rows)))  # type: ignore[type-var]
+        found = lobe_law(Rows(replace(study.run, scenes=rows)))  # type: ignore[type-var]
     assert isinstance(found, Plate)
     assert "1 of 2 pictures err by more" in found.takeaway
 
 
-def test_a_row_a_picture_with_its_time_where_it_was_taken(study: Study) -> None:
+def test_a_row_a_picture_with_its_time_where_it_was_taken(study: Rows) -> None:
     found = errors(study)
     assert isinstance(found, Table)
     assert [row[1] for row in found.rows] == ["lyon:dot:16", "lyon:dot:8"]
@@ -144,7 +144,7 @@ def test_a_row_a_picture_with_its_time_where_it_was_taken(study: Study) -> None:
     assert "Of 2 pictures 1 are off by one 8-bit code at most" in found.takeaway
 
 
-def test_skips_that_left_something_out_are_shown_and_times_are_turned(study: Study) -> None:
+def test_skips_that_left_something_out_are_shown_and_times_are_turned(study: Rows) -> None:
     found = saved(study)
     assert isinstance(found, Table)
     assert [row[1] for row in found.rows] == ["background", "dark tail"]

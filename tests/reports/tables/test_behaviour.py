@@ -9,14 +9,14 @@ from typing import Any
 import pandas as pd
 import pytest
 
-from phongbench_reports.cuts import Absent, Study
-from phongbench_reports.table import Table
+from phongbench.analysis.rows import Rows
+from phongbench_reports.table import Absent, Table
 from phongbench_reports.tables.behaviour import hostile, smoothness, worst
 
 
 @pytest.fixture(scope="module")
-def study(run: Any) -> Study:
-    return Study(run)
+def study(run: Any) -> Rows:
+    return Rows(run)
 
 
 def table(content: Table | Absent) -> Table:
@@ -25,17 +25,17 @@ def table(content: Table | Absent) -> Table:
     return content
 
 
-def test_hostile_inputs_have_a_row_for_each_form_and_a_column_for_each_case(study: Study) -> None:
+def test_hostile_inputs_have_a_row_for_each_form_and_a_column_for_each_case(study: Rows) -> None:
     shown = table(hostile(study))
-    assert shown.headings == ("formula", "a = -b", "a is huge", "a is zero", "alpha 0")
+    assert shown.headings == ("formula", "a\u00a0=\u00a0−b", "a is huge", "a is zero", "alpha 0")
     rows = {row[0]: row[1:] for row in shown.rows}
-    assert rows["lyon · dot"] == ("ok", "∞", "0 or 1", "ok")
-    assert rows["lyon · cross, ungated"] == ("0 or 1", "0 or 1", "0 or 1", "ok")
-    assert list(rows).index("lyon · cross") < list(rows).index("lyon · cross, ungated")
+    assert rows["lyon:dot"] == ("ok", "∞", "0 or 1", "ok")
+    assert rows["lyon:cross, ungated"] == ("0 or 1", "0 or 1", "0 or 1", "ok")
+    assert list(rows).index("lyon:cross") < list(rows).index("lyon:cross, ungated")
     assert len(shown.data) == len(study.run.behaviour)
 
 
-def test_hostile_inputs_count_what_leaves_the_range(study: Study) -> None:
+def test_hostile_inputs_count_what_leaves_the_range(study: Rows) -> None:
     shown = table(hostile(study))
     mine = study.run.behaviour
     mine = mine[mine["precision"] == "float32"]
@@ -48,10 +48,10 @@ def test_the_worst_of_some_outcomes_is_told() -> None:
     assert worst(pd.Series([], dtype=str)) == "–"
 
 
-def test_smoothness_shows_edges_and_rises(study: Study) -> None:
+def test_smoothness_shows_edges_and_rises(study: Rows) -> None:
     shown = table(smoothness(study))
     assert "γ 2 shows its edge, γ 4, 8, 16, 32, 64 does not" in shown.takeaway
-    assert "lyon · dot" in shown.takeaway
+    assert "lyon:dot" in shown.takeaway
     rows = {(row[0], row[1]): row[2:] for row in shown.rows}
     assert rows["dot", "2"][0] == "1"
     assert rows["dot", "8"][0] == "< 0.001"
@@ -59,8 +59,8 @@ def test_smoothness_shows_edges_and_rises(study: Study) -> None:
 
 
 @pytest.mark.parametrize(("draw", "name"), [(hostile, "behaviour"), (smoothness, "smoothness")])
-def test_without_rows_the_probe_is_named(study: Study, draw: Callable[[Study], Table | Absent], name: str) -> None:
+def test_without_rows_the_probe_is_named(study: Rows, draw: Callable[[Rows], Table | Absent], name: str) -> None:
     empty = replace(study.run, **{name: pd.DataFrame(columns=getattr(study.run, name).columns)})
-    content = draw(Study(empty))
+    content = draw(Rows(empty))
     assert isinstance(content, Absent)
     assert "probe" in content.fix

@@ -10,15 +10,16 @@ import pytest
 
 import phongbench_reports
 from phongbench.analysis.claims import CLAIMS, SIGNS, VERDICTS
-from phongbench_reports.cuts import Absent, Study
+from phongbench.analysis.rows import Rows
 from phongbench_reports.figures import FIGURES
 from phongbench_reports.figures.pictures import SECTIONS
+from phongbench_reports.table import Absent
 from phongbench_reports.tables.claims import ClaimTable, claims
 
 
 @pytest.fixture(scope="module")
 def table(run: Any) -> ClaimTable:
-    found = claims(Study(run))
+    found = claims(Rows(run))
     assert isinstance(found, ClaimTable)
     return found
 
@@ -60,7 +61,7 @@ def test_every_figure_that_a_claim_names_is_on_the_page(table: ClaimTable) -> No
 
 def test_a_run_without_the_rows_says_how_to_get_them(run: Any) -> None:
     rows = run.accuracy[run.accuracy["approximation"] == "schlick"]
-    found = claims(Study(replace(run, accuracy=rows, timing=run.timing.head(0), meshes=run.meshes.head(0))))
+    found = claims(Rows(replace(run, accuracy=rows, timing=run.timing.head(0), meshes=run.meshes.head(0))))
     assert isinstance(found, Absent)
     assert "phongbench run" in found.fix
 

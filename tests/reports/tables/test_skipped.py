@@ -8,8 +8,8 @@ from typing import Any
 import pandas as pd
 import pytest
 
-from phongbench_reports.cuts import Absent, Study
-from phongbench_reports.table import Table
+from phongbench.analysis.rows import Rows
+from phongbench_reports.table import Absent, Table
 from phongbench_reports.tables.skipped import skipped
 
 
@@ -39,15 +39,15 @@ def kernel(name: str, lit: float, ratio: float) -> dict[str, Any]:
 
 
 @pytest.fixture
-def study(made_up: Callable[..., Any], tmp_path: Path) -> Study:
+def study(made_up: Callable[..., Any], tmp_path: Path) -> Rows:
     run = made_up(tmp_path, alphas=(10.0,), gammas=(8,))
     rows = [kernel("phong-plain", 0.01, 1.0), kernel("phong-skip", 0.01, 0.4)]
     rows += [kernel("phong-plain", 1.0, 1.0), kernel("phong-skip", 1.0, 1.2)]
     timing = pd.concat([run.timing.assign(lit=float("nan")), pd.DataFrame(rows)], ignore_index=True)
-    return Study(replace(run, timing=timing.astype({"gamma": "Int64"})))
+    return Rows(replace(run, timing=timing.astype({"gamma": "Int64"})))
 
 
-def test_plain_and_skipping_stand_side_by_side(study: Study) -> None:
+def test_plain_and_skipping_stand_side_by_side(study: Rows) -> None:
     found = skipped(study)
     assert isinstance(found, Table)
     assert [row[:2] for row in found.rows] == [("phong", "1\u00a0%"), ("phong", "100\u00a0%")]
@@ -55,13 +55,13 @@ def test_plain_and_skipping_stand_side_by_side(study: Study) -> None:
     assert found.rows[0][5] == "0.400"
 
 
-def test_only_what_is_certain_is_claimed(study: Study) -> None:
+def test_only_what_is_certain_is_claimed(study: Rows) -> None:
     found = skipped(study)
     assert isinstance(found, Table)
     assert found.takeaway.endswith("phong: certainly faster at 1\u00a0% lit.")
 
 
 def test_a_run_without_such_rows_says_how_to_get_them(made_up: Callable[..., Any], tmp_path: Path) -> None:
-    found = skipped(Study(made_up(tmp_path, alphas=(10.0,), gammas=(8,))))
+    found = skipped(Rows(made_up(tmp_path, alphas=(10.0,), gammas=(8,))))
     assert isinstance(found, Absent)
     assert "--preset standard" in found.fix

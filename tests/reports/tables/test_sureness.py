@@ -9,9 +9,9 @@ from typing import Any
 import pandas as pd
 import pytest
 
+from phongbench.analysis.rows import Rows
 from phongbench_reports.build import build
-from phongbench_reports.cuts import Absent, Study
-from phongbench_reports.table import Table
+from phongbench_reports.table import Absent, Table
 from phongbench_reports.tables.sureness import sureness
 
 SENTENCE = "lyon, dot: sampled <max_abs> 0.9 is above exhaustive 0.03"
@@ -48,7 +48,7 @@ def proven(run: Any) -> Callable[..., Any]:
 
 
 def test_every_coverage_has_its_column(proven: Callable[..., Any]) -> None:
-    study = Study(proven(probes={"recheck": FACTS}))
+    study = Rows(proven(probes={"recheck": FACTS}))
     table = sureness(study)
     assert isinstance(table, Table)
     lines = {row[0]: row[1:] for row in table.rows}
@@ -56,8 +56,8 @@ def test_every_coverage_has_its_column(proven: Callable[..., Any]) -> None:
         "approximation == 'lyon' and lambda_form == 'dot' and gamma == 8 and alpha == 50 and beta_policy == 'taylor'"
     ).set_index("precision")
     assert cell.loc["float32", "searched"] >= cell.loc["float32", "sampled"]
-    assert lines["lyon · dot · γ8"][5] == "0.10\u00a0%"
-    assert lines["lyon · cross · γ8"][2] == "–"  # a cosine alone does not make this form
+    assert lines["lyon:dot:8"][5] == "0.10\u00a0%"
+    assert lines["lyon:cross:8"][2] == "–"  # a cosine alone does not make this form
     assert lines["schlick"][4:] == ("–", "–")
     assert len(lines) == len(table.rows)
     assert "No two numbers contradict each other" in table.takeaway
@@ -66,7 +66,7 @@ def test_every_coverage_has_its_column(proven: Callable[..., Any]) -> None:
 
 
 def test_a_run_of_samples_alone_says_how_to_know_more(run: Any) -> None:
-    content = sureness(Study(run))
+    content = sureness(Rows(run))
     assert isinstance(content, Absent)
     assert "--probe cosines,search,certify,recheck" in content.fix
 

@@ -10,11 +10,11 @@ from typing import Any
 import pandas as pd
 import pytest
 
+from phongbench.analysis.rows import Rows, nearest
 from phongbench_reports import text
-from phongbench_reports.cuts import Absent, Study, nearest
 from phongbench_reports.page import provenance, unmeasured
 from phongbench_reports.reproduce import reproduce
-from phongbench_reports.table import Table
+from phongbench_reports.table import Absent, Table
 from phongbench_reports.tables.verdict import census, verdict, worst
 
 CELL = {"space": "reflect", "beta_policy": "none", "lambda_form": "none", "gamma": None, "precision": "float32"}
@@ -80,7 +80,7 @@ def tiny(path: Path, made_up: Callable[..., Any]) -> Any:
 
 
 def test_the_verdict_names_the_cheapest_formula_within_the_budget(made_up: Callable[..., Any], tmp_path: Path) -> None:
-    table = verdict(Study(tiny(tmp_path, made_up)), "float32", 1 / 255, "1/255")
+    table = verdict(Rows(tiny(tmp_path, made_up)), "float32", 1 / 255, "1/255")
     assert isinstance(table, Table)
     assert [row[:5] for row in table.rows] == [
         ("10", "coarse", "0.765", "0.400", "5 ×"),
@@ -100,7 +100,7 @@ def test_a_budget_that_nothing_meets_shows_the_nearest_miss(made_up: Callable[..
     run = type(run)(
         run.path, run.manifest, run.accuracy[run.accuracy["approximation"] == "coarse"], run.timing, run.worst
     )
-    table = verdict(Study(run), "float32", 1e-3, "1/1000")
+    table = verdict(Rows(run), "float32", 1e-3, "1/1000")
     assert isinstance(table, Table)
     assert table.rows[0][1] == "nothing fits"
     assert table.rows[0][-1] == "nearest miss: coarse, 0.765 codes"
@@ -108,17 +108,17 @@ def test_a_budget_that_nothing_meets_shows_the_nearest_miss(made_up: Callable[..
 
 
 def test_an_untimed_precision_tells_what_is_accurate_enough(made_up: Callable[..., Any], tmp_path: Path) -> None:
-    study = Study(tiny(tmp_path, made_up))
+    study = Rows(tiny(tmp_path, made_up))
     assert isinstance(verdict(study, "float64", 1 / 255, "1/255"), Absent)
     study.run.timing["precision"] = "float64"
-    table = verdict(Study(study.run), "float32", 1 / 255, "1/255")
+    table = verdict(Rows(study.run), "float32", 1 / 255, "1/255")
     assert isinstance(table, Table)
     assert "Nothing was timed at float32" in table.takeaway
     assert table.rows[1] == ("50", "–", "1 of 2", "fine", "0.255")
 
 
 def test_the_census_counts_what_the_rows_count(run: Any) -> None:
-    table = census(Study(run))
+    table = census(Rows(run))
     assert isinstance(table, Table)
     rows = run.accuracy[run.accuracy["truth"] == "angle"]
     for column in ("nonfinite", "above_one", "negative", "excluded"):
@@ -126,11 +126,11 @@ def test_the_census_counts_what_the_rows_count(run: Any) -> None:
 
 
 def test_a_clean_run_has_an_empty_census(made_up: Callable[..., Any], tmp_path: Path) -> None:
-    assert isinstance(census(Study(tiny(tmp_path, made_up))), Absent)
+    assert isinstance(census(Rows(tiny(tmp_path, made_up))), Absent)
 
 
 def test_worst_inputs_are_hex_and_come_with_their_command(run: Any) -> None:
-    table = worst(Study(run))
+    table = worst(Rows(run))
     assert isinstance(table, Table)
     assert len(table.data) == len(run.worst)
     assert len(table.details) == len(table.rows)
@@ -149,7 +149,7 @@ def test_worst_inputs_are_hex_and_come_with_their_command(run: Any) -> None:
 def test_the_command_names_every_value_once_and_is_safe_in_a_shell(run: Any) -> None:
     rows = run.accuracy[run.accuracy["alpha"].isin([10.0, 50.0])].head(400)
     rows = rows.assign(approximation="it's; rm -rf")
-    words = shlex.split(reproduce(Study(run), rows))
+    words = shlex.split(reproduce(Rows(run), rows))
     assert words[words.index("--only") + 1] == "it's; rm -rf"
     assert words[words.index("--alpha") + 1] == "10"
     assert words[words.index("--seed") + 1] == "20250101"
@@ -159,7 +159,7 @@ def test_the_command_names_every_value_once_and_is_safe_in_a_shell(run: Any) -> 
 def test_provenance_holds_no_times(run: Any) -> None:
     run.manifest["provenance"]["started"] = "2025-01-01T00:00:00"
     try:
-        rows = dict(provenance(Study(run)))
+        rows = dict(provenance(Rows(run)))
     finally:
         del run.manifest["provenance"]["started"]
     assert rows["cpu.model"] == "Example CPU"
@@ -170,10 +170,10 @@ def test_provenance_holds_no_times(run: Any) -> None:
 
 
 def test_what_was_not_measured_is_computed_from_the_rows(run: Any) -> None:
-    told = " ".join(unmeasured(Study(run)))
+    told = " ".join(unmeasured(Rows(run)))
     assert "float64" in told
     assert "mesh" in told
-    assert "sampled" in told
+    assert "lower bound" in told
     assert "float32" not in told
 
 
@@ -200,11 +200,15 @@ def test_numbers_are_written_one_way(value: Any, written: str) -> None:
 
 def test_words() -> None:
     cell = {"approximation": "lyon", "lambda_form": "cross", "gamma": 8, "beta_policy": "minimax", "space": "half"}
-    assert text.label(cell) == "lyon · cross · γ8 · minimax · half"
-    assert (
-        text.label({**cell, "gamma": pd.NA, "lambda_form": "none", "beta_policy": "taylor", "space": "reflect"})
-        == "lyon"
-    )
+    assert text.label(cell) == "lyon:cross:8:minimax@half"
+    assert text.label({"approximation": "schlick", "gamma": pd.NA}) == "schlick"
+    assert text.label({"approximation": "blinn"}) == "blinn"  # where no pair is said, its own
+    assert text.label({**cell, "approximation": "mine"}) == "mine:cross:8:minimax@half"
+    assert text.alpha_is(50.0) == "α\u00a0=\u00a050"
+    assert text.gamma_is(8.0) == "γ\u00a0=\u00a08"
+    assert text.share(0.125) == "12.5\u00a0%"
+    assert text.ratio({"ratio": 0.5, "ratio_low": 0.45, "ratio_high": 0.55}) == "0.500 (0.450 to 0.550)"
+    assert text.ratio({"ratio": None}) == "–"
     assert text.listed([]) == "none"
     assert text.listed(["a", "b", "c"]) == "a, b and c"
     assert text.percent(-0.000175) == "−0.0175\u00a0%"

@@ -15,6 +15,23 @@ from phongbench.inputs.plan import Cell, preset
 from phongbench.results.schema import SMOOTHNESS
 
 
+def cut_kink(alpha: float, gamma: int, beta: float, step: float) -> float:
+    """Second difference of Lyon's lobe at its cut over step^2, as a share of exact Phong's largest; reflect, dot.
+
+    alpha    float > 1   exact exponent; its largest second derivative over the angle is alpha, at the peak
+    gamma    int >= 1    exponent of the approximation
+    beta     float > 1/2 slope; the cut lies at cos(c) = 1 - 1/beta
+    step     float > 0   radians, below c
+    returns  float       (beta (cos(c - step) - cos(c)))^gamma / (alpha step^2), to leading order
+                         (beta sin(c))^gamma step^(gamma - 2) / alpha with (beta sin(c))^2 = 2 beta - 1
+
+    So it grows without bound as steps shrink for gamma = 1 (a kink: the slope jumps), stays at 1 - 1/alpha for
+    gamma = 2 and the Taylor slope (the curvature jumps: a Mach band), and vanishes like step^(gamma - 2) from 4 on.
+    """
+    cut = math.acos(1.0 - 1.0 / beta)
+    return float((beta * (math.cos(cut - step) - math.cos(cut))) ** gamma / step**2 / alpha)
+
+
 @pytest.fixture(scope="module")
 def rows():
     plan = replace(
@@ -42,16 +59,6 @@ def test_one_row_for_every_cell(rows):
     assert list(rows.columns) == SMOOTHNESS.names
     assert not rows.duplicated([c for c in SMOOTHNESS.names[:9] if c != "beta"]).any()
     assert (rows["samples"] == smoothness.FINE + smoothness.COARSE).all()
-
-
-def cut_kink(alpha, gamma, beta, step):
-    """Law of Lyon's lobe in `dot` form: its second difference at the cut, cos(c) = 1 - 1/beta, over step^2 and alpha.
-
-    Exact Phong's largest second derivative over the angle is alpha. To leading order (beta sin(c))^gamma
-    step^(gamma - 2) / alpha: a kink for gamma = 1, a Mach band for 2, smooth from 4 on.
-    """
-    cut = math.acos(1 - 1 / beta)
-    return (beta * (math.cos(cut - step) - math.cos(cut))) ** gamma / step**2 / alpha
 
 
 def test_the_edge_is_as_hard_as_the_law_says(rows):
