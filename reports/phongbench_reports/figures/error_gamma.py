@@ -10,9 +10,10 @@ from phongbench.analysis.rows import Rows, nearest, ordered
 from phongbench.formulas import error_laws
 from phongbench.results.schema import CELL
 from phongbench_reports.figures.measured import finished, lyon
-from phongbench_reports.plots import STYLES, Plate, budget_lines, end_labels, log_axis, named_ticks, sheet
+from phongbench_reports.plots import STYLES, Plate, budget_lines, end_labels, sheet
 from phongbench_reports.table import Absent
 from phongbench_reports.text import BUDGETS, alpha_is, gamma_is, label, listed, number, share
+from phongbench_reports.ticks import log_axis, named_ticks
 
 #: Exponents drawn, the nearest ones of the run.
 ALPHAS = (10.0, 20.0, 50.0, 200.0, 1000.0)

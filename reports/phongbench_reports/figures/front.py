@@ -8,23 +8,11 @@ from matplotlib.axes import Axes
 
 from phongbench.analysis.rows import Rows, at, nearest
 from phongbench_reports.figures.speed import SETS
-from phongbench_reports.plots import (
-    BLUE,
-    INK,
-    MUTED,
-    ORANGE,
-    SURFACE,
-    Plate,
-    budget_lines,
-    footnote,
-    log_axis,
-    named_ticks,
-    octaves,
-    sheet,
-)
+from phongbench_reports.plots import BLUE, INK, MUTED, ORANGE, SURFACE, Plate, budget_lines, footnote, sheet
 from phongbench_reports.reproduce import reproduce
 from phongbench_reports.table import Absent
 from phongbench_reports.text import BUDGETS, INTERVAL, alpha_is, basis, label, listed, number, records
+from phongbench_reports.ticks import log_axis, named_ticks, octaves
 
 #: Exponents drawn, the nearest ones of the run: a wide lobe, the classic middle, a tight one.
 ALPHAS = (10.0, 50.0, 200.0)

@@ -12,22 +12,11 @@ from matplotlib.axes import Axes
 from phongbench.analysis.mesh_edges import CODE, PAIRS, raw_lyon, reaches, told
 from phongbench.analysis.rows import STABILITY_ALPHA, Rows, nearest
 from phongbench.formulas.lambda_forms import LAMBDA_FORMS
-from phongbench_reports.plots import (
-    BLUE,
-    GREEN,
-    MUTED,
-    SURFACE,
-    VERMILION,
-    Plate,
-    end_labels,
-    footnote,
-    log_axis,
-    named_ticks,
-    sheet,
-)
+from phongbench_reports.plots import BLUE, GREEN, MUTED, SURFACE, VERMILION, Plate, end_labels, footnote, sheet
 from phongbench_reports.reproduce import reproduce
 from phongbench_reports.table import Absent
 from phongbench_reports.text import alpha_is, gamma_is, listed, number, records, span
+from phongbench_reports.ticks import log_axis, named_ticks
 
 #: exponents of the rows of panels, or the measured ones nearest to them
 ALPHAS = (10.0, STABILITY_ALPHA, 1000.0)
