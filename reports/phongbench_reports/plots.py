@@ -127,7 +127,7 @@ def budget_lines(axes: Axes, *, vertical: bool = False, named: bool = True, side
         if named and vertical:
             axes.text(value, 1.0, f" {name} ", transform=axes.get_xaxis_transform(), va="top", ha=outward, **look)
         elif named:
-            at = 0.004 if side == "left" else 0.996
+            at = 0.012 if side == "left" else 0.996
             axes.text(at, value, name, transform=axes.get_yaxis_transform(), va="bottom", ha=side, **look)
 
 

@@ -71,7 +71,7 @@ def draw(study: Rows) -> Plate | Absent:
     swept = sorted(data["alpha"].unique())
     alphas = sorted({nearest(swept, wanted) for wanted in ALPHAS})
     forms = [form for form in FORMS if (data["lambda_form"] == form).any()]
-    figure, panels = sheet(4.1, 1, len(forms), left=0.07, right=0.885, wspace=0.1, bottom=0.165, sharey=True)
+    figure, panels = sheet(4.1, 1, len(forms), left=0.08, right=0.885, wspace=0.1, bottom=0.165, sharey=True)
     gammas = sorted(int(gamma) for gamma in data["gamma"].unique())
     for axes, form in zip(panels, forms, strict=True):
         log_axis(axes.yaxis)

@@ -31,20 +31,9 @@ LIMITS = (0.01, 300.0)
 #: names of files of this length together do not fit below the figure
 LONG = 24
 COLUMNS = [
-    "mesh",
-    "edge_degrees",
-    "triangles",
-    "left_out",
-    "pair",
-    "lambda_form",
-    "space",
-    "alpha",
-    "gamma",
-    "samples",
-    "codes_changed",
-    "codes_raw",
-    "codes_renormalised",
-]
+    "mesh", "edge_degrees", "triangles", "left_out", "pair", "lambda_form", "space", "alpha", "gamma", "samples",
+    "codes_changed", "codes_raw", "codes_renormalised",
+]  # fmt: skip
 
 
 def rows_of(study: Rows) -> pd.DataFrame:

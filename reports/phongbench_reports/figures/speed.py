@@ -18,16 +18,8 @@ SETS = {"l1": "in L1", "l2": "in L2", "memory": "beyond cache"}
 BOUND = 0.85
 KEYS = ["approximation", "lambda_form", "space", "gamma", "precision", "working_set"]
 NUMBERS = [
-    "ns_min",
-    "ns_median",
-    "ratio",
-    "ratio_low",
-    "ratio_high",
-    "dot_ratio",
-    "bandwidth_fraction",
-    "rounds",
-    "threads",
-]
+    "ns_min", "ns_median", "ratio", "ratio_low", "ratio_high", "dot_ratio", "bandwidth_fraction", "rounds", "threads",
+]  # fmt: skip
 
 
 def rows_of(study: Rows) -> pd.DataFrame:
