@@ -23,11 +23,11 @@ class Exponents:
     continuous: bool = False
 
     @staticmethod
-    def of(asked: "Exponents | float | str") -> "Exponents":
+    def of(requested: "Exponents | float | str") -> "Exponents":
         """`50`, `10,50,200` or `10..200` as text, or a plain number; InputError for anything else."""
-        if isinstance(asked, Exponents):
-            return asked
-        text = f"{asked:.17g}" if isinstance(asked, int | float) else asked
+        if isinstance(requested, Exponents):
+            return requested
+        text = f"{requested:.17g}" if isinstance(requested, int | float) else requested
         words, ends = text.split(","), text.split("..")
         continuous = len(ends) == 2
         values = sorted({_exponent(word, text) for word in (ends if continuous else words)})
@@ -44,11 +44,14 @@ class Exponents:
         known = sorted({float(k) for k in known})
         low, high = self.values[0], self.values[-1]
         if self.continuous:
-            found = [k for k in known if low * (1 - _CLOSE) <= k <= high * (1 + _CLOSE)]
-            if not found:
-                raise _unmeasured(str(self), known)
-            return tuple(found)
-        return tuple(_only(_same(value, known), value, known) for value in self.values)
+            chosen = [k for k in known if low * (1 - _CLOSE) <= k <= high * (1 + _CLOSE)]
+            if not chosen:
+                raise _unmeasured([str(self)], known)
+            return tuple(chosen)
+        missing = [f"{value:.10g}" for value in self.values if _same(value, known) is None]
+        if missing:
+            raise _unmeasured(missing, known)
+        return tuple(k for value in self.values for k in [_same(value, known)] if k is not None)
 
     def around(self, known: Iterable[float]) -> tuple[float, ...] | None:
         """The known exponents that vouch for those asked about; None where one lies outside all known ones.
@@ -57,16 +60,16 @@ class Exponents:
         and rises again as alpha grows, so between two exponents it is at most the larger of theirs.
         """
         known = sorted({float(k) for k in known})
-        found: set[float] = set()
+        chosen: set[float] = set()
         for value in self.values:
             same = _same(value, known)
             below, above = [k for k in known if k < value], [k for k in known if k > value]
             if same is None and not (below and above):
                 return None
-            found |= {same} if same is not None else {below[-1], above[0]}
+            chosen |= {same} if same is not None else {below[-1], above[0]}
         if self.continuous:
-            found |= {k for k in known if self.values[0] <= k <= self.values[-1]}
-        return tuple(sorted(found))
+            chosen |= {k for k in known if self.values[0] <= k <= self.values[-1]}
+        return tuple(sorted(chosen))
 
 
 def _exponent(word: str, text: str) -> float:
@@ -82,13 +85,8 @@ def _same(value: float, known: Iterable[float]) -> float | None:
     return next((k for k in known if abs(k - value) <= _CLOSE * value), None)
 
 
-def _only(found: float | None, value: float, known: Iterable[float]) -> float:
-    if found is None:
-        raise _unmeasured(f"{value:g}", known)
-    return found
-
-
-def _unmeasured(asked: str, known: Iterable[float]) -> InputError:
-    listed, wanted = ", ".join(f"{k:g}" for k in known), asked.replace(" .. ", ",")
+def _unmeasured(missing: list[str], known: Iterable[float]) -> InputError:
+    listed, wanted = ", ".join(f"{k:g}" for k in known), ",".join(missing).replace(" .. ", ",")
     fix = f"known: {listed}; measure it: phongbench run --alpha {wanted}"
-    return InputError(f"alpha {asked} was not measured", None, fix)
+    verb = "was" if len(missing) == 1 else "were"
+    return InputError(f"alpha {' and '.join(missing)} {verb} not measured", None, fix)

@@ -1,8 +1,8 @@
 """Error/time front with uncertainty, and the cheapest formula for an error budget.
 
-A *cell* here is one approximation, lambda form, space, beta policy and gamma at one precision. Its error comes from
-accuracy rows at the asked alpha, its time from timing rows; time depends neither on alpha nor on the beta policy, so
-the join leaves both out. Ratios are time / time of exact Phong in the same run, with an interval.
+A *cell* here is one formula at one precision. Its error comes from accuracy rows at the requested alpha, its time from
+timing rows; time depends neither on alpha nor on the beta policy, so the join leaves both out. Ratios are over the time
+of exact Phong in the same run, with a 99 % interval.
 """
 
 from __future__ import annotations
@@ -67,17 +67,17 @@ def errors_at(
         known = sorted(accuracy[column].astype(str).unique())
         if wanted not in known:
             raise UnknownNameError(column, wanted, known)
-    asked = Exponents.of(alpha)
-    alphas = asked.measured(accuracy["alpha"].unique())
+    exponents = Exponents.of(alpha)
+    alphas = exponents.measured(accuracy["alpha"].unique())
     unit = (accuracy["perturbation"] == "none") & (accuracy["length_error"] == 0.0) & accuracy["gated"].astype(bool)
     meant = (accuracy["stratum"] == stratum) & (accuracy["precision"] == precision) & (accuracy["truth"] == truth)
     rows = strongest(accuracy.loc[unit & meant & accuracy["alpha"].isin(alphas)])[[*CELL, *INPUT, metric]]
-    return worst_of(whole_or_any(rows, asked).rename(columns={metric: "error"}))
+    return worst_of(whole_or_any(rows, exponents).rename(columns={metric: "error"}))
 
 
-def whole_or_any(rows: pd.DataFrame, asked: Exponents) -> pd.DataFrame:
+def whole_or_any(rows: pd.DataFrame, exponents: Exponents) -> pd.DataFrame:
     """The rows; without integer powers where every exponent of a range is meant, since they take whole ones only."""
-    return rows[rows["approximation"] != WHOLE_POWER] if asked.continuous else rows
+    return rows[rows["approximation"] != WHOLE_POWER] if exponents.continuous else rows
 
 
 def worst_of(rows: pd.DataFrame) -> pd.DataFrame:
@@ -162,7 +162,7 @@ def points(
     working_set: str = "l1",
     space: str = "reflect",
 ) -> dict[str, Any]:
-    """The front of a stored run as plain data: what was asked, and `points`, fastest first.
+    """The front of a stored run as plain data: what was requested, and `points`, fastest first.
 
     alpha  one exponent, several, or a range, as `Exponents.of` reads them
     metric, stratum, precision, working_set   as for `front`
@@ -171,25 +171,25 @@ def points(
     Raises CorruptRunError for a run whose bytes have changed, and InputError for one that is partial or was not timed;
     UnknownNameError for a name that the run does not hold.
     """
-    asked, accuracy, timing = Exponents.of(alpha), intact(run).accuracy, timed(run)
+    exponents, accuracy, timing = Exponents.of(alpha), intact(run).accuracy, timed(run)
     known = sorted(accuracy["space"].astype(str).unique())
     if space not in known:
         raise UnknownNameError("space", space, known)
-    found = front(
+    cells = front(
         accuracy[accuracy["space"] == space],
         timing,
-        alpha=asked,
+        alpha=exponents,
         metric=metric,
         stratum=stratum,
         precision=precision,
         working_set=working_set,
     )
     if not of_this_machine(run):
-        found["ns"] = np.nan
+        cells["ns"] = np.nan
     return {
         "run": run.id,
-        "alpha": str(asked),
-        "alphas": list(asked.measured(accuracy["alpha"].unique())),
+        "alpha": str(exponents),
+        "alphas": list(exponents.measured(accuracy["alpha"].unique())),
         "metric": metric,
         "stratum": stratum,
         "precision": precision,
@@ -197,7 +197,7 @@ def points(
         "space": space,
         "timed_precision": timed_precision(precision),
         "same_machine": of_this_machine(run),
-        "points": [{"name": str(Formula.of_row(row)), **row} for row in records(found)],
+        "points": [{"name": str(Formula.of_row(row)), **row} for row in records(cells)],
     }
 
 

@@ -62,13 +62,13 @@ def cells(budget: Budget, notes: list[str]) -> pd.DataFrame:
         f"{measure.capitalize()}"
     )
     columns = [*CELL, "error", "ratio"]
-    found = pd.DataFrame([dict(zip(columns, row, strict=True)) for row in _formulas(budget)], columns=columns)
-    unknown = found["error"].isna()
+    bounded = pd.DataFrame([dict(zip(columns, row, strict=True)) for row in _formulas(budget)], columns=columns)
+    unknown = bounded["error"].isna()
     if unknown.any():
         notes.append(f"{int(unknown.sum())} formulas are left out: the laws do not reach so large a length error there")
-    found = found[~unknown].astype({"gamma": "Int64"})
-    ratio, error = found["ratio"], found["error"]
-    return found.assign(coverage="law", ns=np.nan, samples=np.nan, ratio_low=ratio, ratio_high=ratio, bound=error)
+    bounded = bounded[~unknown].astype({"gamma": "Int64"})
+    ratio, error = bounded["ratio"], bounded["error"]
+    return bounded.assign(coverage="law", ns=np.nan, samples=np.nan, ratio_low=ratio, ratio_high=ratio, bound=error)
 
 
 def _formulas(budget: Budget) -> Iterator[tuple[Any, ...]]:

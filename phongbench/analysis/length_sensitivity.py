@@ -71,7 +71,7 @@ def fits(accuracy: pd.DataFrame) -> pd.DataFrame:
     returns   COLUMNS: the fitted power, the power fitted in the same way to the law at the same length errors, and the
               largest measured/law ratio (or its inverse) at those; without rows where fewer than two points are clear
     """
-    meant = accuracy[
+    chosen = accuracy[
         (accuracy["approximation"] == "lyon")
         & (accuracy["beta_policy"] == "taylor")
         & accuracy["gated"].astype(bool)
@@ -82,8 +82,8 @@ def fits(accuracy: pd.DataFrame) -> pd.DataFrame:
         & accuracy["lambda_form"].isin(FORMS)
     ]
     keys = ["lambda_form", "perturbation", "precision", "alpha", "gamma"]
-    found = [row for key, rows in meant.groupby(keys, sort=True, observed=True) for row in _fit(key, rows)]
-    return pd.DataFrame(found, columns=list(COLUMNS)).astype({"gamma": "Int64", "points": "int64"})
+    fitted = [row for key, rows in chosen.groupby(keys, sort=True, observed=True) for row in _fit(key, rows)]
+    return pd.DataFrame(fitted, columns=list(COLUMNS)).astype({"gamma": "Int64", "points": "int64"})
 
 
 def _fit(key: Any, rows: pd.DataFrame) -> Iterator[tuple[Any, ...]]:

@@ -42,12 +42,12 @@ def cells(run: Run, budget: Budget, notes: list[str]) -> pd.DataFrame:
     alphas = _vouching(run, accuracy, budget, notes)
     worst = _worst(run, accuracy, alphas, budget, notes)
     times = kernel_times.times_of(timing, working_set=budget.working_set, precision=budget.precision)
-    found = front.joined(worst, kernel_times.times_at(times, budget.alpha.values))
-    if found.empty:
+    timed = front.joined(worst, kernel_times.times_at(times, budget.alpha.values))
+    if timed.empty:
         fix = f"time it: phongbench run --precision {budget.precision}"
         raise InputError(f"no formula in {budget.precision} was timed in {budget.working_set}", run.id, fix)
     notes += _caveats(run, timing, budget)
-    return found if front.of_this_machine(run) else found.assign(ns=np.nan)
+    return timed if front.of_this_machine(run) else timed.assign(ns=np.nan)
 
 
 def _vouching(run: Run, accuracy: pd.DataFrame, budget: Budget, notes: list[str]) -> tuple[float, ...]:

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 import pandas as pd
 
-#: the gamma that is told, or the measured one nearest to it
+#: the gamma that is shown, or the measured one nearest to it
 GAMMA = 8
 #: an 8-bit channel's step
 CODE = 1 / 255
@@ -40,11 +40,11 @@ def reaches(meshes: pd.DataFrame, limit: float = CODE) -> pd.DataFrame:
              nearest to GAMMA; what counts is how much the same formula changes when its normals are made unit first
     """
     rows = raw_lyon(meshes)
-    found = [
+    widest = [
         (*key, *widest_edge(mine["edge_degrees"].tolist(), mine["length_max"].tolist(), limit))
         for key, mine in rows.groupby(["alpha", "lambda_form", "pair", "gamma"], sort=True)
     ]
-    return pd.DataFrame(found, columns=["alpha", "lambda_form", "pair", "gamma", "degrees", "relation"])
+    return pd.DataFrame(widest, columns=["alpha", "lambda_form", "pair", "gamma", "degrees", "relation"])
 
 
 def raw_lyon(meshes: pd.DataFrame, normals: str = "raw") -> pd.DataFrame:
@@ -63,6 +63,6 @@ def lyon(meshes: pd.DataFrame) -> pd.DataFrame:
     return nearest
 
 
-def told(degrees: float, relation: str) -> str:
+def in_words(degrees: float, relation: str) -> str:
     """The angle as words: "5.2°", "< 2°", "> 20°"."""
     return f"{'' if relation == '=' else relation + ' '}{degrees:.2g}°"

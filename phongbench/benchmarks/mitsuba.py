@@ -14,7 +14,7 @@ import numpy as np
 from phongbench.benchmarks.scene_peers import BOARD, VARIANT, Drawing, Wishes
 from phongbench.compiler.precisions import Array
 from phongbench.scenes.geometry import axes
-from phongbench.scenes.scene import Camera, Material, Plane, Scene, Sphere
+from phongbench.scenes.scene import Camera, Plane, Scene, Sphere, SurfaceMaterial
 from phongbench.shading.lighting import Light
 
 #: the colours of a material, as attributes of the shape that wears it
@@ -62,7 +62,7 @@ def _placed(x: Array, y: Array, z: Array, origin: Array) -> Array:
     return placed
 
 
-def _shape(thing: Any, materials: tuple[Material, ...]) -> dict[str, Any]:
+def _shape(thing: Any, materials: tuple[SurfaceMaterial, ...]) -> dict[str, Any]:
     if isinstance(thing, Sphere):
         worn = _worn((materials[thing.material],))
         return {"type": "sphere", "center": list(thing.centre), "radius": thing.radius, **worn}
@@ -75,7 +75,7 @@ def _shape(thing: Any, materials: tuple[Material, ...]) -> dict[str, Any]:
     return {"type": "rectangle", "to_world": placed, **_worn(tuple(materials[name] for name in names))}
 
 
-def _worn(materials: tuple[Material, ...]) -> dict[str, Any]:
+def _worn(materials: tuple[SurfaceMaterial, ...]) -> dict[str, Any]:
     """A texture for each part of a material; of two materials, chequerboards."""
     shades: dict[str, list[Any]] = {}
     for name in COLOURS:

@@ -15,7 +15,7 @@ from phongbench.benchmarks.numpy_tracer import directions
 from phongbench.benchmarks.scene_peers import BOARD, SHARPEST, Drawing, Wishes
 from phongbench.compiler.precisions import Array
 from phongbench.scenes.geometry import axes
-from phongbench.scenes.scene import Material, Plane, Scene, Sphere
+from phongbench.scenes.scene import Plane, Scene, Sphere, SurfaceMaterial
 from phongbench.support.documents import Vector
 
 #: triangles around a sphere, and from pole to pole
@@ -63,7 +63,7 @@ def described(scene: Scene) -> list[tuple[Sphere | Quad, Look]]:
     return found
 
 
-def _look(scene: Scene, material: Material) -> Look:
+def _look(scene: Scene, material: SurfaceMaterial) -> Look:
     share, made = 1 - material.reflectivity, material.reflection
     ambient, diffuse, specular = (share * np.array(c) for c in (made.ambient, made.diffuse, made.specular))
     return Look(

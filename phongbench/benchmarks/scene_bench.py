@@ -17,11 +17,12 @@ from phongbench.benchmarks import numpy_tracer, skip_gains
 from phongbench.benchmarks.scene_peers import PEERS, Entry, Peer, Wishes, agreement
 from phongbench.compiler.precisions import Array
 from phongbench.errors import InputError, MeasurementError
-from phongbench.formulas.formula import Specular, specular_of
+from phongbench.formulas.formula import Formula
 from phongbench.scenes import picture_errors
 from phongbench.scenes.render import render
-from phongbench.scenes.render_to_file import Wish
+from phongbench.scenes.render_to_file import RenderOptions
 from phongbench.scenes.scene import Mesh, Scene
+from phongbench.shading.specular_term import EXACT
 from phongbench.support.progress import Progress
 from phongbench.timing.interleaved import Times, clocked, interleaved
 from phongbench.timing.statistics import LEVEL_TEXT, MIN_ROUNDS
@@ -101,7 +102,7 @@ def _ours(scene: Scene, wishes: Wishes) -> _Entrant:
 
     def draw() -> float:
         done["last"] = render(
-            scene, specular=Specular(), size=wishes.size, depth=wishes.depth, shadows=wishes.shadows, supersampling=1
+            scene, specular=EXACT, size=wishes.size, depth=wishes.depth, shadows=wishes.shadows, supersampling=1
         )
         return float(done["last"].seconds["total"])
 
@@ -175,52 +176,50 @@ def _row(e: _Entrant, ours: _Entrant, times: Times[_Entrant], truth: Array) -> d
     }
 
 
-def measure(wish: Wish, progress: Progress = _SILENT) -> dict[str, Any]:
+def measure(options: RenderOptions, progress: Progress = _SILENT) -> dict[str, Any]:
     """What each skip saves in a scene, and our tracer beside a plain one and peers, where those can draw the scene."""
-    scene, arguments = wish.read(), wish.arguments()
-    skips = skip_gains.skips(scene, progress=progress, **arguments, **_formula(wish))
+    scene, arguments = options.read(), options.arguments()
+    skips = skip_gains.skips(scene, progress=progress, **arguments, **_formula(options))
     rows, absent = ([], []) if _beyond_the_plain(scene) else tracers(scene, progress=progress, **arguments)
     told = {"scene": scene.name, "notes": list(scene.notes), "interval": LEVEL_TEXT}
     return told | {"skips": skips, "tracers": rows, "absent": absent}
 
 
-def judge(wish: Wish, progress: Progress = _SILENT) -> dict[str, Any]:
+def judge(request: RenderOptions, progress: Progress = _SILENT) -> dict[str, Any]:
     """Every usual and own formula's picture beside that of exact Phong, or that of the one formula requested.
 
     A row of `picture_errors.compare` for each, with `Times.row` of its picture, rays included, over exact Phong's.
     """
-    scene = wish.read()
-    usual = (*picture_errors.USUAL, *picture_errors.own(wish.registry))
-    formulas = usual if wish.specular is None else (specular_of(wish.specular),)
-    options = {name: value for name, value in wish.arguments().items() if name != "model"}
+    scene = request.read()
+    usual = (*picture_errors.USUAL, *picture_errors.own(request.registry))
+    formulas = usual if (formula := request.formula) is None else (formula,)
+    options = {name: value for name, value in request.arguments().items() if name != "model"}
     rows = dict(zip(formulas, picture_errors.compare(scene, formulas, progress=progress, **options), strict=True))
     drawn = [formula for formula, row in rows.items() if not row["left_out"]]
-    if wish.specular is not None and not drawn:
+    if request.specular is not None and not drawn:
         raise InputError(rows[formulas[0]]["left_out"], None, "ask for another formula, or leave --specular away")
     times = _picture_times(scene, drawn, options, progress)
     told = [{k: v for k, v in rows[f].items() if k != "left_out"} | times.row(f, None) for f in drawn]
-    left_out = [
-        {"formula": picture_errors.name_of(row), "why": row["left_out"]} for row in rows.values() if row["left_out"]
-    ]
+    left_out = [{"formula": row["formula"], "why": row["left_out"]} for row in rows.values() if row["left_out"]]
     notes = list(scene.notes)
     return {"scene": scene.name, "notes": notes, "interval": LEVEL_TEXT, "formulas": told, "left_out": left_out}
 
 
 def _picture_times(
-    scene: Scene, formulas: Sequence[Specular], options: dict[str, Any], progress: Progress
-) -> Times[Specular | None]:
+    scene: Scene, formulas: Sequence[Formula], options: dict[str, Any], progress: Progress
+) -> Times[Formula | None]:
     """Times of the pictures of formulas, and of that of exact Phong, which is named None."""
 
-    def drawing(formula: Specular | None) -> Callable[[], float]:
-        shown, specular = (scene.exact(), Specular()) if formula is None else (scene, formula)
+    def drawing(formula: Formula | None) -> Callable[[], float]:
+        shown, specular = (scene.exact(), EXACT) if formula is None else (scene, formula)
         return lambda: float(render(shown, specular=specular, **options).seconds["total"])
 
     progress.stage(f"times of {scene.name}", (1 + len(formulas)) * (1 + MIN_ROUNDS))
     return interleaved({formula: drawing(formula) for formula in (None, *formulas)}, warm=1, step=progress.advance)
 
 
-def _formula(wish: Wish) -> dict[str, Any]:
-    return {} if wish.specular is None else {"specular": specular_of(wish.specular)}
+def _formula(options: RenderOptions) -> dict[str, Any]:
+    return {} if options.specular is None else {"specular": options.formula}
 
 
 def _beyond_the_plain(scene: Scene) -> bool:

@@ -30,7 +30,7 @@ def skips(
 
     def drawing(name: str) -> Callable[[], float]:
         def draw() -> float:
-            done = render(scene, thrift=chosen[name], **options)
+            done = render(scene, skips=chosen[name], **options)
             pictures[name] = done.picture
             return float(done.seconds["total"])
 

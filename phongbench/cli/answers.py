@@ -26,7 +26,7 @@ _SPACE = "reflect (R, V), or half (N, H): the latter's errors hold for coplanar 
 @click.option("--space", default="reflect", show_default=True, help=_SPACE)
 @click.option("--all", "everything", is_flag=True, help="Show the cells that are off the front too.")
 @JSON
-def front(run_name: str, everything: bool, as_json: bool, **wishes: Any) -> None:
+def front(run_name: str, everything: bool, as_json: bool, **options: Any) -> None:
     """Show which formulas no other one beats in both error and time.
 
     Over several exponents a formula's error is its worst. A formula is `unresolved` where the intervals of the times
@@ -41,8 +41,8 @@ def front(run_name: str, everything: bool, as_json: bool, **wishes: Any) -> None
     from phongbench.cli.terminal import front_table
     from phongbench.results import runs
 
-    found = points(runs.find(run_name, ROOT), **wishes)
-    show(found, as_json, lambda: front_table(found, everything=everything))
+    answer = points(runs.find(run_name, ROOT), **options)
+    show(answer, as_json, lambda: front_table(answer, everything=everything))
 
 
 @click.command(short_help="The cheapest formula within an error budget.")
@@ -56,7 +56,7 @@ def front(run_name: str, everything: bool, as_json: bool, **wishes: Any) -> None
 @click.option("--space", default="reflect", show_default=True, help=_SPACE)
 @click.option("--working-set", default="l1", show_default=True, help="Whose times: l1, l2 or memory.")
 @JSON
-def recommend(run_name: str | None, as_json: bool, **wishes: Any) -> None:
+def recommend(run_name: str | None, as_json: bool, **options: Any) -> None:
     """Name the cheapest formula whose largest error stays within a budget, and say why.
 
     The newest run with times answers; where there is none, the closed-form laws do, and say so. Formulas of (N, H) are
@@ -71,9 +71,9 @@ def recommend(run_name: str | None, as_json: bool, **wishes: Any) -> None:
     from phongbench.analysis.recommend import recommend, run_for
     from phongbench.cli.terminal import recommendation
 
-    found = recommend(run_for(run_name, ROOT), **wishes)
-    show(found, as_json, lambda: recommendation(found))
-    if not found["choices"]:
+    answer = recommend(run_for(run_name, ROOT), **options)
+    show(answer, as_json, lambda: recommendation(answer))
+    if not answer["choices"]:
         sys.exit(DIFFERENT)
 
 
@@ -95,8 +95,8 @@ def claims(run_name: str, as_json: bool) -> None:
     from phongbench.cli.terminal import claims_table
     from phongbench.results import runs
 
-    found = answer(runs.find(run_name, ROOT))
-    show(found, as_json, lambda: claims_table(found))
+    judged = answer(runs.find(run_name, ROOT))
+    show(judged, as_json, lambda: claims_table(judged))
 
 
 @click.command(short_help="Time our kernels against NumPy, numexpr, JAX, PyTorch, Taichi.")
@@ -114,5 +114,5 @@ def bench(names: tuple[str, ...] | None, budget: float, as_json: bool) -> None:
     from phongbench.cli.terminal import TerminalProgress, bench_tables
 
     with TerminalProgress(quiet=as_json) as progress:
-        found = bench(names, budget_seconds=budget, progress=progress)
-    show(found, as_json, lambda: bench_tables(found))
+        answer = bench(names, budget_seconds=budget, progress=progress)
+    show(answer, as_json, lambda: bench_tables(answer))

@@ -13,6 +13,16 @@ DIFFERENT = 1
 #: the option that every command with an answer has
 JSON = click.option("--json", "as_json", is_flag=True, help="Print one JSON document.")
 
+#: the option that every command that names formulas has
+WITH = click.option(
+    "--with",
+    "files",
+    multiple=True,
+    type=click.Path(path_type=Path),
+    metavar="FILE.py",
+    help="Add your own formula. Repeatable.",
+)
+
 
 class CommaList(click.ParamType[Any]):
     """Values separated by commas, as a tuple."""

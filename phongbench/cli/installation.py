@@ -5,13 +5,11 @@ from pathlib import Path
 
 import click
 
-from phongbench.cli.common import DIFFERENT, JSON, CommaList, grid, show
+from phongbench.cli.common import DIFFERENT, JSON, WITH, CommaList, grid, show
 
 
 @click.command(short_help="List the approximations.")
-@click.option(
-    "--with", "files", multiple=True, type=click.Path(path_type=Path), metavar="FILE.py", help="Add your own."
-)
+@WITH
 @JSON
 def approximations(files: tuple[Path, ...], as_json: bool) -> None:
     """List the approximations: formula, lambda forms, spaces, beta policies, source."""

@@ -12,11 +12,11 @@ import click
 
 from phongbench import __version__
 from phongbench.cli.answers import bench, claims, front, recommend
-from phongbench.cli.common import JSON, ROOT, CommaList, facts, notes, show
+from phongbench.cli.common import JSON, ROOT, WITH, CommaList, facts, notes, show
 from phongbench.cli.installation import approximations, doctor
 from phongbench.cli.pictures import render
 from phongbench.cli.runs import compare, list_runs, show_run, verify
-from phongbench.cli.serving import serving
+from phongbench.cli.serving import serve
 from phongbench.cli.shaders import shader
 from phongbench.cli.shading import shade
 from phongbench.errors import (
@@ -78,13 +78,6 @@ def main() -> None:
     """Entry point."""
 
 
-def _serve(**options: Any) -> None:
-    from phongbench_api.serve import serve
-    from phongbench_api.settings import Settings
-
-    serve(Settings(**options))
-
-
 for command in (
     list_runs,
     show_run,
@@ -99,7 +92,7 @@ for command in (
     shade,
     shader,
     render,
-    serving(_serve),
+    serve,
 ):
     main.add_command(command)
 
@@ -120,14 +113,7 @@ for command in (
     type=CommaList("names"),
     help="Approximations to measure; see `phongbench approximations`.",
 )
-@click.option(
-    "--with",
-    "files",
-    multiple=True,
-    type=click.Path(path_type=Path),
-    metavar="FILE.py",
-    help="Add your own approximation.",
-)
+@WITH
 @click.option(
     "--precision", "precisions", type=CommaList("names"), help="float16,bfloat16,float32,float64, fixed point as q1.15"
 )

@@ -34,7 +34,7 @@ _TABLES = ("ledger", "skips", "tracers", "compared", "absent", "formulas", "left
     help="Where to write: .png; linear float32 as .npy, or as .exr (extra `scene`).  [default: SCENE.png]",
 )
 @click.option("--size", type=Size(), metavar="WxH", help="Pixels.  [default: the scene's]")
-@click.option("--specular", metavar="NAME[:form[:gamma]]", help="Formula of the specular term, e.g. lyon:difference:8.")
+@click.option("--specular", metavar="FORMULA", help="Of the specular term, e.g. lyon:cross:8 or lyon:dot:8:minimax.")
 @click.option(
     "--with",
     "files",
@@ -57,15 +57,12 @@ _TABLES = ("ledger", "skips", "tracers", "compared", "absent", "formulas", "left
 @JSON
 def render(
     scene: str | None,
-    specular: str | None,
-    skip: bool,
-    exact: bool,
     bench: bool,
     formulas: bool,
     listing: bool,
     as_json: bool,
     files: tuple[Path, ...],
-    **wishes: Any,
+    **options: Any,
 ) -> None:
     """Draw a scene from a TOML file, or a shipped one by its name, and tell what was left out.
 
@@ -78,31 +75,44 @@ def render(
       phongbench render my-scene.toml --with my_highlight.py --specular my-highlight:dot:8 --out picture.exr
       phongbench render many-lights --bench
     """
-    from phongbench.benchmarks import scene_bench
-    from phongbench.cli.terminal import TerminalProgress, table
-    from phongbench.formulas.user_files import registry_with
-    from phongbench.scenes import render_to_file
-
     if listing:
-        told = render_to_file.listed()
-        show(told, as_json, lambda: table("", ("scene", "shows"), [tuple(row.values()) for row in told]))
+        _list_scenes(as_json)
         return
     if scene is None:
         raise click.UsageError("name a scene: a TOML file, or one of those that --list shows")
-    if (bench or formulas) and (wishes["compare"] or wishes["out"]):
+    if (bench or formulas) and (options["compare"] or options["out"]):
         raise click.UsageError("--bench and --formulas draw no picture: leave --compare and --out away")
-    if formulas and wishes["model"] != "phong":
+    if formulas and options["model"] != "phong":
         raise click.UsageError("--formulas compares with exact Phong: leave --model away")
-    wanted = render_to_file.Wish(
-        scene, specular=specular, skip=skip, exact=exact, registry=registry_with(files), **wishes
-    )
+    from phongbench.benchmarks import scene_bench
+    from phongbench.cli.terminal import TerminalProgress
+    from phongbench.formulas.user_files import registry_with
+    from phongbench.scenes import render_to_file
+
+    action = scene_bench.measure if bench else scene_bench.judge if formulas else render_to_file.draw
+    wanted = render_to_file.RenderOptions(scene, registry=registry_with(files), **options)
     with TerminalProgress(quiet=as_json) as progress:
-        found = (scene_bench.measure if bench else scene_bench.judge if formulas else render_to_file.draw)(
-            wanted, progress
-        )
-    notes(found.get("notes", ()), quiet=as_json)
-    tables = [lambda name=name: table(name, *grid(readable(found, name))) for name in _TABLES if readable(found, name)]
-    show(found, as_json, lambda: facts({k: v for k, v in found.items() if not isinstance(v, list)}), *tables)
+        answer = action(wanted, progress)
+    notes(answer.get("notes", ()), quiet=as_json)
+    _show(answer, as_json)
+
+
+def _list_scenes(as_json: bool) -> None:
+    from phongbench.cli.terminal import table
+    from phongbench.scenes.render_to_file import listed
+
+    scenes = listed()
+    show(scenes, as_json, lambda: table("", ("scene", "shows"), [tuple(row.values()) for row in scenes]))
+
+
+def _show(answer: dict[str, Any], as_json: bool) -> None:
+    """The facts, then the tables."""
+    from phongbench.cli.terminal import table
+
+    tables = [
+        lambda name=name, rows=rows: table(name, *grid(rows)) for name in _TABLES if (rows := readable(answer, name))
+    ]
+    show(answer, as_json, lambda: facts({k: v for k, v in answer.items() if not isinstance(v, list)}), *tables)
 
 
 #: columns that a line has room for, of tables with more
@@ -134,13 +144,9 @@ _COLUMNS = {
 }
 
 
-def readable(found: dict[str, Any], name: str) -> list[dict[str, Any]]:
-    """The rows of a table as people read them: a formula's name in one word, and no more columns than a line holds."""
-    from phongbench.scenes.picture_errors import name_of
-
-    rows = list(found.get("tracers" if name == "compared" else name, []))
-    if name == "formulas":
-        rows = [row | {"formula": name_of(row)} for row in rows]
-    elif name == "compared":  # a tracer is told of once, however much it drew
-        rows = list({row["tracer"]: row for row in rows}.values())
+def readable(answer: dict[str, Any], name: str) -> list[dict[str, Any]]:
+    """The rows of a table as people read them: no more columns than a line holds, each tracer compared with once."""
+    rows = answer.get("tracers" if name == "compared" else name, [])
+    if name == "compared":  # a tracer is named once, however much it drew
+        rows = {row["tracer"]: row for row in rows}.values()
     return [{column: row[column] for column in _COLUMNS.get(name, row)} for row in rows]

@@ -24,22 +24,18 @@ def list_runs(as_json: bool) -> None:
         click.echo("no run here yet: phongbench run makes one", err=True)
 
 
-@click.command("show", short_help="Tell what a run holds and found.")
+@click.command("show", short_help="What a run holds, in short.")
 @click.argument("run_name", metavar="RUN")
 @JSON
 def show_run(run_name: str, as_json: bool) -> None:
-    """Tell what a run measured, and the most accurate formulas at each exponent."""
+    """Show what a run measured, and the most accurate formulas at each exponent."""
     from phongbench.analysis import summary
     from phongbench.cli.terminal import table
     from phongbench.results import runs as results
 
-    found = summary.summarise(results.find(run_name, ROOT))
-    show(
-        found,
-        as_json,
-        lambda: facts(found["facts"]),
-        lambda: table("Least error per exponent, float32 highlight", *grid(found["best"])),
-    )
+    document = summary.summarise(results.find(run_name, ROOT))
+    title = f"Least error per exponent, {document['precision']} highlight"
+    show(document, as_json, lambda: facts(document["facts"]), lambda: table(title, *grid(document["best"])))
 
 
 @click.command(short_help="Check a run's bytes against its manifest.")
@@ -49,30 +45,32 @@ def verify(run_name: str, as_json: bool) -> None:
     """Check every file of a run against its manifest; exit 1 if a byte has changed or the run is partial."""
     from phongbench.results import runs as results
 
-    found = results.find(run_name, ROOT)
-    problems = results.verify(found)
-    lines = "\n".join(problems) or f"{found.id}: all {len(found.manifest['files'])} files are as they were written"
-    show({"run": found.id, "problems": problems}, as_json, lambda: click.echo(lines))
+    run = results.find(run_name, ROOT)
+    problems = results.verify(run)
+    lines = "\n".join(problems) or f"{run.id}: all {len(run.manifest['files'])} files are as they were written"
+    show({"run": run.id, "problems": problems}, as_json, lambda: click.echo(lines))
     if problems:
         sys.exit(DIFFERENT)
 
 
-@click.command(short_help="Tell what changed between two runs.")
+@click.command(short_help="What changed between two runs.")
 @click.argument("run_a", metavar="A")
 @click.argument("run_b", metavar="B")
 @click.option("--metric", default="max_abs", show_default=True, help="Column of the accuracy rows.")
 @click.option("--tolerance", default=0.0, type=float, help="Largest change that counts as equal.")
 @JSON
 def compare(run_a: str, run_b: str, metric: str, tolerance: float, as_json: bool) -> None:
-    """Tell which accuracy rows of two runs differ; exit 1 if any does."""
+    """Show which accuracy rows of two runs differ; exit 1 if any does."""
     from phongbench.analysis.compare import compare as compare_runs
     from phongbench.cli.terminal import table
     from phongbench.results import runs as results
 
     found = compare_runs(results.find(run_a, ROOT), results.find(run_b, ROOT), metric=metric, tolerance=tolerance)
-    told = found.as_dict()
-    summed = {name: told[name] for name in ("metric", "equal", "changed", "only_a", "only_b")}
-    largest = told["rows"][:20]
-    show(told, as_json, lambda: facts(summed), *([lambda: table("Largest changes", *grid(largest))] if largest else []))
+    document = found.as_dict()
+    summed = {name: document[name] for name in ("metric", "equal", "changed", "only_a", "only_b")}
+    largest = document["rows"][:20]
+    show(
+        document, as_json, lambda: facts(summed), lambda: table("Largest changes", *grid(largest)) if largest else None
+    )
     if not found.same:
         sys.exit(DIFFERENT)

@@ -5,7 +5,7 @@ from typing import Any
 
 import click
 
-from phongbench.cli.common import JSON, ROOT, show
+from phongbench.cli.common import JSON, ROOT, WITH, show
 from phongbench.errors import InputError
 
 
@@ -16,9 +16,7 @@ from phongbench.errors import InputError
 @click.option("--language", metavar="NAME", help="glsl, hlsl, wgsl or c.  [default: by the end of --out, or glsl]")
 @click.option("--beta", metavar="POLICY", help="Of the slope, instead of the FORMULA's.")
 @click.option("--space", metavar="SPACE", help="reflect (R, V) or half (N, H), instead of the FORMULA's.")
-@click.option(
-    "--with", "files", multiple=True, type=click.Path(path_type=Path), metavar="FILE.py", help="Add your own formula."
-)
+@WITH
 @click.option("--out", type=click.Path(path_type=Path), help="A file.  [default: stdout]")
 @JSON
 def shader(

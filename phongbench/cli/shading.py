@@ -6,6 +6,7 @@ from pathlib import Path
 
 import click
 
+from phongbench.cli.common import WITH
 from phongbench.errors import InputError, StorageError
 
 
@@ -13,9 +14,7 @@ from phongbench.errors import InputError, StorageError
 @click.argument("request_file", metavar="IN.json|-")
 @click.option("--out", type=click.Path(path_type=Path), help="A .json or .npy file.  [default: JSON on stdout]")
 @click.option("--threads", type=click.IntRange(min=1), help="[default: all cores]")
-@click.option(
-    "--with", "files", multiple=True, type=click.Path(path_type=Path), metavar="FILE.py", help="Add your own formula."
-)
+@WITH
 def shade(request_file: str, out: Path | None, threads: int | None, files: tuple[Path, ...]) -> None:
     """Shade points by the full reflection model: ambient, diffuse and specular terms of many lights.
 

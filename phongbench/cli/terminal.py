@@ -87,60 +87,52 @@ def text_of(value: Any) -> str:
     return f"{value:.4g}" if isinstance(value, float) else str(value)
 
 
-def front_table(found: Mapping[str, Any], *, everything: bool = False) -> None:
-    """A front as a table, fastest first; what is off it is only counted, unless everything is wanted."""
-    points = found["points"]
+def front_table(answer: Mapping[str, Any], *, everything: bool = False) -> None:
+    """A front as a table, fastest first; what is off it is only counted, unless everything is requested."""
+    points = answer["points"]
     shown = [p for p in points if everything or p["state"] != "off"]
     rows = [(p["name"], p["error"], 255 * p["error"], p["ratio"], _interval(p), p["ns"], p["state"]) for p in shown]
-    title = f"{found['stratum']} vectors, {found['precision']}, {found['space']} space, alpha {found['alpha']}"
-    columns = ("formula", found["metric"], "8-bit codes", "time / exact Phong", "interval", "ns", "state")
+    title = f"{answer['stratum']} vectors, {answer['precision']}, {answer['space']} space, alpha {answer['alpha']}"
+    columns = ("formula", answer["metric"], "8-bit codes", "time / exact Phong", "99 % interval", "ns", "state")
     table(title, columns, rows, right=columns[1:6])
     notes = Console(stderr=True, markup=False, highlight=False, soft_wrap=True)
-    notes.print(f"times: working set {found['working_set']}, of run {found['run']}")
-    if not found["same_machine"]:
+    notes.print(f"times: working set {answer['working_set']}, of run {answer['run']}")
+    if not answer["same_machine"]:
         notes.print("the run was timed on another kind of machine: its ratios hold there, its nanoseconds are left out")
-    if len(found["alphas"]) > 1:
-        listed = ", ".join(f"{alpha:g}" for alpha in found["alphas"])
+    if len(answer["alphas"]) > 1:
+        listed = ", ".join(f"{alpha:g}" for alpha in answer["alphas"])
         notes.print(f"error: the worst at alpha {listed}, the run's in that range")
-    if found["timed_precision"] != found["precision"]:
-        notes.print(f"{found['precision']} is emulated and not timed: times are those of {found['timed_precision']}")
+    if answer["timed_precision"] != answer["precision"]:
+        notes.print(f"{answer['precision']} is emulated and not timed: times are those of {answer['timed_precision']}")
     if len(shown) < len(points):
         notes.print(f"{len(points) - len(shown)} more are off the front: --all shows them")
 
 
-def recommendation(found: Mapping[str, Any]) -> None:
+def recommendation(answer: Mapping[str, Any]) -> None:
     """The answer to a budget: a table of choices, then each one's reason, then what to bear in mind."""
-    miss, choices = found["nearest_miss"], found["choices"]
+    miss, choices = answer["nearest_miss"], answer["choices"]
     named = [*zip(("best", "next"), choices, strict=False), *([("nearest miss", miss)] if miss else [])]
     rows = [
         (role, c["name"], c["beta"], c["max_abs"], c["codes_8bit"], c["coverage"], c["ratio"], _interval(c))
         for role, c in named
     ]
-    title = f"Largest error at most {found['max_error']:.4g} at alpha {found['alpha']}, {found['precision']}"
-    columns = ("", "formula", "beta", "error", "8-bit codes", "coverage", "time / exact Phong", "interval")
-    table(title, columns, rows, right=("beta", "error", "8-bit codes", "time / exact Phong", "interval"))
+    title = f"Largest error at most {answer['max_error']:.4g} at alpha {answer['alpha']}, {answer['precision']}"
+    columns = ("", "formula", "beta", "error", "8-bit codes", "coverage", "time / exact Phong", "99 % interval")
+    table(title, columns, rows, right=columns[2:5] + columns[6:])
     console = Console(markup=False, highlight=False)
     if not choices:
         console.print("nothing meets the budget")
     for role, choice in named:
         console.print(f"{role}: {choice['why']}", soft_wrap=True)
-    for note in found["notes"]:
+    for note in answer["notes"]:
         console.print(f"note: {note}", soft_wrap=True)
-    if choices and not re.search(r",|\.\.", found["alpha"]):  # a range of exponents is no one function
-        console.print(f"as code: {_as_code(choices[0], found['alpha'])}", soft_wrap=True)
-    console.print(f"from {found['run']}" if found["run"] else "from the laws, without a run")
+    # a range of exponents is no one function, and shaders compute in float32
+    if choices and answer["precision"] == "float32" and not re.search(r",|\.\.", answer["alpha"]):
+        console.print(f"as code: phongbench shader {choices[0]['name']} --alpha {answer['alpha']}", soft_wrap=True)
+    console.print(f"from {answer['run']}" if answer["run"] else "from the laws, without a run")
 
 
-def _as_code(choice: Mapping[str, Any], alpha: str) -> str:
-    """The command that writes a choice for one exponent as shader code."""
-    form = None if choice["lambda"] == "none" else choice["lambda"]
-    formula = ":".join(str(part) for part in (choice["approximation"], form, choice["gamma"]) if part is not None)
-    slope = "" if choice["beta_policy"] == "none" else f" --beta {choice['beta_policy']}"
-    space = "" if choice["space"] == "reflect" else f" --space {choice['space']}"
-    return f"phongbench shader {formula} --alpha {alpha}{slope}{space}"
-
-
-def claims_table(found: Mapping[str, Any]) -> None:
+def claims_table(answer: Mapping[str, Any]) -> None:
     """The textbook claims with their verdicts, each with its reason below, or what would measure it."""
     from phongbench.analysis.claims import SIGNS
 
@@ -150,24 +142,24 @@ def claims_table(found: Mapping[str, Any]) -> None:
     drawn = Table(box=SIMPLE, pad_edge=False, show_lines=False)
     drawn.add_column("")
     drawn.add_column("verdict", no_wrap=True)
-    drawn.add_column("claim, and what was found")
-    for claim in found["claims"]:
+    drawn.add_column("claim, and why")
+    for claim in answer["claims"]:
         lacking = claim["lacking"] or ""
         fix = f"\n{lacking[:1].upper()}{lacking[1:]}" if lacking else ""
         text = Text.assemble((claim["claim"], "bold"), f"\n{claim['because']}{fix}\n")
         drawn.add_row(claim["key"], f"{SIGNS[claim['verdict']]} {claim['verdict']}", text)
     console.print(drawn)
-    counted = Counter(claim["verdict"] for claim in found["claims"])
-    told = ", ".join(f"{counted[verdict]} {verdict}" for verdict in SIGNS if counted[verdict])
+    counted = Counter(claim["verdict"] for claim in answer["claims"])
+    summary = ", ".join(f"{counted[verdict]} {verdict}" for verdict in SIGNS if counted[verdict])
     notes = Console(stderr=True, markup=False, highlight=False, soft_wrap=True)
-    notes.print(f"of run {found['run']}: {told}; --json has the rules, all conditions and the rows that decide")
+    notes.print(f"of run {answer['run']}: {summary}; --json has the rules, all conditions and the rows that decide")
 
 
-def bench_tables(found: Mapping[str, Any]) -> None:
+def bench_tables(answer: Mapping[str, Any]) -> None:
     """The comparison with peers, one table for each kind of work, then who is absent, then the sweep."""
     columns = ("by", "version", "ns", "time / ours", "interval", "cores", "largest error", "verdict")
-    for work in dict.fromkeys((r["work"], r["working_set"], r["elements"]) for r in found["rows"]):
-        mine = [r for r in found["rows"] if (r["work"], r["working_set"], r["elements"]) == work]
+    for work in dict.fromkeys((r["work"], r["working_set"], r["elements"]) for r in answer["rows"]):
+        mine = [r for r in answer["rows"] if (r["work"], r["working_set"], r["elements"]) == work]
         rows = [
             (r["by"], r["version"], r["ns"], r["ratio"], _interval(r), r["cores"], r["error"], r["verdict"])
             for r in mine
@@ -175,18 +167,18 @@ def bench_tables(found: Mapping[str, Any]) -> None:
         title = f"{work[0]}, float32, {work[2]:,} elements ({work[1]}), ns per element"
         table(title, columns, rows, right=columns[2:7])
     console = Console(markup=False, highlight=False)
-    for name, why in found["absent"].items():
+    for name, why in answer["absent"].items():
         console.print(f"{name} is absent: {why}", soft_wrap=True)
-    for note in found["notes"]:
+    for note in answer["notes"]:
         console.print(f"note: {note}", soft_wrap=True)
     heads = ("pairs", "subnormal", "bare chain", "ours", "chain / ours", "interval")
     slow = [
         (r["pairs"], f"{r['subnormal']:.1%}", r["chain_ns"], r["ours_ns"], r["ratio"], _interval(r))
-        for r in found.get("subnormals", ())
+        for r in answer.get("subnormals", ())
     ]
     if slow:
         table("What subnormal numbers cost: lyon, gamma 64, float32, in l1, ns per element", heads, slow)
-    sweep = found["sweep"]
+    sweep = answer["sweep"]
     console.print(
         f"accuracy sweep: {sweep['evaluations_per_second'] / 1e9:.2f} billion evaluations a second and core, "
         f"{sweep['ratio']:.0f} times plain NumPy over the same cells",

@@ -38,7 +38,7 @@ def specular(
 
     a, b     (N, 3), (3, N) or one vector (3,)  the pair (R, V), or (N, H) for formulas of it. (3, 3) is read as (N, 3);
                                                 one vector is paired with every other. float32 and float64 are computed
-                                                as they are, other numbers in float64, a mixture in the wider type.
+                                                as they are, a mixture or other numbers in the one that holds them.
                                                 C-contiguous arrays, read-only ones too, are not copied
     formula  NAME[:FORM][:GAMMA][:SLOPE][@RECIPE], e.g. "lyon:dot:32:minimax"
     alpha    float > 0                          the exponent that the formula stands for
@@ -57,7 +57,7 @@ def specular(
         raise InputError(f"{len(one)} vectors in a and {len(other)} in b", "b", "give as many, or a single vector")
     if threads < 1:
         raise InputError(f"{threads} threads", "threads", "give 1 or more")
-    precision = FLOAT32 if np.result_type(one, other).itemsize <= FLOAT32.carrier.itemsize else FLOAT64
+    precision = computed_in(one, other)
     by_rows = all(v.T.flags.c_contiguous for v in (one, other))
     pair = [_repeated(np.require(v.T if by_rows else v, precision.carrier, ("C", "A")), count) for v in (one, other)]
     values = (
@@ -128,11 +128,23 @@ def _kernel(
     return Kernel.of_pairs(wanted.spec(registry), wanted.lambda_form, wanted.setting(alpha), precision, layout)
 
 
-def _vectors(name: str, given: ArrayLike) -> Array:
-    """The vectors as a view of shape (N, 3)."""
+def numbers(name: str, given: ArrayLike) -> Array:
+    """An array of real numbers; InputError for anything else."""
     array = np.asarray(given)
     if array.dtype.kind not in "fiu" or array.dtype.itemsize > FLOAT64.carrier.itemsize:
         raise InputError(f"{name} holds {array.dtype}", name, "give float32 or float64, or what converts to them")
+    return array
+
+
+def computed_in(*arrays: Array) -> Precision:
+    """The precision that holds what all of these hold: float32, or float64."""
+    common = np.result_type(np.float16, *arrays)
+    return FLOAT32 if common.itemsize <= FLOAT32.carrier.itemsize else FLOAT64
+
+
+def _vectors(name: str, given: ArrayLike) -> Array:
+    """The vectors as a view of shape (N, 3)."""
+    array = numbers(name, given)
     if array.shape == (3,):
         return array[None]
     if array.ndim == 2 and 3 in array.shape:

@@ -5,15 +5,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import orjson
 import pandas as pd
 from numpy.typing import ArrayLike
 
 from phongbench.compiler.precisions import Array
 from phongbench.errors import InputError
-from phongbench.face.highlight import chosen
-from phongbench.formulas.formula import Formula, Specular
+from phongbench.face.highlight import chosen, computed_in, numbers
+from phongbench.formulas.formula import Formula
 from phongbench.formulas.spec import Approximation
 from phongbench.scenes import images
 from phongbench.scenes.render import render as draw
@@ -74,8 +73,8 @@ def shade(
     formula, registry = chosen(specular, own)
     given = {"approximation": formula.approximation, "lambda": formula.lambda_form, "gamma": formula.gamma}
     document = {"material": material, "lights": lights, "viewer": viewer, "specular": given | {"beta": formula.slope}}
-    vectors = [_floats(name, v) for name, v in (("points", points), ("normals", normals))]
-    dtype = np.result_type(*vectors)
+    vectors = numbers("points", points), numbers("normals", normals)
+    dtype = computed_in(*vectors).dtype
     request = shading_request(_plain(document | more), (vectors[0].astype(dtype), vectors[1].astype(dtype)), registry)
     return request.shade(threads=threads).colours
 
@@ -101,23 +100,8 @@ def render(
     (18, 32, 3)
     """
     formula, registry = chosen(specular, own)
-    slope = None if formula.slope == "none" else formula.slope
-    done = draw(
-        read_scene(scene, registry),
-        specular=Specular(formula.approximation, formula.lambda_form, formula.gamma, slope),
-        size=size,
-        threads=threads,
-        registry=registry,
-        **more,
-    )
+    done = draw(read_scene(scene, registry), specular=formula, size=size, threads=threads, registry=registry, **more)
     return Picture(done.picture, pd.DataFrame([line.as_dict() for line in done.ledger]), done.seconds)
-
-
-def _floats(name: str, given: ArrayLike) -> Array:
-    array = np.asarray(given)
-    if array.dtype.kind not in "fiu":
-        raise InputError(f"{name} holds {array.dtype}", name, "give float32 or float64, or what converts to them")
-    return array if array.dtype in (np.float32, np.float64) else array.astype(np.float64)
 
 
 def _plain(document: Any) -> Any:

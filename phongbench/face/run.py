@@ -1,7 +1,7 @@
 """Studies and what they answer, with tables as DataFrames."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import fields
 from html import escape
 from operator import index
 from pathlib import Path
@@ -25,36 +25,19 @@ from phongbench.study.run import run_study
 _NUMBERS: Mapping[str, Callable[[Any], float]] = {"alphas": float, "gammas": index}
 
 
-@dataclass(frozen=True)
-class Run:
-    """A stored run: its tables, and what they answer. `phongbench.run` measures one, `phongbench.load` finds one."""
+class Run(runs.Run):
+    """A stored run: its folder `path`, its `id`, its tables as DataFrames, and what they answer.
 
-    stored: runs.Run
+    accuracy  a row for each cell, stratum, truth and coverage
+    timing    a row for each timed kernel and working set; empty if timing was left out
+    worst     the inputs with the largest errors, as hexadecimal floats
+    `phongbench.run` measures one, `phongbench.load` finds one; the probes' tables are there, too.
+    """
 
-    @property
-    def id(self) -> str:
-        """Its identifier."""
-        return self.stored.id
-
-    @property
-    def path(self) -> Path:
-        """Its folder."""
-        return self.stored.path
-
-    @property
-    def accuracy(self) -> pd.DataFrame:
-        """One row for each cell, stratum, truth and coverage."""
-        return self.stored.accuracy
-
-    @property
-    def timing(self) -> pd.DataFrame:
-        """One row for each timed kernel and working set; empty if timing was left out."""
-        return self.stored.timing
-
-    @property
-    def worst(self) -> pd.DataFrame:
-        """The inputs with the largest errors, as hexadecimal floats."""
-        return self.stored.worst
+    @classmethod
+    def of(cls, stored: runs.Run) -> "Run":
+        """The run with its answers."""
+        return cls(stored.path, stored.manifest)
 
     def front(self, *, alpha: float | str, **options: Any) -> pd.DataFrame:
         """See `phongbench.front`."""
@@ -72,11 +55,11 @@ class Run:
         """
         from phongbench_reports import build
 
-        return build(self.stored, self.path / "report" if out is None else Path(out), single_file=single_file)
+        return build(self, self.path / "report" if out is None else Path(out), single_file=single_file)
 
     def _repr_html_(self) -> str:
         """For notebooks: what was measured, and the most accurate formula of each exponent."""
-        summary = summarise(self.stored)
+        summary = summarise(self)
         rows = "".join(
             f"<tr><th>{escape(str(name))}</th><td>{escape(str(value))}</td></tr>"
             for name, value in summary["facts"].items()
@@ -119,7 +102,7 @@ def run(
     done = run_study(
         wanted, None if out is None else Path(out), registry=registry, jobs=jobs, resume=resume, fresh=fresh
     )
-    return Run(done.run)
+    return Run.of(done.run)
 
 
 def load(name: str | Path = "latest", *, root: str | Path = DEFAULT_ROOT) -> Run:
@@ -130,7 +113,7 @@ def load(name: str | Path = "latest", *, root: str | Path = DEFAULT_ROOT) -> Run
     >>> pb.load("latest").accuracy.empty
     False
     """
-    return Run(runs.find(str(name), Path(root)))
+    return Run.of(runs.find(str(name), Path(root)))
 
 
 def front(run: Run | str | Path = "latest", *, alpha: float | str, **options: Any) -> pd.DataFrame:
@@ -169,7 +152,7 @@ def recommend(
 
 
 def _stored(run: Run | str | Path) -> runs.Run:
-    return run.stored if isinstance(run, Run) else runs.find(str(run))
+    return run if isinstance(run, Run) else runs.find(str(run))
 
 
 def _table(answer: Mapping[str, Any], rows: str) -> pd.DataFrame:

@@ -130,19 +130,6 @@ def dot_peak(alpha: Numbers, gamma: Numbers, e: Numbers, d: Numbers) -> Numbers:
     return np.maximum(0.0, 1.0 + alpha / gamma * excess) ** gamma
 
 
-def difference_peak(alpha: Numbers, gamma: Numbers, e: Numbers, d: Numbers) -> Numbers:
-    """Law 8: value at a = b, `difference` form: max(0, 1 - beta (e - d)^2/2)^gamma; exact, never above 1.
-
-    Arguments as for `dot_peak`.
-    """
-    return np.maximum(0.0, 1.0 - alpha / gamma * 0.5 * (e - d) ** 2) ** gamma
-
-
-def cross_peak(alpha: Numbers, gamma: Numbers, e: Numbers, d: Numbers) -> Numbers:
-    """Law 8: value at a = b, `cross` form: 1 whatever the lengths; exact. Arguments as for `dot_peak`."""
-    return 1.0 + 0.0 * (alpha + gamma + e + d)
-
-
 def dot_length_change(alpha: Numbers, e: Numbers, d: Numbers) -> Numbers:
     """Law 8: largest change of the highlight by lengths, `dot` form: |expm1(alpha (s - 1))| at the peak.
 
@@ -180,23 +167,6 @@ def cross_length_change(alpha: Numbers, e: Numbers, d: Numbers) -> Numbers:
     """
     scale = ((1.0 + e) * (1.0 + d)) ** 2
     return np.abs(scale - 1.0) / math.e + 0.0 * alpha
-
-
-def cut_kink(alpha: float, gamma: int, beta: float, step: float) -> float:
-    """Second difference of Lyon's lobe at its cut over step^2, as a share of exact Phong's largest; reflect, dot.
-
-    alpha    float > 1   exact exponent; its largest second derivative over the angle is alpha, at the peak
-    gamma    int >= 1    exponent of the approximation
-    beta     float > 1/2 slope; the cut lies at cos(c) = 1 - 1/beta
-    step     float > 0   radians, below c
-    returns  float       (beta (cos(c - step) - cos(c)))^gamma / (alpha step^2), to leading order
-                         (beta sin(c))^gamma step^(gamma - 2) / alpha with (beta sin(c))^2 = 2 beta - 1
-
-    So it grows without bound as steps shrink for gamma = 1 (a kink: the slope jumps), stays at 1 - 1/alpha for
-    gamma = 2 and the Taylor slope (the curvature jumps: a Mach band), and vanishes like step^(gamma - 2) from 4 on.
-    """
-    cut = math.acos(1.0 - 1.0 / beta)
-    return float((beta * (math.cos(cut - step) - math.cos(cut))) ** gamma / step**2 / alpha)
 
 
 def length_crossover(alpha: Numbers) -> Numbers:

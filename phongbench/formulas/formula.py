@@ -12,7 +12,7 @@ import pandas as pd
 
 from phongbench.errors import InputError, UnknownNameError
 from phongbench.formulas.lambda_forms import LAMBDA_FORMS
-from phongbench.formulas.registry import REGISTRY, get, guarded
+from phongbench.formulas.registry import REGISTRY, get
 from phongbench.formulas.spec import SPACES, Approximation, Setting
 from phongbench.support.values import number
 
@@ -169,81 +169,3 @@ def _slope(text: str) -> str | float:
         return float(text)
     except ValueError:
         return text
-
-
-# what Formula replaces; to be deleted once nobody reads it
-
-
-def specular_of(text: str) -> "Specular":
-    """A formula written as NAME, NAME:FORM or NAME:FORM:GAMMA, e.g. lyon:difference:8.
-
-    Raises InputError for more than that; whether it fits a material's shininess is seen when it is shaded.
-    """
-    name, *rest = text.split(":")
-    if len(rest) > 2:
-        raise InputError(
-            "a formula has no more than three parts", None, "write NAME:FORM:GAMMA, e.g. lyon:difference:8"
-        )
-    form, gamma = (*rest, None, None)[:2]
-    if gamma is not None and not re.fullmatch("[0-9]{1,6}", gamma):
-        raise InputError("gamma is not a whole number below a million", None, "write e.g. lyon:difference:8")
-    return Specular(name, form or None, None if gamma is None else int(gamma))
-
-
-@dataclass(frozen=True)
-class Specular:
-    """Which formula stands for the specular term.
-
-    approximation  str                 its name in the registry
-    lambda_form    str | None          "dot", "difference", "cross", "tan2"; None takes the formula's first
-    gamma          int | None          a power of two, for formulas that have one
-    beta           str | float | None  a policy, or the slope itself; None takes the formula's first policy
-    """
-
-    approximation: str = "phong"
-    lambda_form: str | None = None
-    gamma: int | None = None
-    beta: str | float | None = None
-
-    def resolved(
-        self, model: str, shininess: float, registry: Any = REGISTRY
-    ) -> tuple[Approximation, str, Setting, str]:
-        """(formula, lambda form, setting, space): what to evaluate, and on which pair, (R, V) or (N, H).
-
-        Model "phong" takes (R, V), or (N, H) for the formulas that exist there only. Model "blinn-phong" raises N.H to
-        the material's shininess itself; a formula stands for that power as it does for Phong's.
-        Raises UnknownNameError or InputError naming the field.
-        """
-        if model not in MODELS:
-            raise UnknownNameError("model", model, MODELS, "model")
-        spec = _within("specular.approximation", lambda: get(self.approximation, registry))
-        if model == "blinn-phong" and "reflect" not in spec.spaces:
-            fix = f'take model "phong" for {spec.name}, or "phong" for N.H to the shininess itself'
-            raise InputError(f"{spec.name} is a formula of N.H already", "specular.approximation", fix)
-        form = self.lambda_form or spec.lambda_forms[0]
-        if form not in spec.lambda_forms:
-            raise UnknownNameError(f"lambda form of {spec.name}", form, spec.lambda_forms, "specular.lambda")
-        if isinstance(self.beta, float | int):
-            beta = number(self.beta, "specular.beta")
-            spec = _within("specular.beta", lambda: with_slope(spec, beta))
-        slope = self.beta if isinstance(self.beta, str) else spec.slopes[0]
-        if slope not in spec.slopes:
-            raise UnknownNameError(f"beta policy of {spec.name}", slope, spec.slopes, "specular.beta")
-        setting = Setting(shininess, self.gamma, slope, spec.spaces[0])
-        field = "specular.gamma" if spec.uses_gamma and _alpha_fits(spec, shininess) else "material.shininess"
-        with guarded(spec):
-            _within(field, lambda: spec.check(setting))
-        return spec, form, setting, "half" if model == "blinn-phong" or setting.space == "half" else "reflect"
-
-
-def _alpha_fits(spec: Approximation, alpha: float) -> bool:
-    return all(p.low <= alpha <= p.high for p in spec.parameters if p.name == "alpha")
-
-
-def _within(where: str, call: Any) -> Any:
-    """What the call returns; its InputError gets this place."""
-    try:
-        return call()
-    except InputError as problem:
-        problem.where = where
-        raise

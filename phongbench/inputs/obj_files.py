@@ -29,7 +29,7 @@ class ObjFile:
 
     libraries  the text of each mtllib line: one MTL file's name, or several
     materials  the texts of usemtl lines, each once with its first line: a name, perhaps with a comment
-    worn       int64 (m,)  which of these each triangle wears; -1 before the first
+    worn       int64 (m,)  which of these each triangle wears; -1 for none
     bare       line of the first face without a material; None if there is none
     """
 
@@ -173,13 +173,14 @@ def _statements(
     libraries, materials, groups = list[str](), dict[str, tuple[int, int]](), dict[str, int]()
     uses, used = [-1], [-1]
     for line, key, rest in lines.others():
+        text = name(rest)
         if key == b"mtllib":
-            libraries.append(name(rest))
+            libraries += [text] if text else []
         elif key == b"usemtl":
             uses.append(line)
-            used.append(materials.setdefault(name(rest), (len(materials), lines.number(line)))[0])
+            used.append(-1 if not text else materials.setdefault(text, (len(materials), lines.number(line)))[0])
         elif key == b"s":
-            groups.setdefault(name(rest), line)
+            groups.setdefault(text, line)
         elif key not in _SILENT:
             lost = _LOST.get(key, "it is not understood")
             notes.add(f"{name(key)[:20]!r} is ignored: {lost}", lines.number(line))

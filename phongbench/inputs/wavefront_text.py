@@ -65,6 +65,7 @@ def read(path: Path, kind: str, fix: str) -> bytes:
         what = f"cannot read the {kind}: {getattr(problem, 'strerror', None) or problem}"
         raise InputError(what, str(path), fix) from problem
     data = _utf_8(data)
+    data = data.rstrip(b"\0")  # some programs fill the last block
     if b"\0" in data:
         raise InputError(f"the {kind} is not a text file", str(path), fix)
     data = data.replace(b"\r\n", b"\n").replace(b"\r", b"\n").translate(bytes.maketrans(b"\t\v\f", b"   ")) + b"\n"

@@ -12,9 +12,8 @@ from typing import Any
 import pandas as pd
 
 BASELINE, TWIN, LIBM = "phong", "aa-twin", "phong-libm"
-COPY, TRIAD, DOT, FMA = "copy", "triad", "dot", "fma"
 #: timing rows that are no formulas: what the machine can do at best
-CEILINGS = (COPY, TRIAD, DOT, FMA)
+CEILINGS = COPY, TRIAD, DOT, FMA = "copy", "triad", "dot", "fma"
 #: how a largest error was found, the weaker first: in samples, by a search, over every input, or bounded by a proof
 COVERAGES = ("sampled", "searched", "exhaustive", "certified")
 #: what stands for the precision of certified rows: the formula in exact arithmetic
@@ -70,6 +69,10 @@ class Table:
 
 def _key(name: str, kind: str, meaning: str, unit: str = "") -> Column:
     return Column(name, kind, meaning, unit, key=True)
+
+
+def _table(meaning: str, *columns: Column) -> Table:
+    return Table(meaning, columns)
 
 
 _CELL = (
@@ -130,162 +133,140 @@ _PICTURE = (
     _key("depth", "int64", "reflections followed at most", "count"),
 )
 
-ACCURACY = Table(
+ACCURACY = _table(
     "Errors of a cell, a formula at one exponent and precision, on one kind of input",
-    (
-        *_CELL,
-        *_INPUTS,
-        _SAMPLES,
-        *_ERRORS,
-        _COVERAGE,
-        *_COUNTS,
-        Column("excluded", "int64", "inputs left out of the error statistics: no finite exact value", "count"),
-    ),
+    *_CELL,
+    *_INPUTS,
+    _SAMPLES,
+    *_ERRORS,
+    _COVERAGE,
+    *_COUNTS,
+    Column("excluded", "int64", "inputs left out of the error statistics: no finite exact value", "count"),
 )
-TIMING = Table(
+TIMING = _table(
     "Times of kernels from vectors to values, interleaved with exact Phong's",
-    (
-        *(_BY_NAME[name] for name in ("approximation", "lambda_form", "space", "beta_policy", "gamma", "precision")),
-        _key("working_set", "str", "which memory holds the data: l1, l2, memory"),
-        Column("elements", "int64", "pairs of a pass", "count"),
-        _key("threads", "int64", "threads that ran at once", "count"),
-        Column("ns_min", "float64", "least time over clean epochs, per element", "ns"),
-        Column("ns_median", "float64", "median time, per element", "ns"),
-        *_RATIO,
-        Column("verdict", "str", "faster or slower than exact Phong by at least 2 %, or unresolved"),
-        Column("dot_ratio", "float64", "time / time of a bare dot product", "1"),
-        Column("bandwidth_fraction", "float64", "share of the bandwidth that a copy or a triad reaches", "1"),
-        Column("rounds", "int64", "rounds that were kept", "count"),
-        Column("contaminated", "int64", "rounds that showed interference and were repeated", "count"),
-        Column("repeats", "int64", "passes of an epoch", "count", optional=True),
-        Column("compile_ms", "float64", "time of compiling; 0 where a cache had it", "ms", optional=True),
-        Column("lit", "float64", "share of pairs that are lit, of kernels that skip dark ones", "1", True, True),
-        Column("processes", "int64", "fresh processes whose readings are merged", "count", optional=True),
-    ),
+    *(_BY_NAME[name] for name in ("approximation", "lambda_form", "space", "beta_policy", "gamma", "precision")),
+    _key("working_set", "str", "which memory holds the data: l1, l2, memory"),
+    Column("elements", "int64", "pairs of a pass", "count"),
+    _key("threads", "int64", "threads that ran at once", "count"),
+    Column("ns_min", "float64", "least time over clean epochs, per element", "ns"),
+    Column("ns_median", "float64", "median time, per element", "ns"),
+    *_RATIO,
+    Column("verdict", "str", "faster or slower than exact Phong by at least 2 %, or unresolved"),
+    Column("dot_ratio", "float64", "time / time of a bare dot product", "1"),
+    Column("bandwidth_fraction", "float64", "share of the bandwidth that a copy or a triad reaches", "1"),
+    Column("rounds", "int64", "rounds that were kept", "count"),
+    Column("contaminated", "int64", "rounds that showed interference and were repeated", "count"),
+    Column("repeats", "int64", "passes of an epoch", "count", optional=True),
+    Column("compile_ms", "float64", "time of compiling; 0 where a cache had it", "ms", optional=True),
+    Column("lit", "float64", "share of pairs that are lit, of kernels that skip dark ones", "1", True, True),
+    Column("processes", "int64", "fresh processes whose readings are merged", "count", optional=True),
 )
-WORST = Table(
+WORST = _table(
     "The inputs of a cell's largest errors",
-    (
-        *_CELL,
-        *_INPUTS,
-        _COVERAGE,
-        _key("rank", "int64", "1 is the largest, among inputs of unit, wrong and hostile lengths each"),
-        Column("error", "float64", "|error| at this input", "1"),
-        Column("exact", "float64", "exact Phong at this input", "1"),
-        Column("value", "float64", "the formula's value at this input", "1"),
-        *_HEX,
-    ),
+    *_CELL,
+    *_INPUTS,
+    _COVERAGE,
+    _key("rank", "int64", "1 is the largest, among inputs of unit, wrong and hostile lengths each"),
+    Column("error", "float64", "|error| at this input", "1"),
+    Column("exact", "float64", "exact Phong at this input", "1"),
+    Column("value", "float64", "the formula's value at this input", "1"),
+    *_HEX,
 )
-MESHES = Table(
+MESHES = _table(
     "Errors of a cell on normals interpolated over triangles",
-    (
-        _key("mesh", "str", "icosphere, torus, uv-sphere or a file's name"),
-        _key("edge_degrees", "float64", "widest angle between the normals at the ends of an edge", "degrees"),
-        Column("triangles", "int64", "of the mesh", "count"),
-        Column("left_out", "int64", "degenerate triangles of the file", "count"),
-        _key("normals", "str", "raw or renormalised"),
-        _key("pair", "str", "classic 2(L.N)N-L, lengthwise 2(N.L)N-(N.N)L, half (N, H)"),
-        *_CELL,
-        _key("truth", "str", "exact Phong of the interpolated normal made unit (interpolated), or of the surface's"),
-        _SAMPLES,
-        _MAX_ABS,
-        _MEAN_ABS,
-        _RMS,
-        _CODES,
-        _MODEL,
-        replace(_LENGTH, meaning="largest change from normals that are not unit; for truth surface, not the surface's"),
-        _NONFINITE,
-        _ABOVE_ONE,
-    ),
+    _key("mesh", "str", "icosphere, torus, uv-sphere or a file's name"),
+    _key("edge_degrees", "float64", "widest angle between the normals at the ends of an edge", "degrees"),
+    Column("triangles", "int64", "of the mesh", "count"),
+    Column("left_out", "int64", "degenerate triangles of the file", "count"),
+    _key("normals", "str", "raw or renormalised"),
+    _key("pair", "str", "classic 2(L.N)N-L, lengthwise 2(N.L)N-(N.N)L, half (N, H)"),
+    *_CELL,
+    _key("truth", "str", "exact Phong of the interpolated normal made unit (interpolated), or of the surface's"),
+    _SAMPLES,
+    _MAX_ABS,
+    _MEAN_ABS,
+    _RMS,
+    _CODES,
+    _MODEL,
+    replace(_LENGTH, meaning="largest change from normals that are not unit; for truth surface, not the surface's"),
+    _NONFINITE,
+    _ABOVE_ONE,
 )
-BEHAVIOUR = Table(
+BEHAVIOUR = _table(
     "What a cell makes of a hostile input; alpha and beta are the case's",
-    (
-        *_CELL,
-        _key("case", "str", "name of the input"),
-        Column("outcome", "str", "value, saturates, nan, infinite, above-one, negative, refused"),
-        Column("lowest", "float64", "smallest value", "1"),
-        Column("highest", "float64", "largest value", "1"),
-        Column("exact", "float64", "exact Phong; missing where it has no value", "1"),
-    ),
+    *_CELL,
+    _key("case", "str", "name of the input"),
+    Column("outcome", "str", "value, saturates, nan, infinite, above-one, negative, refused"),
+    Column("lowest", "float64", "smallest value", "1"),
+    Column("highest", "float64", "largest value", "1"),
+    Column("exact", "float64", "exact Phong; missing where it has no value", "1"),
 )
-SMOOTHNESS = Table(
+SMOOTHNESS = _table(
     "Shape of a cell's lobe over all angles",
-    (
-        *_CELL,
-        _SAMPLES,
-        Column("rises", "int64", "places where it grows away from its peak", "count"),
-        Column("largest_rise", "float64", "how far it rises above what it was nearer to the peak", "1"),
-        Column("kink", "float64", "second difference at its end, over exact Phong's largest; missing if endless", "1"),
-        Column("kink_degrees", "float64", "angle at which it ends", "degrees"),
-        Column("overflows", "int64", "samples that are infinite, or at the end of fixed point", "count"),
-        Column("subnormals", "int64", "samples that are subnormal", "count"),
-    ),
+    *_CELL,
+    _SAMPLES,
+    Column("rises", "int64", "places where it grows away from its peak", "count"),
+    Column("largest_rise", "float64", "how far it rises above what it was nearer to the peak", "1"),
+    Column("kink", "float64", "second difference at its end, over exact Phong's largest; missing if endless", "1"),
+    Column("kink_degrees", "float64", "angle at which it ends", "degrees"),
+    Column("overflows", "int64", "samples that are infinite, or at the end of fixed point", "count"),
+    Column("subnormals", "int64", "samples that are subnormal", "count"),
 )
-SCENES = Table(
+SCENES = _table(
     "A picture of a scene by a formula against that of exact Phong",
-    (
-        *_PICTURE,
-        *(_BY_NAME[name] for name in ("approximation", "lambda_form", "beta_policy", "gamma")),
-        replace(_MAX_ABS, meaning="largest change of a colour"),
-        replace(_MEAN_ABS, meaning="mean change of a colour"),
-        replace(_RMS, meaning="root of the mean squared change of a colour"),
-        Column("psnr", "float64", "peak signal-to-noise ratio", "dB"),
-        Column("max_codes", "Int64", "largest change of a stored channel", "codes"),
-        Column("visible", "float64", "share of pixels that change by a code or more", "1"),
-        Column("flip", "float64", "mean FLIP difference", "1"),
-        Column("energy", "float64", "light of the picture over that of exact Phong", "1"),
-        Column("highlight_area", "float64", "area of highlights over that of exact Phong", "1"),
-        Column("lobe_max", "float64", "bound on a colour's change by the lobe's error, lights and materials", "1"),
-        Column("left_out", "str", "why the formula does not fit the scene; there are then no numbers"),
-    ),
+    *_PICTURE,
+    *(_BY_NAME[name] for name in ("approximation", "lambda_form", "beta_policy", "gamma")),
+    replace(_MAX_ABS, meaning="largest change of a colour"),
+    replace(_MEAN_ABS, meaning="mean change of a colour"),
+    replace(_RMS, meaning="root of the mean squared change of a colour"),
+    Column("psnr", "float64", "peak signal-to-noise ratio", "dB"),
+    Column("max_codes", "Int64", "largest change of a stored channel", "codes"),
+    Column("visible", "float64", "share of pixels that change by a code or more", "1"),
+    Column("flip", "float64", "mean FLIP difference", "1"),
+    Column("energy", "float64", "light of the picture over that of exact Phong", "1"),
+    Column("highlight_area", "float64", "area of highlights over that of exact Phong", "1"),
+    Column("lobe_max", "float64", "bound on a colour's change by the lobe's error, lights and materials", "1"),
+    Column("left_out", "str", "why the formula does not fit the scene; there are then no numbers"),
 )
-SKIPS = Table(
+SKIPS = _table(
     "What a picture did not need, and what leaving it out changes",
-    (
-        *_PICTURE,
-        _key("name", "str", "the kind of work left out; cutoff: reflections below a contribution"),
-        _key("setting", "float64", "that contribution, of name cutoff", "1"),
-        Column("kind", "str", "exact or approximate"),
-        Column("unit", "str", "what `of` and `skipped` count"),
-        Column("of", "Int64", "how many there were", "count"),
-        Column("skipped", "Int64", "how many were left out", "count"),
-        Column("bound", "float64", "what largest_change may be at most", "1"),
-        Column("same_bits", "bool", "the picture without this skip alone has the same bits"),
-        Column("largest_change", "float64", "of a colour, against the picture without this skip alone", "1"),
-    ),
+    *_PICTURE,
+    _key("name", "str", "the kind of work left out; cutoff: reflections below a contribution"),
+    _key("setting", "float64", "that contribution, of name cutoff", "1"),
+    Column("kind", "str", "exact or approximate"),
+    Column("unit", "str", "what `of` and `skipped` count"),
+    Column("of", "Int64", "how many there were", "count"),
+    Column("skipped", "Int64", "how many were left out", "count"),
+    Column("bound", "float64", "what largest_change may be at most", "1"),
+    Column("same_bits", "bool", "the picture without this skip alone has the same bits"),
+    Column("largest_change", "float64", "of a colour, against the picture without this skip alone", "1"),
 )
-SCENE_TIMES = Table(
+SCENE_TIMES = _table(
     "Times in scenes, interleaved",
-    (
-        _key("scene", "str", "name of the scene; for kind shading infinity or near, where light and viewer are"),
-        _key(
-            "kind", "str", "formula (over exact Phong), skip (without over with), cutoff (over all followed), shading"
-        ),
-        _key("name", "str", "the formula, the skip, or the model of kind shading"),
-        _key("formula", "str", "of the specular term"),
-        _key("setting", "float64", "contribution of kind cutoff, exponent of kind shading"),
-        _key("against", "str", "what `ratio` compares with"),
-        _key("elements", "int64", "pixels or points", "count"),
-        _key("depth", "int64", "reflections followed at most", "count"),
-        Column("rounds", "int64", "rounds that were kept", "count"),
-        Column("seconds", "float64", "median time", "s"),
-        *_RATIO,
-    ),
+    _key("scene", "str", "name of the scene; for kind shading infinity or near, where light and viewer are"),
+    _key("kind", "str", "formula (over exact Phong), skip (without over with), cutoff (over all followed), shading"),
+    _key("name", "str", "the formula, the skip, or the model of kind shading"),
+    _key("formula", "str", "of the specular term"),
+    _key("setting", "float64", "contribution of kind cutoff, exponent of kind shading"),
+    _key("against", "str", "what `ratio` compares with"),
+    _key("elements", "int64", "pixels or points", "count"),
+    _key("depth", "int64", "reflections followed at most", "count"),
+    Column("rounds", "int64", "rounds that were kept", "count"),
+    Column("seconds", "float64", "median time", "s"),
+    *_RATIO,
 )
-FAR = Table(
+FAR = _table(
     "What holding directions constant over a square polygon changes, as at its middle, at full strength",
-    (
-        _key("held", "str", "what is held: L, V or both"),
-        _key("term", "str", "diffuse or specular"),
-        _key("alpha", "float64", "exponent of the specular term"),
-        _key("distance", "float64", "of light and viewer", "sides of the polygon"),
-        Column("placements", "int64", "placements of light and viewer", "count"),
-        _SAMPLES,
-        replace(_MAX_ABS, meaning="largest change over points and placements"),
-        Column("incidence_degrees", "float64", "of the worst placement: light from normal", "degrees"),
-        Column("offset_degrees", "float64", "of the worst placement: viewer from mirrored light", "degrees"),
-    ),
+    _key("held", "str", "what is held: L, V or both"),
+    _key("term", "str", "diffuse or specular"),
+    _key("alpha", "float64", "exponent of the specular term"),
+    _key("distance", "float64", "of light and viewer", "sides of the polygon"),
+    Column("placements", "int64", "placements of light and viewer", "count"),
+    _SAMPLES,
+    replace(_MAX_ABS, meaning="largest change over points and placements"),
+    Column("incidence_degrees", "float64", "of the worst placement: light from normal", "degrees"),
+    Column("offset_degrees", "float64", "of the worst placement: viewer from mirrored light", "degrees"),
 )
 TABLES: Mapping[str, Table] = {
     "accuracy": ACCURACY,

@@ -38,6 +38,11 @@ class Geometry:
     modes: Array
     meshes: tuple[Mesh, ...]
 
+    @property
+    def arrays(self) -> tuple[Array, ...]:
+        """All of them, in this order, as `ray_kernels` takes them."""
+        return self.spheres, self.planes, self.boards, self.materials, self.corners, self.normals, self.modes
+
     @cached_property
     def embree(self) -> Callable[..., Any] | None:
         """The query of an Embree scene with all triangles; None without meshes.
@@ -66,7 +71,7 @@ def geometry(scene: Scene) -> Geometry:
 
     Raises InputError if its meshes have too many triangles, or if Embree is needed and not installed.
     """
-    found: Geometry = scene.kept.of("geometry", None, lambda: _ready(scene))
+    found: Geometry = scene.cache.of("geometry", None, lambda: _ready(scene))
     return found
 
 

@@ -11,34 +11,34 @@ import numpy as np
 from phongbench.compiler.precisions import Array
 from phongbench.scenes.geometry import COLOURS
 from phongbench.scenes.skips import Tally
-from phongbench.scenes.wavefront import Job, Worker
+from phongbench.scenes.wavefront import RenderJob, Worker
 from phongbench.shading import tiles
 
 #: corners that are shaded together
 _AT_ONCE = 1 << 14
 
 
-def colours(job: Job, tally: Tally) -> Array:
+def colours(job: RenderJob, tally: Tally) -> Array:
     """The colours of the corners of triangles that are Gouraud shaded, seen from the camera; 0 of all others.
 
     tally    what was left out is added
     returns  float32 (9, t)
     """
     g = job.geometry
-    found = np.zeros((9, len(g.modes)), np.float32)
-    worn = g.materials[len(g.materials) - len(g.modes) :, 0]
+    mixed = np.zeros((9, len(g.modes)), np.float32)
+    material_of = g.materials[len(g.materials) - len(g.modes) :, 0]
     shaded = np.flatnonzero(g.modes == COLOURS)
     if not len(shaded):
-        return found
+        return mixed
     worker = Worker(job, min(_AT_ONCE, len(shaded)))
-    for material in range(len(job.shaders)):
-        mine = shaded[worn[shaded] == material]
+    for material in range(len(job.shadings)):
+        mine = shaded[material_of[shaded] == material]
         for first in range(0, len(mine), _AT_ONCE):
             part = mine[first : first + _AT_ONCE]
             for corner in range(0, 9, 3):
-                found[corner : corner + 3, part] = _lit(worker, material, corner, part)
+                mixed[corner : corner + 3, part] = _lit(worker, material, corner, part)
     tally.add(worker.tally)
-    return found
+    return mixed
 
 
 def _lit(worker: Worker, material: int, corner: int, part: Array) -> Array:
@@ -47,10 +47,10 @@ def _lit(worker: Worker, material: int, corner: int, part: Array) -> Array:
     points, normals = (
         np.ascontiguousarray(rows[corner : corner + 3, part].T) for rows in (job.geometry.corners, job.geometry.normals)
     )
-    lit, counts, shader = np.empty_like(points), np.zeros(tiles.COUNTS, np.int64), job.shaders[material]
+    lit, counts, shading = np.empty_like(points), np.zeros(tiles.COUNTS, np.int64), job.shadings[material]
     lost = tally.lost[0, material : material + 1]
-    shader.shade(points, normals, lit, counts, lost, visible=worker.visible(points, normals))
+    shading.shade(points, normals, lit, counts, lost, visible=worker.visible(points, normals))
     tally.lost[:, material] = np.maximum(tally.lost[:, material], lost[0])  # they may be seen after any reflection
-    tally.add_pairs(shader.pairs(len(points), counts))
+    tally.add_pairs(shading.skipped(len(points), counts))
     tally.shading += time.perf_counter() - started
     return lit.T

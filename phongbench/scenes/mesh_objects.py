@@ -9,13 +9,13 @@ import numpy as np
 
 from phongbench.compiler.precisions import Array
 from phongbench.errors import InputError
-from phongbench.formulas.formula import Specular
 from phongbench.inputs import meshes, obj_files
 from phongbench.inputs.mtl_files import Material as Named
 from phongbench.inputs.mtl_files import mtl_paths, read_mtl
 from phongbench.inputs.wavefront_text import printable
-from phongbench.scenes.scene import MOST_TRIANGLES, Material, Mesh
-from phongbench.shading.lighting import Material as Reflection
+from phongbench.scenes.scene import MOST_TRIANGLES, Mesh, SurfaceMaterial
+from phongbench.shading.lighting import Material
+from phongbench.shading.specular_term import EXACT, formula_for
 from phongbench.support.documents import Table
 
 SMOOTH = ("normals", "colours", "none")
@@ -29,7 +29,7 @@ _SHOWN = 10
 _SINGULAR = 1e-6
 
 
-def read_mesh(table: Table, materials: list[Material], material: int | None, folder: Path | None) -> Mesh:
+def read_mesh(table: Table, materials: list[SurfaceMaterial], material: int | None, folder: Path | None) -> Mesh:
     """The mesh that a document's object describes.
 
     materials  those of the scene; the ones of the OBJ's MTL are appended
@@ -96,7 +96,7 @@ def _rotation(degrees: Iterable[float]) -> Array:
 
 
 def _from_file(
-    table: Table, materials: list[Material], material: int | None, folder: Path | None
+    table: Table, materials: list[SurfaceMaterial], material: int | None, folder: Path | None
 ) -> tuple[meshes.Surface, Array, tuple[str, ...]]:
     """The surface of an OBJ, each face's material, and what is not drawn as the files say."""
     name = table.text("file")
@@ -114,7 +114,7 @@ def _from_file(
         return obj.surface, worn, notes + more
 
 
-def _worn(path: Path, obj: obj_files.ObjFile, materials: list[Material]) -> tuple[Array, tuple[str, ...]]:
+def _worn(path: Path, obj: obj_files.ObjFile, materials: list[SurfaceMaterial]) -> tuple[Array, tuple[str, ...]]:
     """Each face's material of the MTL files that an OBJ names, which are appended, and notes on these files."""
     if not obj.libraries:
         fix = "add a line like: mtllib scene.mtl, or give the object a material"
@@ -144,12 +144,12 @@ def _shown(names: Iterable[str]) -> str:
     return ", ".join([*first[:_SHOWN], *(["..."] if len(first) > _SHOWN else [])])
 
 
-def _index(named: Named, materials: list[Material]) -> int:
+def _index(named: Named, materials: list[SurfaceMaterial]) -> int:
     """Where the material stands in the scene's list, which it is appended to if it is new."""
-    new = Material(named.name, Reflection.of(named))
+    new = SurfaceMaterial(named.name, Material.of(named))
     if new not in materials:
         try:
-            Specular().resolved("phong", new.reflection.highlight_exponent)
+            formula_for(EXACT, new.reflection)
         except InputError as problem:  # a shininess near 0
             raise InputError(f"material {named.name!r}: {problem.what}", None, problem.fix) from problem
         materials.append(new)

@@ -1,6 +1,6 @@
 """What an error in a lobe means in a picture: every formula's picture of a scene beside that of exact Phong."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -8,107 +8,92 @@ import numpy as np
 from phongbench.compiler.precisions import Array
 from phongbench.errors import InputError
 from phongbench.formulas import curves
-from phongbench.formulas.formula import Specular
+from phongbench.formulas.formula import Formula, Registry
 from phongbench.formulas.registry import REGISTRY, guarded
-from phongbench.formulas.spec import Approximation
 from phongbench.scenes import images
 from phongbench.scenes.render import render
-from phongbench.scenes.scene import Material, Scene
+from phongbench.scenes.scene import Scene, SurfaceMaterial
 from phongbench.scenes.skip_bounds import Bounds
-from phongbench.scenes.skips import Thrift
+from phongbench.scenes.skips import SceneSkips
+from phongbench.shading.specular_term import EXACT
 from phongbench.support.progress import Progress
 
 #: of a formula that has them
 GAMMAS, FORMS = (4, 8, 16, 32), ("dot", "cross")
-#: what is drawn where nobody asks for others; what a scene's exponents do not allow is left out and told
+#: what is drawn where nobody names others; what a scene's exponents do not allow is left out, with the reason
 USUAL = (
-    *(Specular("lyon", form, gamma) for gamma in GAMMAS for form in FORMS),
-    Specular("lyon", "dot", 8, "minimax"),
-    Specular("lyon-quadratic", "dot", 4),
-    Specular("gaussian", "dot"),
-    Specular("schlick"),
-    Specular("blinn"),
-    Specular("table-u", "dot"),
+    *(Formula.of("lyon", form, gamma) for gamma in GAMMAS for form in FORMS),
+    *map(
+        Formula.parse, ("lyon:dot:8:minimax", "lyon-quadratic:dot:4", "gaussian:dot", "schlick", "blinn", "table-u:dot")
+    ),
 )
 #: cosines at which a lobe is looked at; a fine grid near 1, where narrow lobes live
 _GRID = 1 - np.concatenate([np.linspace(0, 1, 4001), np.logspace(-7, 0, 8001)])
 _SILENT = Progress()
-Registry = Mapping[str, Approximation]
 
 
-def own(registry: Registry, names: Iterable[str] | None = None) -> list[Specular]:
+def own(registry: Registry, names: Iterable[str] | None = None) -> list[Formula]:
     """What is drawn of the user's own formulas: each of the usual lambda forms and gammas that it takes.
 
     names  only those; None: all that the registry has beyond ours
     """
     specs = [spec for name, spec in registry.items() if name not in REGISTRY and (names is None or name in names)]
-    return [formula for spec in specs for formula in _variants(spec)]
-
-
-def _variants(spec: Approximation) -> list[Specular]:
-    forms: list[str | None] = [form for form in FORMS if form in spec.lambda_forms] or [*spec.lambda_forms[:1]]
-    if forms == ["none"]:
-        forms = [None]
-    # as rows name it, where a slope that goes without saying is the tangent's
-    slope = None if spec.slopes[0] in ("taylor", "none") else spec.slopes[0]
-    gammas = GAMMAS if spec.uses_gamma else (None,)
-    return [Specular(spec.name, form, gamma, slope) for gamma in gammas for form in forms]
+    return [
+        Formula(spec.name, form, gamma, spec.slopes[0], spec.spaces[0])
+        for spec in specs
+        for gamma in (GAMMAS if spec.uses_gamma else (None,))
+        for form in [form for form in FORMS if form in spec.lambda_forms] or spec.lambda_forms[:1]
+    ]
 
 
 def compare(
     scene: Scene,
-    formulas: Iterable[Specular] = USUAL,
+    formulas: Iterable[Formula] = USUAL,
     *,
     progress: Progress = _SILENT,
     registry: Registry = REGISTRY,
-    **wishes: Any,
+    **options: Any,
 ) -> list[dict[str, Any]]:
     """A row for each formula: its picture's error, and what the lobe's error promised.
 
     registry the approximations that formulas and materials may name
-    wishes   of `render`: size, depth, ...
-    returns  rows of name, lambda_form, gamma, beta; the fields of PictureError; `lobe_error`, a bound on a pixel's
-             error from the lobe's error, the lights and the materials; `left_out`, why a formula could not be drawn,
-             in which case there are no numbers: it does not fit a material, a user's own raises, or its picture is
-             not finite
+    options   of `render`: size, depth, ...
+    returns  rows of formula (its spelling), approximation, lambda_form, gamma, beta; the fields of PictureError;
+             `lobe_error`, a bound on a pixel's error from the lobe's error, the lights and the materials; `left_out`,
+             why a formula could not be drawn, in which case there are no numbers: it does not fit a material, a user's
+             own raises, or its picture is not finite
     """
     chosen = list(formulas)
     progress.stage(f"formulas of {scene.name}", len(chosen))
-    wishes["registry"] = registry
-    exact = render(scene.exact(), specular=Specular(), thrift=Thrift.exact(), **wishes)
+    options["registry"] = registry
+    exact = render(scene.exact(), specular=EXACT, skips=SceneSkips.exact(), **options)
     rows = []
     for formula in chosen:
         row: dict[str, Any] = {
+            "formula": formula.spelled(registry),
             "approximation": formula.approximation,
             "lambda_form": formula.lambda_form,
             "gamma": formula.gamma,
-            "beta": formula.beta,
+            "beta": formula.slope,
         }
         try:
-            rows.append(row | _errors(scene, formula, exact.picture, wishes))
+            rows.append(row | _errors(scene, formula, exact.picture, options))
         except InputError as problem:
             rows.append(row | {"left_out": f"{problem.where}: {problem.what}" if problem.where else problem.what})
         progress.advance()
     return rows
 
 
-def name_of(row: Mapping[str, Any]) -> str:
-    """A formula as the command line writes it, and its beta policy if it is not the usual one."""
-    parts = [row["approximation"], row["lambda_form"], row["gamma"]]
-    name = ":".join(str(part) for part in parts if part is not None)
-    return f"{name} {row['beta']}" if row["beta"] else name
-
-
-def _errors(scene: Scene, formula: Specular, exact: Array, wishes: dict[str, Any]) -> dict[str, Any]:
-    picture = render(scene, specular=formula, thrift=Thrift.exact(), **wishes).picture
+def _errors(scene: Scene, formula: Formula, exact: Array, options: dict[str, Any]) -> dict[str, Any]:
+    picture = render(scene, specular=formula, skips=SceneSkips.exact(), **options).picture
     return {
         **images.compare(exact, picture).as_dict(),
-        "lobe_error": lobe_error(scene, formula, wishes["registry"]),
+        "lobe_error": lobe_error(scene, formula, options["registry"]),
         "left_out": None,
     }
 
 
-def lobe_error(scene: Scene, formula: Specular, registry: Registry = REGISTRY) -> float:
+def lobe_error(scene: Scene, formula: Formula, registry: Registry = REGISTRY) -> float:
     """The most that a formula may change a pixel: each material's lobe error, times its highlight under all lights.
 
     Holds for unit normals in reflect space; a formula of (N, H) is taken at coplanar vectors, and may exceed it.
@@ -118,14 +103,14 @@ def lobe_error(scene: Scene, formula: Specular, registry: Registry = REGISTRY) -
     return max((_of_material(m, m.specular or formula, lit, registry) for m in scene.materials), default=0.0)
 
 
-def _of_material(material: Material, formula: Specular, lit: Any, registry: Registry) -> float:
+def _of_material(material: SurfaceMaterial, formula: Formula, lit: Any, registry: Registry) -> float:
     """The lobe's largest error times the material's highlight, under lights that are `lit` together."""
     reflection = material.reflection
     if max(reflection.specular) == 0:
         return 0.0
-    spec, form, setting, _ = formula.resolved("phong", reflection.shininess, registry)
+    spec, setting = formula.spec(registry), formula.setting(reflection.shininess)
     with guarded(spec):
-        curve = curves.curve(spec, form, setting, _GRID)
+        curve = curves.curve(spec, formula.lambda_form, setting, _GRID)
     if not np.isfinite(curve).all():
         angle = np.degrees(np.arccos(_GRID[~np.isfinite(curve)].max()))
         raise InputError(f"its lobe is not finite at {angle:.3g} degrees", f"materials.{material.name}")

@@ -1,4 +1,4 @@
-"""Compiled wavefronts: many rays at once against every object, then what they found, sorted by material.
+"""Compiled wavefronts: many rays at once against every object, then what they hit, sorted by material.
 
 A wavefront is float32 rows, one for each component: loops run over rays, so that they vectorise. Spheres and planes are
 solved here, for all rays against one object at a time; triangles are Embree's.
@@ -24,19 +24,19 @@ select, put = intrinsics.select, intrinsics.put
 
 
 @jit.driver
-def nearest(
-    rays: Array, count: int, spheres: Array, names: Array, planes: Array, t: Array, which: Array, spare: Array
-) -> None:
+def nearest(rays: Array, count: int, solids: Any, hits: Any) -> None:
     """The nearest sphere or plane of each ray.
 
-    rays     float32 (6, capacity)  origin, unit direction
-    spheres  float32 (4, s)         centre, radius
-    planes   float32 (4, p)         unit normal n and c: n.x = c
-    names    int32 (s + p,)         the numbers of these objects in the scene
-    t        float32 (capacity,)    out: distance, FAR where nothing is hit
-    which    int32 (capacity,)      out: number of the object, or -1
-    spare    float32 (capacity,)    scratch
+    rays    float32 (6, capacity)  origin, unit direction
+    solids  spheres  float32 (4, s)       centre, radius
+            planes   float32 (4, p)       unit normal n and c: n.x = c
+            names    int32 (s + p,)       the numbers of these objects in the scene
+    hits    t        float32 (capacity,)  out: distance, FAR where nothing is hit
+            which    int32 (capacity,)    out: number of the object, or -1
+            spare    float32 (capacity,)  scratch
     """
+    spheres, planes, names = solids
+    t, which, spare = hits
     ox, oy, oz, dx, dy, dz = rays[0], rays[1], rays[2], rays[3], rays[4], rays[5]
     for i in range(count):
         t[i] = FAR
@@ -54,12 +54,12 @@ def nearest(
 
 
 @jit.inline
-def _keep(count: Any, number: Any, found: Array, t: Array, which: Array) -> None:
+def _keep(count: Any, number: Any, distance: Array, t: Array, which: Array) -> None:
     """Take over what is nearer."""
     for i in range(count):
-        nearer = found[i] < t[i]
+        nearer = distance[i] < t[i]
         put(which, i, select(nearer, number, which[i]))
-        put(t, i, select(nearer, found[i], t[i]))
+        put(t, i, select(nearer, distance[i], t[i]))
 
 
 @jit.inline
@@ -137,33 +137,23 @@ def hide(t: Array, limit: Array, point_of: Array, count: int, visible: Array) ->
 
 @jit.driver
 def shadows(
-    points: Array,
-    normals: Array,
-    lights: Array,
-    spans: Array,
-    rays: Array,
-    limit: Array,
-    point_of: Array,
-    spheres: Array,
-    names: Array,
-    planes: Array,
-    t: Array,
-    which: Array,
-    spare: Array,
-    visible: Array,
+    points: Array, normals: Array, lights: Array, spans: Array, wave: Any, solids: Any, hits: Any, visible: Array
 ) -> int:
     """Which points see which light past spheres and planes; returns how many rays that took.
 
-    lights   float32 (l, 4)  place or unit direction of each, and 1 if it is far away
-    spans    float32 (l,)    `reach` of shadow_rays for each
-    visible  bool (l, n)     out
-    The others are those of shadow_rays, nearest and hide. One call for all lights: a call costs some microseconds.
+    lights        float32 (l, 4)  place or unit direction of each, and 1 if it is far away
+    spans         float32 (l,)    `reach` of shadow_rays for each
+    wave          rays, limit and point_of of shadow_rays
+    solids, hits  of nearest
+    visible       bool (l, n)     out
+    One call for all lights: a call costs some microseconds.
     """
+    rays, limit, point_of = wave
     total = 0
     for k in range(len(lights)):
         count = shadow_rays(points, normals, lights[k], lights[k, 3] > _ZERO, spans[k], rays, limit, point_of)
-        nearest(rays, count, spheres, names, planes, t, which, spare)
-        hide(t, limit, point_of, count, visible[k])
+        nearest(rays, count, solids, hits)
+        hide(hits[0], limit, point_of, count, visible[k])
         total += count
     return total
 
@@ -177,40 +167,33 @@ def _lifted(points: Array, normals: Array, i: Any) -> Any:
 
 
 @jit.driver
-def sort(
-    rays: Array,
-    count: int,
-    t: Array,
-    which: Array,
-    planes: Array,
-    boards: Array,
-    materials: Array,
-    spheres: int,
-    modes: Array,
-    group: Array,
-    sizes: Array,
-) -> None:
+def sort(rays: Array, count: int, hits: Any, solids: Any, group: Array, sizes: Array) -> None:
     """The group of each ray: its material; after the materials, the same again for Gouraud's colours; then nothing hit.
 
-    group  int32 (capacity,)  out
-    sizes  int64 (2m + 1,)    out: how many are in each of them
+    hits    t, which and uv, as `gather` takes them
+    solids  the arrays of Geometry
+    group   int32 (capacity,)  out
+    sizes   int64 (2m + 1,)    out: how many are in each of them
     """
+    t, which, _ = hits
+    spheres, planes, boards, materials, _, _, modes = solids
+    s, p = spheres.shape[1], planes.shape[1]
     sizes[:] = 0
     nothing = len(sizes) - 1
     for i in range(count):
         hit = which[i]
         if hit < 0:
             name = np.int32(nothing)
-        elif hit < spheres:
+        elif hit < s:
             name = materials[hit, 0]
-        elif hit < spheres + planes.shape[1]:
-            p = hit - spheres
+        elif hit < s + p:
+            k = hit - s
             x, y, z = rays[0, i] + t[i] * rays[3, i], rays[1, i] + t[i] * rays[4, i], rays[2, i] + t[i] * rays[5, i]
-            u = np.floor(boards[0, p] * x + boards[1, p] * y + boards[2, p] * z - boards[6, p])
-            v = np.floor(boards[3, p] * x + boards[4, p] * y + boards[5, p] * z - boards[7, p])
+            u = np.floor(boards[0, k] * x + boards[1, k] * y + boards[2, k] * z - boards[6, k])
+            v = np.floor(boards[3, k] * x + boards[4, k] * y + boards[5, k] * z - boards[7, k])
             odd = (u + v) - _TWO * np.floor((u + v) / _TWO)
             name = materials[hit, 1] if odd == _ONE else materials[hit, 0]
-        elif modes[hit - spheres - planes.shape[1]] == 3:
+        elif modes[hit - s - p] == 3:
             name = np.int32(nothing // 2 + materials[hit, 0])
         else:
             name = materials[hit, 0]
@@ -219,33 +202,21 @@ def sort(
 
 
 @jit.driver
-def gather(
-    rays: Array,
-    count: int,
-    t: Array,
-    which: Array,
-    uv: Array,
-    spheres: Array,
-    planes: Array,
-    corners: Array,
-    normals: Array,
-    modes: Array,
-    group: Array,
-    starts: Array,
-    found: Array,
-    shaded: Array,
-    seen: Array,
-    ray_of: Array,
-) -> None:
-    """What the rays found, each group's together.
+def gather(rays: Array, count: int, hits: Any, solids: Any, group: Array, starts: Array, surface: Any) -> None:
+    """What the rays hit, each group's together.
 
-    uv       float32 (2, capacity)  weights of a triangle's second and third corner; read where one is hit
-    starts   int64 (2m + 1,)        in: where each group begins; out: where it ends
-    found    float32 (capacity, 3)  out: the point
-    shaded   float32 (capacity, 3)  out: the shading normal there, on the side of the ray
-    seen     float32 (capacity, 3)  out: the unit direction to where the ray came from
-    ray_of   int32 (capacity,)      out: the ray that found it
+    hits     t and which of `nearest`, and
+             uv       float32 (2, capacity)  weights of a triangle's second and third corner; read where one is hit
+    solids   the arrays of Geometry
+    starts   int64 (2m + 1,)  in: where each group begins; out: where it ends
+    surface  points   float32 (capacity, 3)  out: the point
+             normals  float32 (capacity, 3)  out: the shading normal there, on the side of the ray
+             seen     float32 (capacity, 3)  out: the unit direction to where the ray came from
+             ray_of   int32 (capacity,)      out: the ray that hit it
     """
+    t, which, uv = hits
+    spheres, planes, _, _, corners, vertex_normals, modes = solids
+    points, normals, seen, ray_of = surface
     s, p = spheres.shape[1], planes.shape[1]
     nothing = len(starts) - 1
     for i in range(count):
@@ -266,9 +237,9 @@ def gather(
             if nx * dx + ny * dy + nz * dz > _ZERO:
                 nx, ny, nz = -nx, -ny, -nz
         else:
-            nx, ny, nz = _interpolated(hit - s - p, uv[0, i], uv[1, i], corners, normals, modes, dx, dy, dz)
-        found[slot, 0], found[slot, 1], found[slot, 2] = x, y, z
-        shaded[slot, 0], shaded[slot, 1], shaded[slot, 2] = nx, ny, nz
+            nx, ny, nz = _interpolated(hit - s - p, uv[0, i], uv[1, i], corners, vertex_normals, modes, dx, dy, dz)
+        points[slot, 0], points[slot, 1], points[slot, 2] = x, y, z
+        normals[slot, 0], normals[slot, 1], normals[slot, 2] = nx, ny, nz
         seen[slot, 0], seen[slot, 1], seen[slot, 2] = -dx, -dy, -dz
 
 
@@ -318,37 +289,27 @@ def accumulate(
 
 
 @jit.driver
-def reflect(
-    found: Array,
-    shaded: Array,
-    seen: Array,
-    first: int,
-    count: int,
-    share: Any,
-    least: Any,
-    ray_of: Array,
-    weights: Array,
-    pixels: Array,
-    rays: Array,
-    new_weights: Array,
-    new_pixels: Array,
-    filled: int,
-) -> int:
+def reflect(surface: Any, first: int, count: int, share: Any, least: Any, here: Any, ahead: Any, filled: int) -> int:
     """Append the reflected rays of a group to the next wavefront; returns how many that then has.
 
-    share  float32  k, the weight that a reflection keeps
-    least  float32  rays whose accumulated weight would be below are left out
+    surface      of `gather`
+    share        float32  k, the weight that a reflection keeps
+    least        float32  rays whose accumulated weight would be below are left out
+    here, ahead  rays, weights and pixels of this wavefront and of the next, which has `filled` rays so far
     """
+    points, normals, seen, ray_of = surface
+    _, weights, pixels = here
+    rays, new_weights, new_pixels = ahead
     for i in range(first, first + count):
         ray = ray_of[i]
         weight = share * weights[ray]
         if weight >= least:
-            nx, ny, nz = shaded[i, 0], shaded[i, 1], shaded[i, 2]
+            nx, ny, nz = normals[i, 0], normals[i, 1], normals[i, 2]
             scale = _ONE / np.sqrt(nx * nx + ny * ny + nz * nz + _TINY)
             nx, ny, nz = nx * scale, ny * scale, nz * scale
             vx, vy, vz = seen[i, 0], seen[i, 1], seen[i, 2]
             twice = _TWO * (nx * vx + ny * vy + nz * vz)
-            rays[0, filled], rays[1, filled], rays[2, filled] = _lifted(found, shaded, i)
+            rays[0, filled], rays[1, filled], rays[2, filled] = _lifted(points, normals, i)
             rays[3, filled], rays[4, filled], rays[5, filled] = twice * nx - vx, twice * ny - vy, twice * nz - vz
             new_weights[filled] = weight
             new_pixels[filled] = pixels[ray]

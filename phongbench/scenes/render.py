@@ -13,7 +13,7 @@ import numpy as np
 
 from phongbench.compiler.precisions import Array
 from phongbench.errors import CancelledError, InputError
-from phongbench.formulas.formula import Specular
+from phongbench.formulas.formula import Formula
 from phongbench.formulas.registry import REGISTRY
 from phongbench.formulas.spec import Approximation
 from phongbench.scenes import camera, gouraud
@@ -21,15 +21,16 @@ from phongbench.scenes.geometry import geometry
 from phongbench.scenes.scene import MOST_DEPTH, MOST_SUPERSAMPLING, Scene
 from phongbench.scenes.scene_files import check_size
 from phongbench.scenes.skip_bounds import Bounds
-from phongbench.scenes.skips import Skipped, Tally, Thrift
-from phongbench.scenes.wavefront import Job, Worker
+from phongbench.scenes.skips import SceneSkips, Skipped, Tally
+from phongbench.scenes.wavefront import RenderJob, Worker
 from phongbench.shading.lighting import Viewer
-from phongbench.shading.prepared import Shader
+from phongbench.shading.prepared import PreparedShading
+from phongbench.shading.specular_term import EXACT
 from phongbench.support.progress import Progress
 
 #: samples of a tile's side; 64 and 256 cost 10 % more: calls, or the cache
 TILE = 128
-_SHIPPED, _SILENT = Thrift(), Progress()
+_SHIPPED, _SILENT = SceneSkips(), Progress()
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,9 +67,9 @@ def render(
     depth: int | None = None,
     supersampling: int | None = None,
     shadows: bool | None = None,
-    specular: Specular | None = None,
+    specular: Formula | None = None,
     model: str = "phong",
-    thrift: Thrift = _SHIPPED,
+    skips: SceneSkips = _SHIPPED,
     threads: int | None = None,
     tile: int = TILE,
     progress: Progress = _SILENT,
@@ -80,7 +81,7 @@ def render(
     size, depth, supersampling, shadows  None takes the scene's own
     specular   the formula of the specular term, for materials that name none
     model      "phong" or "blinn-phong"
-    thrift     what may be left out
+    skips     what may be left out
     threads    None takes one for each core; the picture does not depend on it
     tile       samples along a tile's side; the picture does not depend on it
     cancelled  asked for each tile; True ends the work
@@ -89,24 +90,12 @@ def render(
     CancelledError if the work was given up.
     """
     started = time.perf_counter()
-    wanted = scene.picture
-    width, height = check_size(*(size or wanted.size))
-    job = _job(
-        scene,
-        (width, height),
-        _within("depth", wanted.depth if depth is None else depth, 0, MOST_DEPTH),
-        _within(
-            "supersampling", wanted.supersampling if supersampling is None else supersampling, 1, MOST_SUPERSAMPLING
-        ),
-        wanted.shadows if shadows is None else shadows,
-        specular or Specular(),
-        model,
-        thrift,
-        registry,
-    )
+    scene = _with_settings(scene, size=size, depth=depth, supersampling=supersampling, shadows=shadows)
     tally = Tally()
+    job = _job(scene, skips, specular=specular or EXACT, model=model, registry=registry)
     job = replace(job, vertex=gouraud.colours(job, tally))
-    side = max(1, tile // job.samples)
+    (width, height), samples = scene.picture.size, scene.picture.supersampling
+    side = max(1, tile // samples)
     firsts = [(x, y) for y in range(0, height, side) for x in range(0, width, side)]
     progress.stage(f"render {scene.name}", len(firsts))
     picture = np.zeros((height, width, 3), np.float32)
@@ -115,49 +104,35 @@ def render(
     return Rendered(picture, _ledger(job, tally), tally.rays, {k: round(v, 6) for k, v in seconds.items()})
 
 
-def _within(name: str, value: int, low: int, high: int) -> int:
-    if not low <= value <= high:
-        raise InputError(f"{name} = {value} is outside {low} .. {high}", name)
-    return value
+def _with_settings(scene: Scene, **settings: Any) -> Scene:
+    """The scene with these picture settings, where they are not None; InputError beyond the limits."""
+    picture = replace(scene.picture, **{name: value for name, value in settings.items() if value is not None})
+    check_size(*picture.size)
+    for name, low, high in (("depth", 0, MOST_DEPTH), ("supersampling", 1, MOST_SUPERSAMPLING)):
+        if not low <= (value := getattr(picture, name)) <= high:
+            raise InputError(f"{name} = {value} is outside {low} .. {high}", name)
+    return replace(scene, picture=picture)
 
 
-def _job(
-    scene: Scene,
-    size: tuple[int, int],
-    depth: int,
-    samples: int,
-    shadows: bool,
-    specular: Specular,
-    model: str,
-    thrift: Thrift,
-    registry: Mapping[str, Approximation],
-) -> Job:
-    shaders = []
+def _job(scene: Scene, skips: SceneSkips, *, specular: Formula, **options: Any) -> RenderJob:
+    """What is to be drawn; options are `model` and `registry` of ShadingOptions. Errors name the material."""
+    options |= {"ambient_light": scene.ambient_light, "skips": skips.shading, "normalise": False}
+    viewer, shadowed = Viewer(position=scene.camera.position), scene.picture.shadows
+    shadings = []
     for material in scene.materials:
+        options["specular"] = material.specular or specular
         try:
-            shaders.append(
-                Shader(
-                    material.reflection,
-                    scene.lights,
-                    Viewer(position=scene.camera.position),
-                    ambient_light=scene.ambient_light,
-                    model=model,
-                    specular=material.specular or specular,
-                    skips=thrift.shading,
-                    shadowed=shadows,
-                    registry=registry,
-                )
-            )
+            shadings.append(PreparedShading(material.reflection, scene.lights, viewer, shadowed=shadowed, **options))
         except InputError as problem:
             about = f"{problem.where}: {problem.what}" if problem.where else problem.what
             raise InputError(about, f"materials.{material.name}", problem.fix) from problem
     arrays = geometry(scene)
     dark = np.zeros((9, len(arrays.modes)), np.float32)
-    return Job(scene, arrays, shaders, dark, camera.frame(scene.camera, *size), size, depth, samples, shadows, thrift)
+    return RenderJob(scene, arrays, shadings, dark, camera.frame(scene.camera, *scene.picture.size), skips)
 
 
 def _draw(
-    job: Job,
+    job: RenderJob,
     firsts: list[tuple[int, int]],
     side: int,
     picture: Array,
@@ -167,11 +142,12 @@ def _draw(
 ) -> Tally:
     """Draw all tiles; threads take them in turn. What all of them counted."""
     height, width = picture.shape[:2]
+    samples = job.scene.picture.supersampling
     pieces, lock = counter(), Lock()
     failed: list[BaseException] = []
 
     def work() -> Tally:
-        worker = Worker(job, min(side, width) * min(side, height) * job.samples**2)
+        worker = Worker(job, min(side, width) * min(side, height) * samples**2)
         while (number := next(pieces)) < len(firsts) and not failed:
             if cancelled is not None and cancelled():
                 failed.append(CancelledError("rendering was cancelled"))
@@ -202,22 +178,22 @@ def _draw(
     return total
 
 
-def _ledger(job: Job, tally: Tally) -> tuple[Skipped, ...]:
+def _ledger(job: RenderJob, tally: Tally) -> tuple[Skipped, ...]:
     """What was left out, line by line; bounds of a sample's colour, from the lights, materials and reflectivities."""
-    thrift, pairs = job.thrift, tally.pairs
+    skips, pairs = job.skips, tally.pairs
     bounds = Bounds(job.scene)
     lines = [
         Skipped("objects", "exact", "ray-object tests", tally.tests, tally.objects),
         Skipped("background", "exact", "rays", tally.rays, tally.background),
         Skipped("reflectivity", "exact", "reflected rays", tally.reflections, tally.reflectivity),
         Skipped(
-            "cutoff", "bounded", "reflected rays", tally.reflections, tally.cutoff, thrift.cutoff * bounds.brightest
+            "cutoff", "bounded", "reflected rays", tally.reflections, tally.cutoff, skips.cutoff * bounds.brightest
         ),
         Skipped("shadow_rays", "exact", "shadow rays", tally.shadow_rays, tally.shadow_rays_saved),
     ]
     bounded = {
-        "out_of_reach": _beyond_reach(job, bounds, tally) if thrift.shading.reach else 0.0,
-        "dark_tail": bounds.dark_tail(thrift.shading) if thrift.shading.dark_tail else 0.0,
+        "out_of_reach": _beyond_reach(job, bounds, tally) if skips.shading.reach else 0.0,
+        "dark_tail": bounds.dark_tail(skips.shading) if skips.shading.dark_tail else 0.0,
     }
     for name, skipped in pairs.items():
         if name != "pairs" and name != "in_shadow":
@@ -226,8 +202,8 @@ def _ledger(job: Job, tally: Tally) -> tuple[Skipped, ...]:
     return tuple(lines)
 
 
-def _beyond_reach(job: Job, bounds: Bounds, tally: Tally) -> float:
+def _beyond_reach(job: RenderJob, bounds: Bounds, tally: Tally) -> float:
     """What lights out of reach would add: what was found out on the way if it was, else what holds anywhere."""
-    if not all(shader.boxes for shader in job.shaders):
+    if not all(shading.boxes for shading in job.shadings):
         return bounds.beyond_reach
     return min(bounds.beyond_reach, tally.loss([m.reflectivity for m in job.scene.materials]))

@@ -1,4 +1,4 @@
-"""What `phongbench render` does: a scene's name and wishes in, a picture and what to tell about it out."""
+"""What `phongbench render` does: a scene's name and options in, a picture and the facts about it out."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -6,14 +6,15 @@ from pathlib import Path
 from typing import Any
 
 from phongbench.errors import InputError
-from phongbench.formulas.formula import specular_of
+from phongbench.formulas.formula import Formula
 from phongbench.formulas.registry import REGISTRY
 from phongbench.formulas.spec import Approximation
 from phongbench.scenes import images
 from phongbench.scenes.render import render
 from phongbench.scenes.scene import Scene
 from phongbench.scenes.scene_files import examples, read_scene
-from phongbench.scenes.skips import Thrift
+from phongbench.scenes.skips import SceneSkips
+from phongbench.shading.specular_term import EXACT
 from phongbench.support.progress import Progress
 
 _SILENT = Progress()
@@ -22,8 +23,8 @@ _FEW = (32, 18)
 
 
 @dataclass(frozen=True)
-class Wish:
-    """What a user asks for; None takes the scene's own, or what is usual.
+class RenderOptions:
+    """The options of a picture; None takes the scene's own, or what is usual.
 
     registry  the approximations that it may name, the user's own among them
     """
@@ -47,11 +48,16 @@ class Wish:
         return read_scene(self.scene, self.registry)
 
     @property
-    def thrift(self) -> Thrift:
+    def skips(self) -> SceneSkips:
         """What may be left out."""
         if not self.skip:
-            return Thrift.none()
-        return Thrift.exact() if self.exact else Thrift()
+            return SceneSkips.none()
+        return SceneSkips.exact() if self.exact else SceneSkips()
+
+    @property
+    def formula(self) -> Formula | None:
+        """That of the specular term; UnknownNameError or InputError for a spelling that is none."""
+        return None if self.specular is None else Formula.parse(self.specular, self.registry)
 
     def arguments(self) -> dict[str, Any]:
         """Those of `render` that a picture and its measurements share."""
@@ -68,37 +74,41 @@ class Wish:
 
 def listed() -> list[dict[str, str]]:
     """The shipped scenes and what each shows."""
-    return [{"scene": name, "shows": told} for name, told in examples().items()]
+    return [{"scene": name, "shows": facts} for name, facts in examples().items()]
 
 
-def draw(wish: Wish, progress: Progress = _SILENT) -> dict[str, Any]:
-    """Draw and write a picture; what to tell: where it is, what it took, what was left out, and its error if asked.
+def draw(options: RenderOptions, progress: Progress = _SILENT) -> dict[str, Any]:
+    """Draw and write a picture; the facts: where it is, what it took, what was left out, and its error if compared.
 
     A picture of a few pixels comes first: it builds the geometry and compiles or loads the kernels, so that the time of
     the picture is its own.
 
     Raises InputError for what cannot be drawn, StorageError if it cannot be written.
     """
-    scene = wish.read()
-    out = wish.out or Path(f"{scene.name}.png")
+    scene = options.read()
+    out = options.out or Path(f"{scene.name}.png")
     images.check_writable(out)
-    if wish.compare and out.suffix.lower() != ".png":
+    if options.compare and out.suffix.lower() != ".png":
         raise InputError("a comparison is three pictures to look at", str(out), "write it as .png")
-    specular = None if wish.specular is None else specular_of(wish.specular)
-    wishes = {"specular": specular, "thrift": wish.thrift, **wish.arguments()}
+    formula = options.formula
+    arguments = {"specular": formula, "skips": options.skips, **options.arguments()}
     progress.stage(f"prepare {scene.name}", 1)
-    preparing = render(scene, **wishes | {"size": _FEW}).seconds["total"]
+    preparing = render(scene, **arguments | {"size": _FEW}).seconds["total"]
     progress.advance()
-    done = render(scene, progress=progress, **wishes)
-    told: dict[str, Any] = {"scene": scene.name, "specular": wish.specular or "phong", "picture": str(out)}
-    told |= {"notes": list(scene.notes), **done.as_dict()}
-    told["seconds"] = {"preparing": preparing, **told["seconds"]}
-    told["mrays_per_second"] = round(done.rays / done.seconds["total"] / 1e6, 3)
-    if not wish.compare:
+    done = render(scene, progress=progress, **arguments)
+    facts: dict[str, Any] = {
+        "scene": scene.name,
+        "specular": (formula or EXACT).spelled(options.registry),
+        "picture": str(out),
+    }
+    facts |= {"notes": list(scene.notes), **done.as_dict()}
+    facts["seconds"] = {"preparing": preparing, **facts["seconds"]}
+    facts["mrays_per_second"] = round(done.rays / done.seconds["total"] / 1e6, 3)
+    if not options.compare:
         images.save(out, done.picture)
-        return told
-    exact = render(scene.exact(), thrift=wish.thrift, progress=progress, **wish.arguments())
-    told["error"] = images.compare(exact.picture, done.picture).as_dict()
-    told["amplification"] = images.amplification(exact.picture, done.picture)
+        return facts
+    exact = render(scene.exact(), skips=options.skips, progress=progress, **options.arguments())
+    facts["error"] = images.compare(exact.picture, done.picture).as_dict()
+    facts["amplification"] = images.amplification(exact.picture, done.picture)
     images.save(out, images.triple(exact.picture, done.picture))
-    return told
+    return facts

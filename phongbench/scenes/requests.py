@@ -13,18 +13,18 @@ from typing import Any
 
 from phongbench.compiler.precisions import Array
 from phongbench.errors import InputError, UnknownNameError
-from phongbench.formulas.formula import MODELS, Specular, specular_of
+from phongbench.formulas.formula import MODELS, Formula
 from phongbench.scenes import images
 from phongbench.scenes.render import TILE, Rendered, render
 from phongbench.scenes.scene import MOST_DEPTH, MOST_SUPERSAMPLING, MOST_TRIANGLES, Mesh, Scene
 from phongbench.scenes.scene_files import examples, read_scene, scene_of, wanted_size
-from phongbench.scenes.skips import Thrift
+from phongbench.scenes.skips import SceneSkips
+from phongbench.shading.specular_term import EXACT, formula_for
 from phongbench.support.document_paths import Source
 from phongbench.support.documents import Table
 
 #: what may be left out, by the word a request says
-THRIFTS: Mapping[str, Thrift] = {"all": Thrift(), "exact": Thrift.exact(), "none": Thrift.none()}
-_PHONG = Specular()
+SKIPS: Mapping[str, SceneSkips] = {"all": SceneSkips(), "exact": SceneSkips.exact(), "none": SceneSkips.none()}
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,9 +63,9 @@ class RenderRequest:
     """
 
     scene: Scene
-    specular: Specular = _PHONG
+    specular: Formula = EXACT
     model: str = "phong"
-    thrift: Thrift = THRIFTS["all"]
+    skips: SceneSkips = SKIPS["all"]
     compare: bool = False
 
     @property
@@ -78,9 +78,9 @@ class RenderRequest:
     def rays(self) -> int:
         """The most that one picture may take, shadow rays not counted: every ray reflects until the cut-off."""
         wanted, k = self.scene.picture, max((m.reflectivity for m in self.scene.materials), default=0.0)
-        bounces = wanted.depth if k > 0 or not self.thrift.reflectivity else 0
-        if 0 < k < 1 and self.thrift.cutoff > 0:
-            bounces = min(bounces, math.ceil(math.log(self.thrift.cutoff) / math.log(k)))
+        bounces = wanted.depth if k > 0 or not self.skips.reflectivity else 0
+        if 0 < k < 1 and self.skips.cutoff > 0:
+            bounces = min(bounces, math.ceil(math.log(self.skips.cutoff) / math.log(k)))
         return self.pixels * wanted.supersampling**2 * (1 + bounces)
 
     @property
@@ -92,15 +92,15 @@ class RenderRequest:
         self, *, threads: int | None = None, tile: int = TILE, cancelled: Callable[[], bool] | None = None
     ) -> Drawn:
         """Draw; see `render` for the arguments and errors."""
-        wishes: dict[str, Any] = {
+        options: dict[str, Any] = {
             "model": self.model,
-            "thrift": self.thrift,
+            "skips": self.skips,
             "threads": threads,
             "tile": tile,
             "cancelled": cancelled,
         }
-        done = render(self.scene, specular=self.specular, **wishes)
-        exact = render(self.scene.exact(), specular=_PHONG, **wishes) if self.compare else None
+        done = render(self.scene, specular=self.specular, **options)
+        exact = render(self.scene.exact(), specular=EXACT, **options) if self.compare else None
         return Drawn(self.scene.name, done, exact)
 
 
@@ -116,10 +116,10 @@ def render_request(document: Any, most_triangles: int = MOST_TRIANGLES) -> Rende
         raise InputError("a request is an object", None, 'e.g. {"scene": "chequerboard"}')
     top = Table(document, Source(afar=True))
     specular, model = _specular(top), top.text("model", "phong", MODELS)
-    thrift, compare = THRIFTS[top.text("skip", "all", THRIFTS)], top.flag("compare", False)
-    scene = _with_wishes(_scene(top, most_triangles), top)
+    skips, compare = SKIPS[top.text("skip", "all", SKIPS)], top.flag("compare", False)
+    scene = _with_settings(_scene(top, most_triangles), top)
     top.finish()
-    asked = RenderRequest(scene, specular, model, thrift, compare)
+    asked = RenderRequest(scene, specular, model, skips, compare)
     _check_formulas(asked, document["scene"])
     return asked
 
@@ -145,7 +145,7 @@ def _scene(top: Table, most_triangles: int) -> Scene:
     return _shipped(top.text("scene", among=_names()))
 
 
-def _with_wishes(scene: Scene, top: Table) -> Scene:
+def _with_settings(scene: Scene, top: Table) -> Scene:
     """The scene with the size, depth, supersampling and shadows that are asked for."""
     wanted = scene.picture
     return replace(
@@ -160,24 +160,22 @@ def _with_wishes(scene: Scene, top: Table) -> Scene:
     )
 
 
-def _specular(top: Table) -> Specular:
+def _specular(top: Table) -> Formula:
     if not top.has("specular"):
-        return _PHONG
+        return EXACT
     if isinstance(top.value("specular"), str):
         with top.blamed("specular"):
-            return specular_of(top.text("specular"))
+            return Formula.parse(top.text("specular"))
     table = top.table("specular")
     beta: Any = None
     if table.has("beta"):
         beta = table.text("beta") if isinstance(table.value("beta"), str) else table.number("beta", low=0.0)
-    found = Specular(
-        table.text("approximation", "phong"),
-        table.text("lambda") if table.has("lambda") else None,
-        table.whole("gamma", low=1) if table.has("gamma") else None,
-        beta,
-    )
+    name = table.text("approximation", "phong")
+    form = table.text("lambda") if table.has("lambda") else None
+    gamma = table.whole("gamma", low=1) if table.has("gamma") else None
     table.finish()
-    return found
+    with top.blamed("specular"):
+        return Formula.of(name, form, gamma, beta)
 
 
 def _check_formulas(asked: RenderRequest, given: Any) -> None:
@@ -186,8 +184,8 @@ def _check_formulas(asked: RenderRequest, given: Any) -> None:
     for material in asked.scene.materials:
         place = f"scene.materials[{names.index(material.name)}]" if names else f"materials.{material.name}"
         with _at("specular" if material.specular is None else place, place):
-            for formula in (material.specular or asked.specular, *((_PHONG,) if asked.compare else ())):
-                formula.resolved(asked.model, material.reflection.highlight_exponent)
+            for formula in (material.specular or asked.specular, *((EXACT,) if asked.compare else ())):
+                formula_for(formula, material.reflection, asked.model)
 
 
 @contextmanager

@@ -8,9 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from phongbench.formulas.formula import Specular
-from phongbench.shading.lighting import Light
-from phongbench.shading.lighting import Material as Reflection
+from phongbench.formulas.formula import Formula
+from phongbench.shading.lighting import Light, Material
 from phongbench.support.documents import Vector
 
 #: pixels of a picture, samples of a pixel's side, reflections in a row, and what a scene may hold
@@ -35,19 +34,19 @@ class Camera:
 
 
 @dataclass(frozen=True, slots=True)
-class Material:
+class SurfaceMaterial:
     """What a surface does to light, and to the ray that found it.
 
     name          str              as the document calls it
     reflection    Material         of the shading library: colours and shininess
     reflectivity  float in 0 .. 1  k: the colour is (1 - k) direct + k reflected light
-    specular      Specular | None  formula of the specular term; None takes the picture's
+    specular      Formula | None   formula of the specular term; None takes the picture's
     """
 
     name: str
-    reflection: Reflection
+    reflection: Material
     reflectivity: float = 0.0
-    specular: Specular | None = None
+    specular: Formula | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,7 +123,7 @@ class Picture:
     shadows: bool = False
 
 
-class Kept:
+class SceneCache:
     """What was computed from a scene's objects, the latest thing of each kind: it lives as long as the scenes do.
 
     Scenes that `replace` makes of one another share it while their objects are the same, so that a picture in another
@@ -137,9 +136,9 @@ class Kept:
         self.objects = objects
         self._lock, self._things = Lock(), {}  # type: tuple[Lock, dict[str, tuple[Hashable, Any]]]
 
-    def __reduce__(self) -> tuple[type["Kept"], tuple[tuple[Object, ...]]]:
+    def __reduce__(self) -> tuple[type["SceneCache"], tuple[tuple[Object, ...]]]:
         """For another process, which computes its own: trees and locks do not travel."""
-        return Kept, (self.objects,)
+        return SceneCache, (self.objects,)
 
     def of(self, kind: str, key: Hashable, make: Callable[[], Any]) -> Any:
         """The thing of this kind, made if there is none for this key; who asks meanwhile waits, and makes no second.
@@ -159,22 +158,22 @@ class Scene:
     name           str  of the file, without its ending
     ambient_light  colour that reaches every surface
     background     colour of what no ray hits
-    kept           what was computed from the objects; nobody but `replace` gives it
+    cache          what was computed from the objects; nobody but `replace` gives it
     """
 
     name: str
     camera: Camera
-    materials: tuple[Material, ...]
+    materials: tuple[SurfaceMaterial, ...]
     objects: tuple[Object, ...]
     lights: tuple[Light, ...]
     ambient_light: Vector = (0.1, 0.1, 0.1)
     background: Vector = (0.0, 0.0, 0.0)
     picture: Picture = field(default_factory=Picture)
-    kept: Kept = field(default_factory=lambda: Kept(()), repr=False)
+    cache: SceneCache = field(default_factory=lambda: SceneCache(()), repr=False)
 
     def __post_init__(self) -> None:
-        if self.kept.objects is not self.objects:
-            object.__setattr__(self, "kept", Kept(self.objects))
+        if self.cache.objects is not self.objects:
+            object.__setattr__(self, "cache", SceneCache(self.objects))
 
     def exact(self) -> "Scene":
         """The scene with exact Phong for every material, whatever formula it names."""

@@ -7,9 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from phongbench.errors import InputError, UnknownNameError
-from phongbench.formulas.formula import Specular, specular_of
+from phongbench.formulas.formula import Formula, Registry
 from phongbench.formulas.registry import REGISTRY
-from phongbench.formulas.spec import Approximation
 from phongbench.inputs.mtl_files import OPENGL
 from phongbench.inputs.mtl_files import Material as Named
 from phongbench.scenes import mesh_objects
@@ -23,16 +22,16 @@ from phongbench.scenes.scene import (
     MOST_TRIANGLES,
     Camera,
     Chequerboard,
-    Material,
     Mesh,
     Object,
     Picture,
     Plane,
     Scene,
     Sphere,
+    SurfaceMaterial,
 )
-from phongbench.shading.lighting import Light
-from phongbench.shading.lighting import Material as Reflection
+from phongbench.shading.lighting import Light, Material
+from phongbench.shading.specular_term import EXACT, formula_for
 from phongbench.support.document_paths import Source
 from phongbench.support.documents import Table, load
 
@@ -50,7 +49,7 @@ def examples() -> dict[str, str]:
     return {name: texts[name].splitlines()[0].lstrip("# ") for name in sorted(texts)}
 
 
-def read_scene(name: str | Path, registry: Mapping[str, Approximation] = REGISTRY) -> Scene:
+def read_scene(name: str | Path, registry: Registry = REGISTRY) -> Scene:
     """A scene from a TOML or JSON file, or a shipped one by its name.
 
     registry  the approximations that its materials may name
@@ -75,7 +74,7 @@ def scene_of(
     source: Source | None = None,
     folder: Path | None = None,
     most_triangles: int = MOST_TRIANGLES,
-    registry: Mapping[str, Approximation] = REGISTRY,
+    registry: Registry = REGISTRY,
 ) -> Scene:
     """A scene from a document's data.
 
@@ -179,9 +178,9 @@ def _light(table: Table) -> Light:
     return light
 
 
-def _materials(tables: dict[str, Table], registry: Mapping[str, Approximation]) -> tuple[list[Material], Palette]:
+def _materials(tables: dict[str, Table], registry: Registry) -> tuple[list[SurfaceMaterial], Palette]:
     """The plain materials and, by name, what an object may ask for."""
-    materials: list[Material] = []
+    materials: list[SurfaceMaterial] = []
     palette: Palette = {}
     for name, table in tables.items():
         if not table.has("chequerboard"):
@@ -195,14 +194,14 @@ def _materials(tables: dict[str, Table], registry: Mapping[str, Approximation]) 
     return materials, palette
 
 
-def _material(name: str, table: Table, registry: Mapping[str, Approximation]) -> Material:
+def _material(name: str, table: Table, registry: Registry) -> SurfaceMaterial:
     base = _CLASSIC[table.text("like", among=_CLASSIC)] if table.has("like") else Named(name)
     specular = None
     if table.has("approximation"):
         text = table.text("approximation")
         with table.blamed("approximation"):
-            specular = specular_of(text)
-    reflection = Reflection(
+            specular = Formula.parse(text, registry)
+    reflection = Material(
         table.colour("ambient", base.ambient),
         table.colour("diffuse", base.diffuse),
         table.colour("specular", base.specular),
@@ -210,15 +209,15 @@ def _material(name: str, table: Table, registry: Mapping[str, Approximation]) ->
     )
     if max(reflection.specular) > 0 and reflection.shininess == 0:
         raise table.fault("a highlight needs a shininess", "specular", "add e.g.: shininess = 50")
-    made = Material(name, reflection, table.number("reflectivity", 0.0, 0.0, 1.0), specular)
+    made = SurfaceMaterial(name, reflection, table.number("reflectivity", 0.0, 0.0, 1.0), specular)
     _check_formula(made, table, registry)
     return made
 
 
-def _check_formula(material: Material, table: Table, registry: Mapping[str, Approximation]) -> None:
+def _check_formula(material: SurfaceMaterial, table: Table, registry: Registry) -> None:
     """Raise InputError, naming the line, for a formula that is unknown or does not take the material's shininess."""
     try:
-        (material.specular or Specular()).resolved("phong", material.reflection.highlight_exponent, registry)
+        formula_for(material.specular or EXACT, material.reflection, registry=registry)
     except InputError as problem:
         key = "shininess" if problem.where == "material.shininess" else "approximation"
         if (problem.where or "").startswith(("material.", "specular.")):
@@ -238,7 +237,7 @@ def _chequerboard(table: Table, palette: Palette) -> Chequerboard:
     return Chequerboard(known[names[0]], known[names[1]], table.number("side", 1.0, 1e-6))
 
 
-def _object(table: Table, materials: list[Material], palette: Palette, folder: Path | None) -> list[Object]:
+def _object(table: Table, materials: list[SurfaceMaterial], palette: Palette, folder: Path | None) -> list[Object]:
     shape = table.text("shape", among=("sphere", "plane", "mesh"))
     if shape == "mesh":
         material = _plain(table, palette) if table.has("material") or not table.has("file") else None

@@ -63,7 +63,7 @@ class Bounds:
     def _distances(self) -> Array:
         """(lights,) the distance to the nearest surface, or less; 0 for a light far away, where it does not matter."""
         places = tuple(light.position for light in self.scene.lights)
-        return np.asarray(self.scene.kept.of("distances", places, self._measured))
+        return np.asarray(self.scene.cache.of("distances", places, self._measured))
 
     def _measured(self) -> Array:
         scene = self.scene

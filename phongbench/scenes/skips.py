@@ -15,7 +15,7 @@ CUTOFF = 1 / 510
 
 
 @dataclass(frozen=True)
-class Thrift:
+class SceneSkips:
     """What may be left out, one switch each.
 
     Exact, the picture is the same bits: `objects` asking the camera's rays through a tile for spheres that lie beside
@@ -38,12 +38,12 @@ class Thrift:
             raise InputError(f"cutoff = {self.cutoff} is not from 0 to 1", "cutoff", "give e.g. 0.002")
 
     @classmethod
-    def none(cls) -> "Thrift":
+    def none(cls) -> "SceneSkips":
         """Nothing is left out."""
         return cls(False, False, False, False, 0.0, Skips.none())
 
     @classmethod
-    def exact(cls) -> "Thrift":
+    def exact(cls) -> "SceneSkips":
         """Only what changes no bit."""
         return cls(cutoff=0.0, shading=Skips.exact())
 
@@ -114,9 +114,9 @@ class Skipped:
         return asdict(self)
 
 
-def variants() -> dict[str, Thrift]:
+def variants() -> dict[str, SceneSkips]:
     """Everything left out, then one switch off each, one on, then only exact skips, then none; the first is shipped."""
-    full = Thrift()
+    full = SceneSkips()
     found = {"all": full}
     for name in ("objects", "background", "shadow_rays"):
         switched: dict[str, Any] = {name: False}
@@ -127,4 +127,4 @@ def variants() -> dict[str, Thrift]:
     for f in fields(Skips):
         if f.type is bool:
             found[f"without {f.name}"] = replace(full, shading=replace(full.shading, **{f.name: False}))
-    return {**found, "exact": Thrift.exact(), "none": Thrift.none()}
+    return {**found, "exact": SceneSkips.exact(), "none": SceneSkips.none()}

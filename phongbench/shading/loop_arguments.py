@@ -1,145 +1,110 @@
-"""From materials, lights and a formula to the numbers and addresses that the loop of shading runs on."""
+"""From lights, a material and its specular term to the numbers and addresses that the loop of shading runs on."""
 
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import lru_cache
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from phongbench.compiler import jit
 from phongbench.compiler.lowering import Precision
 from phongbench.compiler.precisions import Array
 from phongbench.errors import InputError
-from phongbench.formulas import coordinate_kernels
-from phongbench.formulas.formula import Specular
-from phongbench.formulas.kernel import coefficient_row, known_values, table_row
-from phongbench.formulas.kernel import limit as limit_
-from phongbench.formulas.registry import guarded
-from phongbench.formulas.spec import Approximation, Setting
 from phongbench.shading import tiles as at
-from phongbench.shading.light_loops import coordinate_loop, facing_loop
+from phongbench.shading.light_loops import facing_loop
 from phongbench.shading.lighting import CONSTANT, Light, Material, Skips, Viewer
 from phongbench.shading.reach_bounds import reach_loop
+from phongbench.shading.specular_term import SpecularTerm
 
 #: from how many lights on the boxes of a tile are worth making
 _MANY = 4
 
 
-@dataclass(frozen=True)
-class Formula:
-    """The specular term: a compiled loop, on which pair and in which coordinate, and where it is dark.
+@dataclass(frozen=True, eq=False)
+class LoopArguments:
+    """What the loop is given besides points, and what was left out before it begins.
 
-    dark  the coordinate beyond which a block is left out; tail the cosine below which exact Phong counts as dark
+    arrays    the `prepared` of `tile_loop.shade_tiles`
+    left_out  lights whose terms are all 0
+    constant  directions that are the same everywhere: of lights, and of the viewer
     """
 
-    spec: Approximation
-    setting: Setting
-    form: str
-    space: str
-    precision: Precision
-    dark: float
-    tail: float
-
-    @property
-    def ends(self) -> str:
-        """What the ledger calls a block that lies in the dark."""
-        return "dark_tail" if self.tail > 0 else "beyond_support"
-
-    @lru_cache(maxsize=64)  # noqa: B019  frozen and few; a table takes longer to make than a small request to shade
-    def arguments(self) -> tuple[int, Array, Array]:
-        """Address of the loop, coefficients, table."""
-        spec, setting, precision = self.spec, self.setting, self.precision
-        with guarded(spec):
-            kernel = coordinate_kernels.values_kernel(spec, precision, known_values(spec, setting))
-            row, table = coefficient_row(spec, setting, precision), table_row(spec, setting, precision)
-            return jit.address(kernel), row, table
-
-    def loop(self, light_planes: bool, view_planes: bool) -> int:
-        """Address of the loop that finds the coordinate."""
-        kind = (self.space, self.form, light_planes, view_planes, self.tail > 0)
-        return jit.address(coordinate_loop(*kind, self.precision))
-
-
-def formula_of(
-    material: Material, model: str, specular: Specular, registry: Any, precision: Precision, skips: Skips
-) -> Formula:
-    """What stands for the specular term, resolved. UnknownNameError or InputError names the field."""
-    spec, form, setting, space = specular.resolved(model, material.highlight_exponent, registry)
-    exact = spec.kind == "exact" and form == "none"
-    dark = -np.inf if form == "none" else np.inf
-    if skips.beyond_support and (exact or spec.cutoff is not None):
-        with guarded(spec):
-            dark = limit_(spec, setting, precision)
-    tail = 0.0
-    if skips.dark_tail and exact:
-        least = 4 * float(np.finfo(precision.carrier).eps) if skips.tail is None else skips.tail
-        tail = least ** (1 / setting.alpha)
-        dark = max(dark, tail)
-    return Formula(spec, setting, form, space, precision, dark, tail)
-
-
-@dataclass(frozen=True)
-class Job:
-    """What the loop is given besides points: see `shade_loop.shade_tiles`; and what was left out before it begins."""
-
-    formula: Formula
-    lights: Array
-    plan: NDArray[np.int64]
-    options: NDArray[np.int64]
+    arrays: tuple[Array, ...]
     left_out: int
     constant: int
 
 
-def job_of(
-    formula: Formula,
+def loop_arguments(
     material: Material,
     lights: Sequence[Light],
     viewer: Viewer,
+    term: SpecularTerm,
     skips: Skips,
-    precision: Precision,
     *,
+    ambient: Sequence[float],
     shadowed: bool,
-) -> Job:
-    """What there is to do for these lights. A light whose terms are all 0 is left out here."""
-    limit = float(at.bounds(precision)[at.LARGEST])
-    _within_limit(viewer.position, "viewer.position", limit)
-    for k, light in enumerate(lights):
-        _within_limit(light.position, f"lights[{k}].position", limit)
+) -> LoopArguments:
+    """What there is to do for these lights; `ambient` is ka ia. A light whose terms are all 0 is left out here."""
+    precision = term.precision
+    _check_places(lights, viewer, precision)
     view_planes = viewer.position is not None or not skips.constant_directions
-    table = _numbers(lights, material, viewer, formula, skips, precision)
-    adds = np.stack([table[:, first : first + 3].any(axis=1) for first in (at.DIFFUSE, at.SPECULAR)], axis=1)
-    kept = adds.any(axis=1) | (not skips.zero_colours)
+    numbers = _numbers(lights, material, viewer, term, skips)
+    plan = _plan(numbers, lights, term, skips, shadowed=shadowed, view_planes=view_planes)
+    used = plan[:, [at.ADDS_DIFFUSE, at.ADDS_SPECULAR]].any(axis=1) | (not skips.zero_colours)
+    numbers, plan = numbers[used], plan[used]
+    highlights = bool(plan[:, at.HAS_LOOP].any())
+    options = _options(numbers, viewer, skips, precision)
+    options[at.NEEDS_VIEW] = highlights and view_planes
+    options[at.FORMULA_LOOP] = term.kernel.address
+    with np.errstate(over="ignore"):  # light beyond the range of float32 is infinite, as the loops make it
+        constants = np.array([*at.bounds(precision), *ambient], precision.carrier)
+    spread = np.ascontiguousarray(numbers.T).reshape(-1)
+    arrays = (numbers, spread, plan, options, constants, term.kernel.coefficients, term.kernel.table)
+    constant = sum(light.position is None for light in lights) + (highlights and not view_planes)
+    return LoopArguments(arrays, int((~used).sum()), constant if skips.constant_directions else 0)
+
+
+def _check_places(lights: Sequence[Light], viewer: Viewer, precision: Precision) -> None:
+    """Raise InputError for a light or viewer so far away that its square is not finite."""
+    limit = float(at.bounds(precision)[at.LARGEST])
+    places = [
+        ("viewer.position", viewer.position),
+        *((f"lights[{k}].position", x.position) for k, x in enumerate(lights)),
+    ]
+    for where, position in places:
+        if position is not None and max(map(abs, position)) > limit:
+            what = f"beyond {limit:g}, where squares cannot be computed"
+            raise InputError(what, where, "come nearer, or use float64")
+
+
+def _plan(
+    numbers: Array, lights: Sequence[Light], term: SpecularTerm, skips: Skips, *, shadowed: bool, view_planes: bool
+) -> Array:
+    """What is to be done for each light, int64 (lights, at.PLAN), as tiles.py lists it."""
     plan = np.zeros((len(lights), at.PLAN), np.int64)
-    plan[:, at.ADDS_DIFFUSE], plan[:, at.ADDS_SPECULAR] = adds.T
-    plan[:, at.EVALUATES] = adds[:, 1] | (not skips.zero_colours)
+    plan[:, at.ADDS_DIFFUSE] = numbers[:, at.DIFFUSE : at.DIFFUSE + 3].any(axis=1)
+    plan[:, at.ADDS_SPECULAR] = numbers[:, at.SPECULAR : at.SPECULAR + 3].any(axis=1)
+    plan[:, at.EVALUATES] = plan[:, at.ADDS_SPECULAR] | (not skips.zero_colours)
     plan[:, at.HAS_LOOP] = plan[:, at.EVALUATES] | (not skips.unused_vectors)
     plan[:, at.SEEN_ROW] = np.arange(len(lights)) if shadowed else -1
     kinds = [_kind(light, skips) for light in lights]
-    facing = {kind: jit.address(facing_loop(kind, shadowed, precision)) for kind in set(kinds)}
+    facing = {kind: jit.address(facing_loop(kind, shadowed, term.precision)) for kind in set(kinds)}
     plan[:, at.FACING_LOOP] = [facing[kind] for kind in kinds]
-    asks = bool(plan[kept, at.HAS_LOOP].any())
-    if asks:
-        loops = {kind: formula.loop(kind != "directional", view_planes) for kind in facing}
+    if plan[:, at.HAS_LOOP].any():
+        loops = {kind: term.coordinates(kind != "directional", view_planes) for kind in facing}
         plan[:, at.COORDINATE_LOOP] = [loops[kind] for kind in kinds]
+    return plan
+
+
+def _options(numbers: Array, viewer: Viewer, skips: Skips, precision: Precision) -> Array:
+    """The options that do not depend on the specular term."""
     options = np.zeros(at.OPTIONS, np.int64)
     options[at.EYE_PLACED] = viewer.position is not None
-    options[at.NEEDS_VIEW] = asks and view_planes
-    options[at.BOXES] = skips.lights_behind and kept.sum() >= _MANY
-    if options[at.BOXES] and np.isfinite(table[kept, at.REACH]).any():
+    options[at.BOXES] = skips.lights_behind and len(numbers) >= _MANY
+    if options[at.BOXES] and np.isfinite(numbers[:, at.REACH]).any():
         options[at.LIMITED], options[at.REACH_LOOP] = 1, jit.address(reach_loop(precision))
     options[at.KEEP_BEHIND], options[at.KEEP_UNLIT] = not skips.lights_behind, not skips.beyond_support
-    constant = sum(light.position is None for light in lights) + (asks and not view_planes)
-    return Job(
-        formula, table[kept], plan[kept], options, int((~kept).sum()), constant if skips.constant_directions else 0
-    )
-
-
-def _within_limit(position: Sequence[float] | None, where: str, limit: float) -> None:
-    if position is not None and max(map(abs, position)) > limit:
-        raise InputError(f"beyond {limit:g}, where squares cannot be computed", where, "come nearer, or use float64")
+    return options
 
 
 def _kind(light: Light, skips: Skips) -> str:
@@ -148,12 +113,11 @@ def _kind(light: Light, skips: Skips) -> str:
     return "point" if tuple(light.attenuation)[1:] == CONSTANT[1:] else "fading"
 
 
-def _numbers(
-    lights: Sequence[Light], material: Material, viewer: Viewer, formula: Formula, skips: Skips, precision: Precision
-) -> Array:
-    """A row of numbers for each light, as tiles.py lists them."""
+def _numbers(lights: Sequence[Light], material: Material, viewer: Viewer, term: SpecularTerm, skips: Skips) -> Array:
+    """A row of numbers for each light, (lights, at.NUMBERS), as tiles.py lists them."""
     eye = viewer.direction if viewer.position is None else viewer.position
-    most = float(np.finfo(precision.carrier).max)
+    carrier = term.precision.carrier
+    most = float(np.finfo(carrier).max)
     rows = [
         (
             *(light.direction or light.position or ()),
@@ -162,16 +126,16 @@ def _numbers(
             *light.diffuse,
             *light.specular,
             *(eye or ()),
-            formula.dark,
-            formula.tail,
+            term.dark,
+            term.tail,
             light.position is not None,
         )
         for light in lights
     ]
-    table = np.array(rows, np.float64).reshape(-1, at.NUMBERS)
-    table[:, at.DIFFUSE : at.DIFFUSE + 3] *= material.diffuse
-    table[:, at.SPECULAR : at.SPECULAR + 3] *= material.specular
+    numbers = np.array(rows, np.float64).reshape(-1, at.NUMBERS)
+    numbers[:, at.DIFFUSE : at.DIFFUSE + 3] *= material.diffuse
+    numbers[:, at.SPECULAR : at.SPECULAR + 3] *= material.specular
     colours = slice(at.DIFFUSE, at.SPECULAR + 3)
-    table[:, colours] = np.minimum(table[:, colours], most)
+    numbers[:, colours] = np.minimum(numbers[:, colours], most)
     with np.errstate(over="ignore", under="ignore"):
-        return table.astype(precision.carrier)
+        return numbers.astype(carrier)

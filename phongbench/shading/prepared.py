@@ -1,35 +1,56 @@
-"""A material under some lights, prepared once to shade points again and again, by the loops of shading.py."""
+"""A material under some lights, prepared once to shade points again and again."""
 
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Mapping, Sequence
+from typing import Any, TypedDict
 
 import numpy as np
 from numpy.typing import NDArray
 
-from phongbench.compiler.lowering import FLOAT32
+from phongbench.compiler.lowering import FLOAT32, Precision
 from phongbench.compiler.precisions import Array
 from phongbench.errors import InputError
-from phongbench.formulas.formula import Specular
+from phongbench.formulas.formula import Formula
 from phongbench.formulas.kernel import read_only
 from phongbench.formulas.registry import REGISTRY
+from phongbench.formulas.spec import Approximation
 from phongbench.shading import tile_loop
 from phongbench.shading import tiles as at
 from phongbench.shading.lighting import BLACK, Light, Material, Skips, Viewer
-from phongbench.shading.loop_arguments import formula_of, job_of
+from phongbench.shading.loop_arguments import loop_arguments
+from phongbench.shading.specular_term import EXACT, SpecularTerm
 from phongbench.support.values import colour
 
-_PHONG, _ALL = Specular(), Skips()
+_ALL = Skips()
 _NONE_SEEN = read_only(np.zeros((0, 0), np.uint8))
-_NOWHERE = read_only(np.zeros(0, np.float32))
 
 
-class Shader:
-    """`shading.shade` in float32 for one material, without checking and preparing its arguments again each time.
+class ShadingOptions(TypedDict, total=False):
+    """What may be left out when something is shaded.
 
-    A scene calls it for every group of every tile and bounce. Its colours are those of `shade`, bit for bit.
+    ambient_light  (r, g, b) >= 0   ia; none
+    model          "phong", the usual one, or "blinn-phong"
+    specular       the formula of the specular term; exact Phong
+    normalise      whether normals are made unit length first, as they are unless told otherwise; False takes them as
+                   they are: short normals point R in the wrong direction, which is what studies of meshes are about
+    skips          what need not be computed; where nothing may be left out, every pair is computed
+    registry       the approximations that `specular` may name
+    """
 
-    shadowed  whether `shade` will be told which points see which light
-    boxes     whether it is found out what lights out of reach would have added
+    ambient_light: Sequence[float]
+    model: str
+    specular: Formula
+    normalise: bool
+    skips: Skips
+    registry: Mapping[str, Approximation]
+
+
+class PreparedShading:
+    """The loops and numbers of one material under some lights: `shade.shade` runs it once, a scene for every tile.
+
+    shadowed   whether it will be given which points see which light
+    columns    whether vectors come as (3, n), a row for each component
+    precision  FLOAT32 or FLOAT64, that of the vectors
+    The others are those of ShadingOptions. Raises InputError or UnknownNameError naming the field.
     """
 
     def __init__(
@@ -40,21 +61,30 @@ class Shader:
         *,
         ambient_light: Sequence[float] = BLACK,
         model: str = "phong",
-        specular: Specular = _PHONG,
+        specular: Formula = EXACT,
         skips: Skips = _ALL,
         shadowed: bool = False,
-        registry: Any = REGISTRY,
+        columns: bool = False,
+        normalise: bool = True,
+        precision: Precision = FLOAT32,
+        registry: Mapping[str, Approximation] = REGISTRY,
     ) -> None:
-        formula = formula_of(material, model, specular, registry, FLOAT32, skips)
-        self.lights, self.shadowed, self.ends = len(lights), shadowed, formula.ends
-        self._job = job_of(formula, material, lights, viewer, skips, FLOAT32, shadowed=shadowed)
-        self.boxes = bool(self._job.options[at.BOXES])
-        self._spread = np.ascontiguousarray(self._job.lights.T).reshape(-1)
-        self._limits, self._formula = at.bounds(FLOAT32), formula.arguments()
-        ambient = colour(ambient_light, "ambient_light")
-        self._ambient = np.array([k * i for k, i in zip(material.ambient, ambient, strict=True)], np.float32)
+        term = SpecularTerm.of(specular, material, model, registry=registry, precision=precision, skips=skips)
+        light = colour(ambient_light, "ambient_light")
+        ambient = [k * i for k, i in zip(material.ambient, light, strict=True)]
+        self._arguments = loop_arguments(material, lights, viewer, term, skips, ambient=ambient, shadowed=shadowed)
+        options = self._arguments.arrays[at.OPTIONS_ROW]
+        options[[at.COLUMNS, at.NORMALISE]] = columns, normalise
+        self.precision, self.boxes = precision, bool(options[at.BOXES])
+        self._lights, self._reason = len(lights), term.reason
+        self._nowhere = read_only(np.zeros(0, precision.carrier))
 
-    def shade(
+    @property
+    def used_lights(self) -> int:
+        """Lights that add anything: what the work grows with."""
+        return len(self._arguments.arrays[0])
+
+    def fill(
         self,
         points: Array,
         normals: Array,
@@ -62,52 +92,46 @@ class Shader:
         counts: NDArray[np.int64],
         lost: Array,
         *,
-        towards: Array | None = None,
         visible: Array | None = None,
-    ) -> None:
-        """Shade points.
+        towards: Array | None = None,
+        tiles: tuple[int, int] | None = None,
+        scratch: Array | None = None,
+    ) -> int:
+        """Shade points; the index of the first that cannot be shaded, or -1. Nothing is checked.
 
-        points, normals  (n, 3) float32, C-contiguous   normals are taken as they are
-        out              (n, 3) float32                 colours, not limited to 1
-        counts           int64 (tiles.COUNTS,)          what is left out is added
-        lost             float32 (1,)                   raised to the most that a colour lost by reach, where `boxes`
-        towards          (n, 3) float32                 unit directions to where each point is seen from, as of a
-                                                        reflected ray; None: to the viewer
-        visible          (lights, n) bool               which points see which light
-        Raises InputError, naming the point, if one is not finite.
+        points, normals  (n, 3) or (3, n), C-contiguous, of the precision
+        out              the same             colours, not limited to 1
+        counts           int64 (at.COUNTS,)   what is left out is added
+        lost             (1,)                 raised to the most that a colour lost by reach, where `boxes`
+        visible          bool (lights, n)     which points see which light, where `shadowed`; None: all
+        towards          as points            unit directions to where each point is seen from, as of reflected rays;
+                                              None: to the viewer
+        tiles            first tile of at.TILE points, and the one after the last; None: all
+        scratch          of at.scratch, to be used again; None makes one
         """
-        tiles = np.array([0, -(-len(points) // at.TILE)])
-        bad = tile_loop.shade_tiles(
-            read_only(points.reshape(-1)),
-            read_only(normals.reshape(-1)),
-            _NONE_SEEN if visible is None else read_only(visible.view(np.uint8)),
-            _NOWHERE if towards is None else read_only(towards.reshape(-1)),
-            self._job.lights,
-            self._spread,
-            self._job.plan,
-            self._ambient,
-            *self._formula,
-            self._limits,
-            self._job.options,
-            tiles,
-            out.reshape(-1),
-            counts,
-            lost,
-            at.scratch(FLOAT32),
-        )
+        flat = [read_only(vectors.reshape(-1)) for vectors in (points, normals)]
+        seen_from = self._nowhere if towards is None else read_only(towards.reshape(-1))
+        vectors = (*flat, _NONE_SEEN if visible is None else read_only(visible.view(np.uint8)), seen_from)
+        part = np.array(tiles or (0, -(-len(flat[0]) // (3 * at.TILE))))
+        s = at.scratch(self.precision) if scratch is None else scratch
+        return int(tile_loop.shade_tiles(self._arguments.arrays, vectors, part, out.reshape(-1), counts, lost, s))
+
+    def shade(self, points: Array, normals: Array, out: Array, counts: Any, lost: Array, **options: Any) -> None:
+        """As `fill`; InputError, naming the point, if one is not finite."""
+        bad = self.fill(points, normals, out, counts, lost, **options)
         if bad >= 0:
             where = f"points[{bad}] = {points[bad].tolist()}, normal {normals[bad].tolist()}"
             raise InputError("a point that rays found cannot be shaded", where, "bring the scene nearer to the origin")
 
-    def pairs(self, points: int, counts: NDArray[np.int64]) -> dict[str, int]:
-        """What was left out of so many points, in the words of `shading.Ledger`."""
+    def skipped(self, points: int, counts: NDArray[np.int64]) -> dict[str, int]:
+        """What was left out of so many points: the fields of `shade.Ledger`."""
         return {
-            "pairs": points * self.lights,
-            "zero_colours": points * self._job.left_out,
+            "pairs": points * self._lights,
+            "zero_colours": points * self._arguments.left_out,
             "out_of_reach": int(counts[at.OUT]),
             "in_shadow": int(counts[at.SHADE]),
             "lights_behind": int(counts[at.BEHIND]),
             "vectors_not_built": int(counts[at.UNBUILT]),
-            "constant_directions": points * self._job.constant,
-            self.ends: int(counts[at.UNLIT]),
+            "constant_directions": points * self._arguments.constant,
+            self._reason: int(counts[at.UNLIT]),
         }

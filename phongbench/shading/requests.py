@@ -16,10 +16,11 @@ import orjson
 from phongbench.compiler.lowering import precision_named
 from phongbench.compiler.precisions import Array
 from phongbench.errors import InputError, UnknownNameError
-from phongbench.formulas.formula import MODELS, Specular
+from phongbench.formulas.formula import MODELS, Formula
 from phongbench.formulas.registry import REGISTRY
 from phongbench.shading.lighting import Light, Material, Viewer
 from phongbench.shading.shade import Shaded, shade
+from phongbench.shading.specular_term import formula_for
 from phongbench.support.atomic_files import write_whole
 from phongbench.support.values import colour, number, three
 
@@ -40,9 +41,9 @@ class ShadingRequest:
         """Points times lights: what the work grows with."""
         return len(self.points) * len(self.arguments["lights"])
 
-    def shade(self, **wishes: Any) -> Shaded:
-        """Shade; wishes are further arguments of `shade`, such as threads and cancelled."""
-        return shade(self.points, self.normals, **self.arguments, **wishes)
+    def shade(self, **options: Any) -> Shaded:
+        """Shade; options are further arguments of `shade`, such as threads and cancelled."""
+        return shade(self.points, self.normals, **self.arguments, **options)
 
 
 def parse_json(text: bytes | str) -> Any:
@@ -77,8 +78,8 @@ def shading_request(
         raise InputError(
             f"{len(normals)} normals for {len(points)} points", "normals", "give one normal for each point"
         )
-    specular = fields.setdefault("specular", Specular())
-    specular.resolved(fields.get("model", "phong"), fields["material"].highlight_exponent, registry)
+    formula = Formula.of(*fields.get("specular", ()), registry=registry, where="specular.")
+    fields["specular"] = formula_for(formula, fields["material"], fields.get("model", "phong"), registry)
     return ShadingRequest(points, normals, {**fields, "registry": registry})
 
 
@@ -205,8 +206,9 @@ def _material(**members: Any) -> Material:
     return Material(**members)
 
 
-def _specular(approximation: str = "phong", gamma: int | None = None, beta: Any = None, **form: Any) -> Specular:
-    return Specular(approximation, form.get("lambda"), gamma, beta)
+def _specular(approximation: str = "phong", gamma: int | None = None, beta: Any = None, **form: Any) -> tuple[Any, ...]:
+    """The parts of a formula, as `Formula.of` takes them."""
+    return approximation, form.get("lambda"), gamma, beta
 
 
 def _lights(value: Any, path: str) -> tuple[Light, ...]:

@@ -117,70 +117,63 @@ def _sum(s: Any, light: Any, flags: Any, plan: Any) -> None:
 
 
 @jit.inline
-def _ready(points: Any, normals: Any, s: Any, first: Any, used: Any, options: Any, limits: Any) -> Any:
+def _ready(points: Any, normals: Any, s: Any, first: Any, used: Any, options: Any, constants: Any) -> Any:
     """Load a tile; 0 if every point of it can be shaded."""
     count, columns = len(points) // 3, options[at.COLUMNS]
-    bad = at.load(points, s, at.POINT, first, used, count, columns, limits[at.LARGEST])
-    bad |= at.load(normals, s, at.NORMAL, first, used, count, columns, limits[at.LARGEST])
+    bad = at.load(points, s, at.POINT, first, used, count, columns, constants[at.LARGEST])
+    bad |= at.load(normals, s, at.NORMAL, first, used, count, columns, constants[at.LARGEST])
     if options[at.NORMALISE]:
-        bad |= at.unit_normals(s, used, limits[at.TINY])
+        bad |= at.unit_normals(s, used, constants[at.TINY])
     return bad
 
 
 @jit.inline
-def _first_bad(points: Any, normals: Any, first: Any, count: Any, options: Any, limits: Any) -> int:
+def _look(s: Any, towards: Any, lights: Any, first: Any, used: Any, count: Any, options: Any, constants: Any) -> None:
+    """Where each point of a tile is seen from: the given directions, or those to the viewer."""
+    if len(towards):
+        at.load(towards, s, at.VIEW, first, used, count, options[at.COLUMNS], constants[at.LARGEST])
+    else:
+        at.look(s, lights[0], used, options[at.EYE_PLACED], constants[at.TINY])
+
+
+@jit.inline
+def _first_bad(points: Any, normals: Any, first: Any, count: Any, options: Any, constants: Any) -> int:
     """The index of the first point from here on that cannot be shaded."""
     for i in range(first, count):
-        squared = limits.dtype.type(0)
+        squared = constants.dtype.type(0)
         fine = True
         for k in range(3):
-            p, n = (
-                at.component(points, i, k, count, options[at.COLUMNS]),
-                at.component(normals, i, k, count, options[at.COLUMNS]),
-            )
-            fine = fine and abs(p) <= limits[at.LARGEST] and abs(n) <= limits[at.LARGEST]
+            p = at.component(points, i, k, count, options[at.COLUMNS])
+            n = at.component(normals, i, k, count, options[at.COLUMNS])
+            fine = fine and abs(p) <= constants[at.LARGEST] and abs(n) <= constants[at.LARGEST]
             squared += n * n
-        if not fine or (options[at.NORMALISE] and not squared >= limits[at.TINY]):
+        if not fine or (options[at.NORMALISE] and not squared >= constants[at.TINY]):
             return int(i)
     return int(first)
 
 
 @jit.driver
-def shade_tiles(
-    points: Array,
-    normals: Array,
-    visible: Array,
-    towards: Array,
-    lights: Array,
-    spread: Array,
-    plan: Array,
-    ambient: Array,
-    values: int,
-    coefficients: Array,
-    table: Array,
-    limits: Array,
-    options: Array,
-    tiles: Array,
-    out: Array,
-    counts: Array,
-    lost: Array,
-    s: Array,
-) -> int:
+def shade_tiles(prepared: Any, vectors: Any, tiles: Array, out: Array, counts: Array, lost: Array, s: Array) -> int:
     """Shade some tiles. Returns the index of the first point that cannot be shaded, or -1.
 
-    points, normals  3n        rows of three or three columns (options), flat and read-only
-    visible          (L, n)    of the shadowed lights; (0, 0) without
-    towards          3n        unit directions from the points to where they are seen from, as of reflected rays; empty
-                               where the options tell it
-    lights, spread   (L, at.NUMBERS) and the same transposed and flat
-    plan             (L, at.PLAN) what is to be done for each light
-    ambient          3         ka ia
-    values .. table            the formula's loop of kernels.py, and what it takes
-    tiles            2         first tile and the one after the last
-    out              3n        colours, laid out as the points
-    counts           at.COUNTS    added to
-    lost             1            raised to the most that a point lost by reach, where the options want boxes
+    prepared  of `loop_arguments`, the same for all points
+        lights, spread       (L, at.NUMBERS) and the same transposed and flat
+        plan, options        (L, at.PLAN) what is to be done for each light; at.OPTIONS
+        constants            the bounds of the precision, then ka ia
+        coefficients, table  what the formula's loop takes
+    vectors   read-only and flat
+        points, normals      3n       rows of three or three columns (options)
+        visible              (L, n)   of the shadowed lights; (0, 0) without
+        towards              3n       unit directions from the points to where they are seen from, as of reflected rays;
+                                      empty where that is the viewer
+    tiles     2          first tile and the one after the last
+    out       3n         colours, laid out as the points
+    counts    at.COUNTS  added to
+    lost      1          raised to the most that a point lost by reach, where the options want boxes
+    s         at.SCRATCH
     """
+    lights, spread, plan, options, constants, coefficients, table = prepared
+    points, normals, visible, towards = vectors
     flags = np.zeros(2 * at.BLOCKS + 1, np.int64)
     verdicts, spare = np.zeros(len(lights), points.dtype), np.zeros(len(lights), points.dtype)
     room = np.zeros(reach_bounds.ROOM * len(lights), points.dtype)
@@ -190,20 +183,17 @@ def shade_tiles(
         inside = min(at.TILE, count - first)
         used = (inside + at.BLOCK - 1) // at.BLOCK
         flags[at.USED] = used
-        if _ready(points, normals, s, first, used, options, limits):
-            return _first_bad(points, normals, first, count, options, limits)
+        if _ready(points, normals, s, first, used, options, constants):
+            return _first_bad(points, normals, first, count, options, constants)
         if options[at.NEEDS_VIEW]:
-            if len(towards):
-                at.load(towards, s, at.VIEW, first, used, count, options[at.COLUMNS], limits[at.LARGEST])
-            else:
-                at.look(s, lights[0], used, options[at.EYE_PLACED], limits[at.TINY])
+            _look(s, towards, lights, first, used, count, options, constants)
         if options[at.BOXES]:
             at.enclose(s, 0, used)
-            reach_bounds.judge(s, spread, verdicts, room, limits[at.SLACK], limits[at.TINY])
+            reach_bounds.judge(s, spread, verdicts, room, constants[at.SLACK], constants[at.TINY])
             if options[at.LIMITED]:
-                reach_bounds.loop_at(options[at.REACH_LOOP], s)(s, spread, spare, room, limits, lost, flags)
+                reach_bounds.loop_at(options[at.REACH_LOOP], s)(s, spread, spare, room, constants, lost, flags)
         for c in range(3):
-            s[at.SUM + c * at.TILE : at.SUM + c * at.TILE + used * at.BLOCK] = ambient[c]
+            s[at.SUM + c * at.TILE : at.SUM + c * at.TILE + used * at.BLOCK] = constants[at.AMBIENT + c]
         for k in range(len(lights)):
             if verdicts[k] > 0:
                 counts[at.BEHIND if verdicts[k] < 2 else at.OUT] += inside
@@ -216,7 +206,7 @@ def shade_tiles(
                 if todo[at.HAS_LOOP]:
                     loop_at(todo[at.COORDINATE_LOOP], s)(s, light, flags)
                 _wanted(flags, counts, inside, todo, options[at.KEEP_UNLIT])
-                _formula(s, flags, values, coefficients, table)
+                _formula(s, flags, options[at.FORMULA_LOOP], coefficients, table)
                 _sum(s, light, flags, todo)
         at.store(s, out, first, used, count, options[at.COLUMNS])
     return -1

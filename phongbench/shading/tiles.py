@@ -42,18 +42,25 @@ PLAN = 7
 BEHIND, OUT, SHADE, UNLIT, UNBUILT = range(5)
 COUNTS = 5
 #: entries of the options
-COLUMNS, NORMALISE, EYE_PLACED, NEEDS_VIEW, BOXES, KEEP_BEHIND, KEEP_UNLIT, LIMITED, REACH_LOOP = range(9)
-OPTIONS = 9
+COLUMNS, NORMALISE, EYE_PLACED, NEEDS_VIEW, BOXES, KEEP_BEHIND, KEEP_UNLIT, LIMITED, REACH_LOOP, FORMULA_LOOP = range(
+    10
+)
+OPTIONS = 10
 #: a tile's flags: of each block how it faces the light, whether it has a highlight; then the number of its blocks
 FLAGS, LIT, USED = 0, BLOCKS, 2 * BLOCKS
 #: bits of a block's first flag: some point faces the light, lies within its reach, sees it
 FACES, REACHES, SEES = 1, 2, 4
-#: columns of the bounds: the largest coordinate, the smallest squared length that is not 0, room for rounding of boxes
-LARGEST, TINY, SLACK = range(3)
+#: constants: the largest coordinate, the smallest squared length that is not 0, room for rounding of boxes (`bounds`);
+#: then ka ia, red, green and blue
+LARGEST, TINY, SLACK, AMBIENT = range(4)
 
 #: no literals in it, so one lowered form serves every precision
 dot = lower(lambda_forms.dot, FLOAT64)
 _entry, _put, _select = intrinsics.entry, intrinsics.put, intrinsics.select
+
+
+#: where the options stand among the loop's arguments
+OPTIONS_ROW = 3
 
 
 def bounds(precision: Precision) -> Array:

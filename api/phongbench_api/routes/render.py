@@ -16,7 +16,7 @@ from phongbench.formulas.spec import GAMMA
 from phongbench.inputs import meshes
 from phongbench.scenes import images, scene
 from phongbench.scenes.mesh_objects import COARSEST, FINEST_AFAR, SMOOTH
-from phongbench.scenes.requests import THRIFTS, Drawn, RenderRequest, render_request
+from phongbench.scenes.requests import SKIPS, Drawn, RenderRequest, render_request
 from phongbench.scenes.scene_files import BRIGHTEST, examples
 from phongbench.support.documents import LARGEST
 from phongbench_api.http import media
@@ -150,7 +150,7 @@ _REQUEST = object_schema(
         "shadows": _FLAG,
         "specular": {"anyOf": [_FORMULA, _SPECULAR]},
         "model": _named(*MODELS),
-        "skip": _named(*THRIFTS) | {"description": "what may be left out; exact: what changes no bit"},
+        "skip": _named(*SKIPS) | {"description": "what may be left out; exact: what changes no bit"},
         "compare": _FLAG | {"description": "draw exact Phong too"},
     },
     "scene",

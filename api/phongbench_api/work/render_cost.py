@@ -8,7 +8,7 @@ from importlib.util import find_spec
 from phongbench.formulas.registry import REGISTRY
 from phongbench.scenes.render import TILE
 from phongbench.scenes.requests import RenderRequest, render_request
-from phongbench.scenes.scene import Material, Mesh
+from phongbench.scenes.scene import Mesh, SurfaceMaterial
 
 #: seconds on the machine they were measured on, which `measured` compares with the machine at hand:
 #: a picture of no pixels; a ray; a ray and an object; a ray and Embree; a ray and a light; one shadow ray beyond those
@@ -56,10 +56,10 @@ def kinds(request: RenderRequest) -> set[object]:
     return {("picture", _formula(request, material), *shared) for material in scene.materials}
 
 
-def _formula(request: RenderRequest, material: Material) -> object:
+def _formula(request: RenderRequest, material: SurfaceMaterial) -> object:
     formula = material.specular or request.specular
     exponent = material.reflection.highlight_exponent if _knows_exponent(formula.approximation) else None
-    return formula.approximation, formula.lambda_form, formula.gamma, type(formula.beta) is float, exponent
+    return formula.approximation, formula.lambda_form, formula.gamma, type(formula.slope) is float, exponent
 
 
 def _knows_exponent(name: str) -> bool:

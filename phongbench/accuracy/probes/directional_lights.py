@@ -8,7 +8,7 @@ import numpy as np
 
 from phongbench.accuracy.probes.far_lights import alphas
 from phongbench.compiler.precisions import Array
-from phongbench.formulas.formula import Specular
+from phongbench.formulas.formula import Formula
 from phongbench.inputs.plan import Plan
 from phongbench.shading.lighting import WHITE, Light, Material, Skips, Viewer
 from phongbench.shading.shade import shade
@@ -26,7 +26,7 @@ PLACES = {
 #: model -> its exponent over Phong's: (N.H)^(4 alpha) is a highlight of the same width
 MODELS = {"phong": 1.0, "blinn-phong": 4.0}
 #: what stands for the power: the exact one, which takes longer than making any vector, and a few squarings
-FORMULAS = {"phong": Specular(), "lyon:dot:8": Specular("lyon", "dot", 8)}
+FORMULAS = {name: Formula.parse(name) for name in ("phong", "lyon:dot:8")}
 #: no block is left out: what both compute, not what they skip
 _SKIPS = Skips(lights_behind=False, beyond_support=False, dark_tail=False)
 #: the same call once more: it must not be told apart

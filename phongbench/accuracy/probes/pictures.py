@@ -13,7 +13,7 @@ import pandas as pd
 
 from phongbench.accuracy.probes import directional_lights, far_lights, skipped_work
 from phongbench.accuracy.probes.probe import ProbeContext
-from phongbench.formulas.formula import Specular
+from phongbench.formulas.formula import Formula
 from phongbench.formulas.registry import REGISTRY
 from phongbench.formulas.spec import Approximation
 from phongbench.inputs.plan import Plan
@@ -22,6 +22,7 @@ from phongbench.scenes import picture_errors
 from phongbench.scenes.render import render
 from phongbench.scenes.scene import Scene
 from phongbench.scenes.scene_files import examples, read_scene
+from phongbench.shading.specular_term import EXACT
 from phongbench.timing.interleaved import clocked, interleaved
 from phongbench.timing.statistics import MIN_ROUNDS
 
@@ -41,15 +42,15 @@ def measure(context: ProbeContext) -> Mapping[str, pd.DataFrame]:
     saved: list[dict[str, Any]] = []
     times: list[dict[str, Any]] = []
     for scene in scenes:
-        wishes: dict[str, Any] = {"size": size(plan), "threads": context.jobs}
-        rows = picture_errors.compare(scene, chosen, registry=context.registry, **wishes)
-        errors += [_row(scene, plan, row, context.registry) for row in rows]
+        options: dict[str, Any] = {"size": size(plan), "threads": context.jobs}
+        rows = picture_errors.compare(scene, chosen, registry=context.registry, **options)
+        errors += [_row(scene, plan, row) for row in rows]
         context.advance(share / 4)
         if plan.timing:
             fitting = [formula for formula, row in zip(chosen, rows, strict=True) if row["left_out"] is None]
-            times += _times(scene, fitting, plan, wishes | {"registry": context.registry})
+            times += _times(scene, fitting, plan, options | {"registry": context.registry})
         context.advance(share / 4)
-        found, seconds = skipped_work.measure(scene, plan, wishes)
+        found, seconds = skipped_work.measure(scene, plan, options)
         context.violations += skipped_work.violations(found)
         saved, times = [*saved, *found], [*times, *seconds]
         context.advance(share / 2)
@@ -78,7 +79,7 @@ def size(plan: Plan) -> tuple[int, int]:
     return next(size for least, size in SIZES.items() if plan.samples >= least)
 
 
-def drawn(plan: Plan, registry: Mapping[str, Approximation] = REGISTRY) -> list[Specular]:
+def drawn(plan: Plan, registry: Mapping[str, Approximation] = REGISTRY) -> list[Formula]:
     """Of the usual formulas of pictures, and the user's own, those that the plan measures.
 
     A slope that an own formula has by itself is drawn, whatever the plan's: so is it measured.
@@ -87,9 +88,9 @@ def drawn(plan: Plan, registry: Mapping[str, Approximation] = REGISTRY) -> list[
         s
         for s in (*picture_errors.USUAL, *picture_errors.own(registry))
         if s.approximation in plan.approximations
-        and (s.lambda_form is None or s.lambda_form in plan.lambda_forms)
+        and s.lambda_form in ("none", *plan.lambda_forms)
         and (s.gamma is None or s.gamma in plan.gammas)
-        and (s.beta is None or s.beta in plan.slopes or s.approximation not in REGISTRY)
+        and (s.slope in plan.slopes or s.slope == registry[s.approximation].slopes[0])
     ]
 
 
@@ -106,12 +107,9 @@ def _tell(context: ProbeContext, errors: list[dict[str, Any]]) -> None:
         )
 
 
-def _row(
-    scene: Scene, plan: Plan, row: dict[str, Any], registry: Mapping[str, Approximation] = REGISTRY
-) -> dict[str, Any]:
+def _row(scene: Scene, plan: Plan, row: dict[str, Any]) -> dict[str, Any]:
     """A row of the table from one of `formulas.compare`."""
     width, height = size(plan)
-    spec = registry[row["approximation"]]
     alike = not row["left_out"] and row["max_abs"] == 0
     return {
         **row,
@@ -119,36 +117,28 @@ def _row(
         "width": width,
         "height": height,
         "depth": scene.picture.depth,
-        "lambda_form": row["lambda_form"] or spec.lambda_forms[0],
-        "beta_policy": row["beta"] or spec.slopes[0],
+        "beta_policy": row["beta"],
         "lobe_max": row.get("lobe_error"),
         "psnr": np.inf if alike else row.get("psnr"),
     }
 
 
-def _times(scene: Scene, fitting: list[Specular], plan: Plan, wishes: dict[str, Any]) -> list[dict[str, Any]]:
+def _times(scene: Scene, fitting: list[Formula], plan: Plan, options: dict[str, Any]) -> list[dict[str, Any]]:
     """Times of the pictures of formulas that fit the scene, rays included, over that of exact Phong."""
-    exact = Specular()
-    calls = {formula: clocked(partial(render, scene, specular=formula, **wishes)) for formula in (exact, *fitting)}
+    calls = {formula: clocked(partial(render, scene, specular=formula, **options)) for formula in (EXACT, *fitting)}
     times = interleaved(calls, warm=1, seed=plan.seed)
     width, height = size(plan)
     return [
         {
             "scene": scene.name,
             "kind": "formula",
-            "name": name_of(formula),
-            "formula": name_of(formula),
+            "name": str(formula),
+            "formula": str(formula),
             "setting": np.nan,
             "against": "phong",
             "elements": width * height,
             "depth": scene.picture.depth,
-            **times.row(formula, exact),
+            **times.row(formula, EXACT),
         }
         for formula in calls
     ]
-
-
-def name_of(formula: Specular) -> str:
-    """A formula as the command line writes it."""
-    parts = {name: getattr(formula, name) for name in ("approximation", "lambda_form", "gamma", "beta")}
-    return picture_errors.name_of(parts)

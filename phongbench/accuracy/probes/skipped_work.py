@@ -11,7 +11,7 @@ from phongbench.inputs.plan import Plan
 from phongbench.scenes import skips
 from phongbench.scenes.render import Rendered, render
 from phongbench.scenes.scene import Scene
-from phongbench.scenes.skips import Skipped, Thrift
+from phongbench.scenes.skips import SceneSkips, Skipped
 from phongbench.timing.interleaved import clocked, interleaved
 
 #: contributions below which reflections stop, and how many reflections in a row are followed meanwhile
@@ -61,7 +61,7 @@ def violations(rows: Rows) -> list[str]:
 def _ledger(scene: Scene, plan: Plan, wishes: dict[str, Any]) -> tuple[Rows, Rows]:
     """A line for each skip of the ledger but the cut-off, and two for all that are exact, and all."""
     variants = skips.variants()
-    done = {name: render(scene, thrift=thrift, **wishes) for name, thrift in variants.items()}
+    done = {name: render(scene, skips=skips, **wishes) for name, skips in variants.items()}
     lines = [line for line in done["all"].ledger if line.name != "cutoff"]
     pairs = [(line, *_PAIRS.get(line.name, ("all", f"without {line.name}"))) for line in lines]
     bound = sum(line.bound for line in done["all"].ledger)
@@ -73,7 +73,7 @@ def _ledger(scene: Scene, plan: Plan, wishes: dict[str, Any]) -> tuple[Rows, Row
     if not plan.timing:
         return rows, []
     names = list(dict.fromkeys(chain.from_iterable((kept, without) for _, kept, without in pairs)))
-    calls = {name: clocked(partial(render, scene, thrift=variants[name], **wishes)) for name in names}
+    calls = {name: clocked(partial(render, scene, skips=variants[name], **wishes)) for name in names}
     times = interleaved(calls, seed=plan.seed)
     return rows, [
         _time("skip", row, kept, times.row(without, kept)) for row, (_, kept, without) in zip(rows, pairs, strict=True)
@@ -82,8 +82,8 @@ def _ledger(scene: Scene, plan: Plan, wishes: dict[str, Any]) -> tuple[Rows, Row
 
 def _cutoffs(scene: Scene, plan: Plan, wishes: dict[str, Any]) -> tuple[Rows, Rows]:
     """A line for each cut-off: all rays that it saves, and what it changes."""
-    thrifts = {cutoff: replace(Thrift(), cutoff=cutoff) for cutoff in (0.0, *CUTOFFS)}
-    calls = {cutoff: partial(render, scene, thrift=t, depth=DEEP, **wishes) for cutoff, t in thrifts.items()}
+    by_cutoff = {cutoff: replace(SceneSkips(), cutoff=cutoff) for cutoff in (0.0, *CUTOFFS)}
+    calls = {cutoff: partial(render, scene, skips=t, depth=DEEP, **wishes) for cutoff, t in by_cutoff.items()}
     done = {cutoff: call() for cutoff, call in calls.items()}
     rows = []
     for cutoff in CUTOFFS:

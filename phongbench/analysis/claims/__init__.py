@@ -1,7 +1,6 @@
 """The textbook claims, judged by the rows of a run: one file each, one line each in NAMES.
 
-A verdict is computed by a stated rule, the docstring of the file's `judge`, and never written by hand. A claim that
-waits for other measurements has a rule that says so; whoever measures them writes the rule.
+A verdict is computed by a stated rule, the docstring of the file's `judge`, and never written by hand.
 """
 
 from __future__ import annotations
@@ -42,16 +41,17 @@ def judge(run: Any) -> list[Judgement]:
     formulas alone are no reason to answer.
     """
     rows = Rows(run)
-    found = [claim.judge(rows) for claim in CLAIMS]
-    told = [one for one in found if one.claim.needs]
-    if all(one.verdict == UNMEASURED for one in told):
-        lacking = "; ".join(dict.fromkeys(one.because.rstrip(".") for one in told if one.finding.lacking is not None))
+    judgements = [claim.judge(rows) for claim in CLAIMS]
+    measurable = [one for one in judgements if one.claim.needs]
+    if all(one.verdict == UNMEASURED for one in measurable):
+        reasons = (one.because.rstrip(".") for one in measurable if one.finding.lacking is not None)
+        lacking = "; ".join(dict.fromkeys(reasons))
         raise InputError(
             f"the run has no rows that a claim could be judged by: {lacking}",
             str(run.manifest.get("run", "")),
-            "run the study as it is meant: phongbench run, or phongbench run --preset standard",
+            "run a whole study: phongbench run, or phongbench run --preset standard",
         )
-    return found
+    return judgements
 
 
 def answer(run: Run) -> dict[str, Any]:

@@ -4,16 +4,7 @@ from __future__ import annotations
 
 import pandas as pd
 
-from phongbench.analysis.claims.claim import (
-    CONDITIONS,
-    FAILS,
-    HOLDS,
-    UNMEASURED,
-    Claim,
-    Finding,
-    LackingRowsError,
-    Numbers,
-)
+from phongbench.analysis.claims.claim import UNMEASURED, Claim, Finding, LackingRowsError, Record, grade
 from phongbench.analysis.claims.evidence import evidence
 from phongbench.analysis.claims.quiet_times import FASTER, PLACES, quiet
 from phongbench.analysis.claims.words import listed, sentence
@@ -28,7 +19,7 @@ def judge(rows: Rows) -> Finding:
     and viewer at infinity, where one H serves all points, and with both near; with the exact power, and with Lyon's few
     squarings in its place. Certainly faster: the whole interval of the ratio below 1, the ratio below 0.98. Holds if
     so at infinity for every measured exponent and both powers; holds under conditions if for some; else fails. Withheld
-    if the same code timed twice was told apart. Without such times: what a run's other times say of (N, H) once given.
+    if the same code timed twice differed. Without such times: what a run's other times say of (N, H) once given.
     """
     shaded = at(rows.scene_times, kind="shading")
     if shaded.empty:
@@ -38,29 +29,28 @@ def judge(rows: Rows) -> Finding:
     twins = at(shaded, name="phong again")
     if any(_verdict(row) != "unresolved" for _, row in twins.iterrows()):
         raise LackingRowsError(
-            "the run told identical shading apart, so its speed claims are withheld",
-            None,
+            "identical shading differed in time, so its speed claims are withheld",
             "time it again on a quiet machine: phongbench run --scenes",
         )
     blinn = at(shaded, name="blinn-phong")
-    told = tuple(_shaded(row) for _, row in blinn.iterrows())
-    far = [one for one in told if one["light_and_viewer"] == "infinity"]
+    records = tuple(_shaded(row) for _, row in blinn.iterrows())
+    far = [one for one in records if one["light_and_viewer"] == "infinity"]
     faster = [one for one in far if one["ratio_high"] < 1 and one["ratio_to_phong"] < FASTER]
-    verdict = HOLDS if len(faster) == len(far) else CONDITIONS if faster else FAILS
+    verdict = grade(len(faster) == len(far), faster)
     parts = [
-        f"with {power}, (N.H)^alpha' takes {_range(told, power, 'infinity')} of the time of (R.V)^alpha at infinity, "
-        f"{_range(told, power, 'near')} near"
-        for power in dict.fromkeys(one["power"] for one in told)
+        f"with {power}, (N.H)^alpha' takes {_range(records, power, 'infinity')} of the time of (R.V)^alpha at "
+        f"infinity, {_range(records, power, 'near')} near"
+        for power in dict.fromkeys(one["power"] for one in records)
     ]
     certain = f"certainly faster at infinity in {len(faster)} of {len(far)} cases"
-    return Finding(verdict, sentence(*parts, certain), told, evidence("scene_times", "ratio", blinn), "timed")
+    return Finding(verdict, sentence(*parts, certain), records, evidence("scene_times", "ratio", blinn), "timed")
 
 
 def _verdict(row: pd.Series) -> str:
     return statistics.verdict(Interval(float(row["ratio"]), float(row["ratio_low"]), float(row["ratio_high"])))
 
 
-def _shaded(row: pd.Series) -> Numbers:
+def _shaded(row: pd.Series) -> Record:
     return {
         "power": "the exact power" if row["formula"] == "phong" else str(row["formula"]),
         "light_and_viewer": str(row["scene"]),
@@ -71,10 +61,10 @@ def _shaded(row: pd.Series) -> Numbers:
     }
 
 
-def _range(told: tuple[Numbers, ...], power: str, place: str) -> str:
+def _range(records: tuple[Record, ...], power: str, place: str) -> str:
     """The ratios of all exponents: "0.91 .. 0.93"."""
-    found = sorted(o["ratio_to_phong"] for o in told if (o["power"], o["light_and_viewer"]) == (power, place))
-    ends = list(dict.fromkeys(f"{value:.3g}" for value in (found[:1] + found[-1:])))
+    ordered = sorted(o["ratio_to_phong"] for o in records if (o["power"], o["light_and_viewer"]) == (power, place))
+    ends = list(dict.fromkeys(f"{value:.3g}" for value in (ordered[:1] + ordered[-1:])))
     return " .. ".join(ends) or "no measured share"
 
 
@@ -85,9 +75,9 @@ def _once_given(rows: Rows) -> Finding:
     fix = "time it: phongbench run --scenes"
     if times.empty or rows.twin_differs:
         quiet(rows)
-        raise LackingRowsError(wait, None, fix)
+        raise LackingRowsError(wait, fix)
     here = pd.concat([at(times, working_set=place) for place in PLACES])
-    told = tuple(
+    records = tuple(
         {
             "working_set": str(row["working_set"]),
             "ratio_to_phong": float(row["ratio"]),
@@ -98,10 +88,10 @@ def _once_given(rows: Rows) -> Finding:
     )
     ratios = [
         f"{one['ratio_to_phong']:.3g} in {one['working_set']} ({one['ratio_low']:.3g} .. {one['ratio_high']:.3g})"
-        for one in told
+        for one in records
     ]
     because = sentence(f"once the vectors are given, (N.H)^alpha' takes {listed(ratios)} of Phong's time", wait)
-    return Finding(UNMEASURED, because, told, evidence("timing", "ratio", here), "timed", fix)
+    return Finding(UNMEASURED, because, records, evidence("timing", "ratio", here), "timed", fix)
 
 
 CLAIM = Claim(

@@ -7,14 +7,14 @@ import math
 import numpy as np
 import pandas as pd
 
-from phongbench.analysis.claims.claim import CONDITIONS, FAILS, VISIBLE, Claim, Finding, LackingRowsError, Numbers
+from phongbench.analysis.claims.claim import VISIBLE, Claim, Finding, LackingRowsError, Record, grade
 from phongbench.analysis.claims.evidence import coverage, evidence
 from phongbench.analysis.claims.words import codes, exponents, sentence
 from phongbench.analysis.rows import Rows, at
 from phongbench.formulas.approximations.blinn import RATIOS
 from phongbench.formulas.citations import WIKIPEDIA_BLINN
 
-#: incidence angles, in degrees, at which the ratio off the plane of incidence is told
+#: incidence angles, in degrees, at which the ratio off the plane of incidence is stated
 INCIDENCES = (0.0, 45.0, 60.0, 80.0)
 
 
@@ -28,17 +28,15 @@ def judge(rows: Rows) -> Finding:
     """
     cells = at(rows.largest_errors, approximation="blinn", space="half", beta_policy=tuple(RATIOS))
     if cells.empty:
-        raise LackingRowsError(
-            "the run has no rows of blinn", None, "measure them: phongbench run, or with --only blinn"
-        )
-    told = tuple(_record(at(cells, alpha=alpha)) for alpha in sorted(cells["alpha"].unique()))
-    good = [one["alpha"] for one in told if one["confirmed"]]
-    verdict = CONDITIONS if good else FAILS
+        raise LackingRowsError("the run has no rows of blinn", "measure them: phongbench run, or with --only blinn")
+    records = tuple(_record(at(cells, alpha=alpha)) for alpha in sorted(cells["alpha"].unique()))
+    good = [one["alpha"] for one in records if one["confirmed"]]
+    verdict = grade(False, good)
     lifted = tuple(
         {"pairs": "off the plane of incidence", "incidence_degrees": i, "ratio": off_plane(i), "coverage": "law"}
         for i in INCIDENCES
     )
-    return Finding(verdict, _because(told, cells, good), told + lifted, _rows(cells), coverage(cells))
+    return Finding(verdict, _because(records, cells, good), records + lifted, _rows(cells), coverage(cells))
 
 
 def equal_exponent_error(alpha: float) -> float:
@@ -55,7 +53,7 @@ def off_plane(incidence_degrees: float) -> float:
     return round(4.0 * math.cos(math.radians(incidence_degrees)) ** 2, 12)
 
 
-def _record(mine: pd.DataFrame) -> Numbers:
+def _record(mine: pd.DataFrame) -> Record:
     alpha = float(mine["alpha"].iloc[0])
     best = mine.sort_values(["max_abs", "beta_policy"], kind="stable").iloc[0]
     ratio, equal = RATIOS[str(best["beta_policy"])](alpha), equal_exponent_error(alpha)
@@ -72,26 +70,26 @@ def _record(mine: pd.DataFrame) -> Numbers:
     }
 
 
-def _because(told: tuple[Numbers, ...], cells: pd.DataFrame, good: list[float]) -> str:
-    measured = [one["alpha"] for one in told]
-    first, last = told[0], told[-1]
+def _because(records: tuple[Record, ...], cells: pd.DataFrame, good: list[float]) -> str:
+    measured = [one["alpha"] for one in records]
+    first, last = records[0], records[-1]
     parts = [
         f"on coplanar vectors alpha' > alpha is confirmed at {exponents(good, measured)}",
         f"of the measured ratios, {_least(first)} and {_least(last)} err least",
         f"alpha' = alpha would err by {codes(last['ratio_1_error'])}",
     ]
-    plain = [one["alpha"] for one in told if (one["ratio_4_error"] or math.inf) <= VISIBLE]
+    plain = [one["alpha"] for one in records if (one["ratio_4_error"] or math.inf) <= VISIBLE]
     if "taylor" in set(cells["beta_policy"]):
         parts.append(f"the usual ratio of 4 is within 1/255 at {exponents(plain, measured)}")
     parts.append("off the plane of incidence the ratio that fits falls to 1 at 60 degrees of incidence, by geometry")
     return sentence(*parts)
 
 
-def _least(one: Numbers) -> str:
+def _least(one: Record) -> str:
     return f"{one['ratio']:.4g} at alpha {one['alpha']:g} ({codes(one['max_error'])})"
 
 
-def _rows(cells: pd.DataFrame) -> tuple[Numbers, ...]:
+def _rows(cells: pd.DataFrame) -> tuple[Record, ...]:
     ends = (cells["alpha"].min(), cells["alpha"].max())
     return evidence("accuracy", "max_abs", at(cells, alpha=ends))
 

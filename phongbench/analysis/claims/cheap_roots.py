@@ -4,17 +4,7 @@ from __future__ import annotations
 
 import pandas as pd
 
-from phongbench.analysis.claims.claim import (
-    CONDITIONS,
-    FAILS,
-    HOLDS,
-    VISIBLE,
-    Claim,
-    Finding,
-    LackingRowsError,
-    Numbers,
-    reach,
-)
+from phongbench.analysis.claims.claim import VISIBLE, Claim, Finding, LackingRowsError, Record, grade, reach
 from phongbench.analysis.claims.evidence import coverage, evidence
 from phongbench.analysis.claims.words import codes, exponents, listed, sentence
 from phongbench.analysis.rows import Rows, at, forms_of, near_gamma
@@ -37,21 +27,21 @@ def judge(rows: Rows) -> Finding:
     """
     cells = _source(rows)
     measured = sorted(float(alpha) for alpha in cells["alpha"].unique())
-    told = [
+    records = [
         _record(mine, measured)
         for root in _by_accuracy(cells)
         for form in forms_of(cells)
         if len(mine := at(cells, perturbation=root, lambda_form=form))
     ]
-    meant = [one for one in told if one["lambda_form"] != "dot"] or told
+    judged = [one for one in records if one["lambda_form"] != "dot"] or records
     best = {
-        root: max((o for o in meant if o["root"] == root), key=lambda o: (len(o["alphas"]), -o["worst_change"]))
-        for root in dict.fromkeys(one["root"] for one in meant)
+        root: max((o for o in judged if o["root"] == root), key=lambda o: (len(o["alphas"]), -o["worst_change"]))
+        for root in dict.fromkeys(one["root"] for one in judged)
     }
     whole = all(one["alphas"] == measured for one in best.values())
-    verdict = HOLDS if whole else CONDITIONS if any(one["alphas"] for one in best.values()) else FAILS
+    verdict = grade(whole, any(one["alphas"] for one in best.values()))
     return Finding(
-        verdict, _because(best, told, measured), tuple(told), _rows(cells, list(best.values())), coverage(cells)
+        verdict, _because(best, records, measured), tuple(records), _rows(cells, list(best.values())), coverage(cells)
     )
 
 
@@ -67,7 +57,6 @@ def _source(rows: Rows) -> pd.DataFrame:
     if cells.empty:
         raise LackingRowsError(
             "the run has no rows on vectors normalised by a cheap root",
-            None,
             'measure them: phongbench run with lyon among --only; a plan\'s strata must hold "lengths"',
         )
     return near_gamma(cells, GAMMA)
@@ -79,7 +68,7 @@ def _by_accuracy(cells: pd.DataFrame) -> list[str]:
     return sorted(map(str, size.index), key=lambda root: (float(size[root]), root))
 
 
-def _record(mine: pd.DataFrame, measured: list[float]) -> Numbers:
+def _record(mine: pd.DataFrame, measured: list[float]) -> Record:
     change = mine.groupby("alpha")["length_max"].max()
     good = [float(alpha) for alpha in change.index[change <= VISIBLE]]
     worst = mine.sort_values(["length_max", *CASE], kind="stable").iloc[-1]
@@ -96,7 +85,7 @@ def _record(mine: pd.DataFrame, measured: list[float]) -> Numbers:
     }
 
 
-def _because(best: dict[str, Numbers], told: list[Numbers], measured: list[float]) -> str:
+def _because(best: dict[str, Record], records: list[Record], measured: list[float]) -> str:
     """Roots that are enough at the same exponents for the same form share a part of the sentence."""
     alike: dict[tuple[str, tuple[float, ...]], list[str]] = {}
     for root, one in best.items():
@@ -107,11 +96,11 @@ def _because(best: dict[str, Numbers], told: list[Numbers], measured: list[float
         where = f"at {exponents(alphas, measured)} (a change of up to {codes(most)})"
         parts.append(f"for {form} {listed(ROOTS[root] for root in roots)} {are} enough {where}")
     first = next(iter(best))
-    dot = [one["alphas"] for one in told if (one["lambda_form"], one["root"]) == ("dot", first)]
+    dot = [one["alphas"] for one in records if (one["lambda_form"], one["root"]) == ("dot", first)]
     return sentence(*parts, *(f"for dot {ROOTS[first]} is at {exponents(alphas, measured)}" for alphas in dot))
 
 
-def _rows(cells: pd.DataFrame, shown: list[Numbers]) -> tuple[Numbers, ...]:
+def _rows(cells: pd.DataFrame, shown: list[Record]) -> tuple[Record, ...]:
     """The worst row of each of these roots and forms."""
     top = cells.sort_values(["length_max", *CASE], kind="stable")
     worst = [at(top, perturbation=one["root"], lambda_form=one["lambda_form"]).tail(1) for one in shown]

@@ -17,21 +17,24 @@ from phongbench.formulas.citations import Source
 
 HOLDS, CONDITIONS, FAILS, UNMEASURED = "holds", "holds under conditions", "fails", "not measured"
 VERDICTS = (HOLDS, CONDITIONS, FAILS, UNMEASURED)
-#: a verdict's sign: told by its shape, not by a colour
+#: a verdict's sign: seen by its shape, not by a colour
 SIGNS = dict(zip(VERDICTS, "✓◐✗–", strict=True))
 #: an error that an 8-bit display can show, and one that a 10-bit display can
 VISIBLE, FINE = 1 / 255, 1 / 1023
 
-Numbers = Mapping[str, Any]
+Record = Mapping[str, Any]
 
 
 class LackingRowsError(InputError):
     """A run without the rows that a rule reads; `fix` names the preset or the flags that give them."""
 
+    def __init__(self, what: str, fix: str) -> None:
+        super().__init__(what, None, fix)
+
 
 @dataclass(frozen=True)
 class Finding:
-    """What a rule found.
+    """What a rule gives.
 
     verdict     one of VERDICTS
     because     one sentence made of the numbers
@@ -44,8 +47,8 @@ class Finding:
 
     verdict: str
     because: str
-    conditions: tuple[Numbers, ...] = ()
-    evidence: tuple[Numbers, ...] = ()
+    conditions: tuple[Record, ...] = ()
+    evidence: tuple[Record, ...] = ()
     coverage: str = "sampled"
     lacking: str | None = None
 
@@ -133,7 +136,12 @@ def plain(value: Any) -> Any:
     return value
 
 
-def reach(good: list[float], measured: list[float]) -> Numbers:
+def grade(whole: object, some: object) -> str:
+    """The verdict on a claim that is met wholly, in some cases, or in none."""
+    return HOLDS if whole else CONDITIONS if some else FAILS
+
+
+def reach(good: list[float], measured: list[float]) -> Record:
     """Where something holds: the exponents at which it does, ascending, of those measured."""
     ends = (good[0], good[-1]) if good else (None, None)
     return {"alphas": good, "alpha_from": ends[0], "alpha_to": ends[1], "alphas_measured": len(measured)}

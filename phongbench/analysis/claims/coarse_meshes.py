@@ -7,16 +7,7 @@ import math
 
 import pandas as pd
 
-from phongbench.analysis.claims.claim import (
-    CONDITIONS,
-    FAILS,
-    HOLDS,
-    VISIBLE,
-    Claim,
-    Finding,
-    LackingRowsError,
-    Numbers,
-)
+from phongbench.analysis.claims.claim import VISIBLE, Claim, Finding, LackingRowsError, Record, grade
 from phongbench.analysis.claims.evidence import evidence
 from phongbench.analysis.claims.words import exponents, listed, sentence
 from phongbench.analysis.mesh_edges import GAMMA, PAIRS, widest_edge
@@ -43,14 +34,14 @@ def judge(rows: Rows) -> Finding:
     """
     cells = _source(rows)
     parts = dict(list(cells[_READ].groupby(_READ[:3], observed=True)))
-    told = [
+    records = [
         _record(parts[key]) for key in itertools.product(PAIRS, FORMS, sorted(cells["alpha"].unique())) if key in parts
     ]
-    meant = [one for one in told if all(one[k] == v for k, v in MEANT.items())]
-    fine = [one["alpha"] for one in meant if (one["edge_degrees_to"] or 0.0) >= COARSE]
-    some = any(one["edge_degrees_to"] is not None for one in told)
-    verdict = HOLDS if meant and len(fine) == len(meant) else CONDITIONS if some else FAILS
-    return Finding(verdict, _because(meant or told, told, fine), tuple(told), _rows(cells), "sampled")
+    judged = [one for one in records if all(one[k] == v for k, v in MEANT.items())]
+    fine = [one["alpha"] for one in judged if (one["edge_degrees_to"] or 0.0) >= COARSE]
+    some = any(one["edge_degrees_to"] is not None for one in records)
+    verdict = grade(judged and len(fine) == len(judged), some)
+    return Finding(verdict, _because(judged or records, records, fine), tuple(records), _rows(cells), "sampled")
 
 
 def _source(rows: Rows) -> pd.DataFrame:
@@ -61,13 +52,12 @@ def _source(rows: Rows) -> pd.DataFrame:
     if cells.empty:
         raise LackingRowsError(
             "the run has no rows on interpolated normals of meshes",
-            None,
             "measure them: phongbench run --probe meshes, with lyon among --only and an alpha of 10 .. 1024",
         )
     return cells
 
 
-def _record(mine: pd.DataFrame) -> Numbers:
+def _record(mine: pd.DataFrame) -> Record:
     angles = mine["edge_degrees"].astype(float).tolist()
     change = mine["length_max"].astype(float).fillna(math.inf).tolist()
     (one, way), (two, way_two) = (widest_edge(angles, change, limit) for limit in (VISIBLE, 2 * VISIBLE))
@@ -87,34 +77,34 @@ def _record(mine: pd.DataFrame) -> Numbers:
     }
 
 
-def _because(meant: list[Numbers], told: list[Numbers], fine: list[float]) -> str:
-    first, last = meant[0], meant[-1]
+def _because(judged: list[Record], records: list[Record], fine: list[float]) -> str:
+    first, last = judged[0], judged[-1]
     way = f"in the {first['lambda_form']} form with {_WAYS[first['pair']]}, gamma {first['gamma']}"
-    where = exponents(fine, [one["alpha"] for one in meant])
+    where = exponents(fine, [one["alpha"] for one in judged])
     parts = [f"{way}, raw normals change at most one code up to edges of {COARSE:g} degrees at {where}"]
     parts.append("they do so up to " + listed(dict.fromkeys((_far(first), _far(last)))))
-    for pair in dict.fromkeys(one["pair"] for one in told if one["pair"] != first["pair"]):
-        here = [one for one in told if (one["pair"], one["alpha"]) == (pair, last["alpha"])]
+    for pair in dict.fromkeys(one["pair"] for one in records if one["pair"] != first["pair"]):
+        here = [one for one in records if (one["pair"], one["alpha"]) == (pair, last["alpha"])]
         best = max(here, key=lambda one: (one["edge_degrees_to"] or 0.0, -one["largest_change"]), default=None)
         if best is not None:
             parts.append(f"with {_WAYS[pair]}, the {best['lambda_form']} form does up to {_far(best)}")
     return sentence(*parts)
 
 
-def _far(one: Numbers) -> str:
+def _far(one: Record) -> str:
     angle = one["edge_degrees_to"]
     more = "more than " if one["beyond_measured"] else ""
     return f"{'no measured edge' if angle is None else f'{more}{angle:.2g} degrees'} at alpha {one['alpha']:g}"
 
 
-def _rows(cells: pd.DataFrame) -> tuple[Numbers, ...]:
+def _rows(cells: pd.DataFrame) -> tuple[Record, ...]:
     """The finest edges that are too wide, for the smallest and the largest exponent that has any; else the widest."""
-    meant = at(cells, **MEANT)
-    meant = meant if len(meant) else cells
-    bad = meant[~(meant["length_max"] <= VISIBLE)]
+    judged = at(cells, **MEANT)
+    judged = judged if len(judged) else cells
+    bad = judged[~(judged["length_max"] <= VISIBLE)]
     order = ["edge_degrees", "length_max", *MESHES.key]
     if bad.empty:
-        return evidence("meshes", "length_max", meant.sort_values(order, kind="stable").tail(1))
+        return evidence("meshes", "length_max", judged.sort_values(order, kind="stable").tail(1))
     kept = bad.sort_values(order, kind="stable").drop_duplicates("alpha")
     kept = kept[kept["alpha"].isin([kept["alpha"].min(), kept["alpha"].max()])]
     return evidence("meshes", "length_max", kept.sort_values("alpha", kind="stable"))

@@ -4,16 +4,7 @@ from __future__ import annotations
 
 import pandas as pd
 
-from phongbench.analysis.claims.claim import (
-    CONDITIONS,
-    FAILS,
-    HOLDS,
-    VISIBLE,
-    Claim,
-    Finding,
-    LackingRowsError,
-    Numbers,
-)
+from phongbench.analysis.claims.claim import VISIBLE, Claim, Finding, LackingRowsError, Record, grade
 from phongbench.analysis.claims.evidence import coverage, evidence
 from phongbench.analysis.claims.words import exponents, sentence, times
 from phongbench.analysis.rows import Rows, at, near_gamma
@@ -40,13 +31,13 @@ def judge(rows: Rows) -> Finding:
     difference; fails if it is so at no exponent; else holds under conditions.
     """
     cells = _compared(rows)
-    told = [_against_dot(cells)]
+    records = [_against_dot(cells)]
     if "difference" in cells:
-        told += [_against_difference(mine) for way in WAYS if len(mine := at(cells, perturbation=way))]
-    good, measured = told[0]["alphas"], told[0]["alphas_measured"]
-    safest = all(record["cross_never_worse"] for record in told[1:])
-    verdict = FAILS if not good else HOLDS if good == measured and safest else CONDITIONS
-    return Finding(verdict, _because(told), tuple(told), _rows(rows, cells, told), coverage(_source(rows)))
+        records += [_against_difference(mine) for way in WAYS if len(mine := at(cells, perturbation=way))]
+    good, measured = records[0]["alphas"], records[0]["alphas_measured"]
+    safest = all(record["cross_never_worse"] for record in records[1:])
+    verdict = grade(good == measured and safest, good)
+    return Finding(verdict, _because(records), tuple(records), _rows(rows, cells, records), coverage(_source(rows)))
 
 
 def _source(rows: Rows) -> pd.DataFrame:
@@ -69,18 +60,16 @@ def _compared(rows: Rows) -> pd.DataFrame:
     if wide.empty or "dot" not in wide or "cross" not in wide:
         raise LackingRowsError(
             "the run has no rows of lyon's dot and cross forms on vectors of wrong length",
-            None,
             'measure them: phongbench run, with "lengths" among the strata and dot,cross among --lambda',
         )
     return wide.sort_values(_CELL, kind="stable").reset_index(drop=True)
 
 
-def _against_dot(cells: pd.DataFrame) -> Numbers:
+def _against_dot(cells: pd.DataFrame) -> Record:
     seen = cells[cells["dot"] > VISIBLE].assign(times=lambda c: c["dot"] / c["cross"])
     if seen.empty:
         raise LackingRowsError(
             "no wrong length of the run changes the dot form by more than 1/255",
-            None,
             "measure larger exponents: phongbench run, or with --alpha 50,200",
         )
     least = seen.groupby("alpha")["times"].min()
@@ -100,7 +89,7 @@ def _against_dot(cells: pd.DataFrame) -> Numbers:
     }
 
 
-def _against_difference(mine: pd.DataFrame) -> Numbers:
+def _against_difference(mine: pd.DataFrame) -> Record:
     """Who changes less, of what can be seen; by the length error times alpha, on which it depends.
 
     Up to `difference_to` difference changes no more than cross at every exponent, from `cross_from` on cross changes
@@ -123,15 +112,15 @@ def _against_difference(mine: pd.DataFrame) -> Numbers:
     }
 
 
-def _because(told: list[Numbers]) -> str:
-    first = told[0]
+def _because(records: list[Record]) -> str:
+    first = records[0]
     where = exponents(first["alphas"], first["alphas_measured"])
     start = f"at gamma {first['gamma']}, wrong lengths change cross at most a quarter as much as dot at {where}"
     least = f"(least {times(first['least_times'])} times less, alpha {first['least_alpha']:g})"
-    return sentence(f"{start} {least}", *(_who(one) for one in told[1:]))
+    return sentence(f"{start} {least}", *(_who(one) for one in records[1:]))
 
 
-def _who(one: Numbers) -> str:
+def _who(one: Record) -> str:
     """Which of difference and cross changes less for one kind of wrong lengths."""
     way = {"a": "one wrong vector", "both": "both vectors alike", "opposite": "both opposite"}[one["perturbation"]]
     low, high = one["difference_to_alpha_times_error"], one["cross_from_alpha_times_error"]
@@ -142,23 +131,21 @@ def _who(one: Numbers) -> str:
     if low is None or high is None:
         return f"for {way} now one, now the other of difference and cross changes less"
     law = one["law_alpha_times_error"]
-    told = "" if law is None else f" (by law at {law:.3g} / alpha)"
-    return (
-        f"for {way} difference changes less than cross up to {low:.3g} / alpha, cross from {high:.3g} / alpha on{told}"
-    )
+    crossing = "" if law is None else f" (by law at {law:.3g} / alpha)"
+    ends = f"up to {low:.3g} / alpha, cross from {high:.3g} / alpha on"
+    return f"for {way} difference changes less than cross {ends}{crossing}"
 
 
-def _rows(rows: Rows, cells: pd.DataFrame, told: list[Numbers]) -> tuple[Numbers, ...]:
+def _rows(rows: Rows, cells: pd.DataFrame, records: list[Record]) -> tuple[Record, ...]:
     """All forms where cross gains least on dot, and with one vector wrong next to the crossover."""
-    first = told[0]
+    first = records[0]
     picked = [{column: first[f"least_{column}"] for column in ("alpha", "perturbation", "length_error")}]
     one = at(cells, perturbation="a", alpha=max(first["alphas_measured"]))
     if len(one) and "difference" in one:
         near = one.assign(gap=(one["difference"] / one["cross"] - 1.0).abs()).sort_values(["gap", *_CELL]).iloc[0]
         picked.append({column: near[column] for column in ("alpha", "perturbation", "length_error")})
     source = _source(rows)
-    found = [evidence("accuracy", "length_max", at(source, **keys)) for keys in picked]
-    return tuple(row for part in found for row in part)
+    return tuple(row for keys in picked for row in evidence("accuracy", "length_max", at(source, **keys)))
 
 
 CLAIM = Claim(

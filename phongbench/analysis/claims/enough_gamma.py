@@ -4,18 +4,7 @@ from __future__ import annotations
 
 import pandas as pd
 
-from phongbench.analysis.claims.claim import (
-    CONDITIONS,
-    FAILS,
-    FINE,
-    HOLDS,
-    VISIBLE,
-    Claim,
-    Finding,
-    LackingRowsError,
-    Numbers,
-    reach,
-)
+from phongbench.analysis.claims.claim import FINE, VISIBLE, Claim, Finding, LackingRowsError, Record, grade, reach
 from phongbench.analysis.claims.evidence import coverage, evidence
 from phongbench.analysis.claims.words import codes, exponents, sentence
 from phongbench.analysis.rows import Rows, at, forms_of
@@ -36,24 +25,23 @@ def judge(rows: Rows) -> Finding:
     if cells.empty:
         raise LackingRowsError(
             "the run has no unit rows of lyon with gamma 4 or 8",
-            None,
             "measure them: phongbench run, or with --only lyon --gamma 4,8",
         )
-    told = [
+    records = [
         _record(mine, rows.alphas)
         for (gamma, slope) in sorted(set(zip(cells["gamma"], cells["beta_policy"], strict=True)), reverse=True)
         for form in forms_of(cells, ("dot", "cross")) or forms_of(cells)
         if len(mine := at(cells, gamma=gamma, beta_policy=slope, lambda_form=form))
     ]
-    best = [record for record in told if record["gamma"] == max(GAMMAS)] or told
+    best = [record for record in records if record["gamma"] == max(GAMMAS)] or records
     usual = [r for r in best if r["beta_policy"] == TEXTBOOK and r["lambda_form"] == "dot"]
     whole = any(record["alphas"] == rows.alphas for record in usual)
-    some = any(record["alphas"] for record in told)
-    verdict = HOLDS if whole else CONDITIONS if some else FAILS
-    return Finding(verdict, _because(told, rows.alphas), tuple(told), _rows(cells, told), coverage(cells))
+    some = any(record["alphas"] for record in records)
+    verdict = grade(whole, some)
+    return Finding(verdict, _because(records, rows.alphas), tuple(records), _rows(cells, records), coverage(cells))
 
 
-def _record(mine: pd.DataFrame, measured: list[float]) -> Numbers:
+def _record(mine: pd.DataFrame, measured: list[float]) -> Record:
     good, fine = (sorted(mine.loc[mine["max_abs"] <= limit, "alpha"].tolist()) for limit in (VISIBLE, FINE))
     worst = mine.sort_values(["max_abs", "alpha"], kind="stable").iloc[-1]
     first = mine.iloc[0]
@@ -70,15 +58,15 @@ def _record(mine: pd.DataFrame, measured: list[float]) -> Numbers:
     }
 
 
-def _because(told: list[Numbers], measured: list[float]) -> str:
-    gamma, form = max(r["gamma"] for r in told), told[0]["lambda_form"]
+def _because(records: list[Record], measured: list[float]) -> str:
+    gamma, form = max(r["gamma"] for r in records), records[0]["lambda_form"]
     parts = [
         f"with slope {r['beta_policy']} at {exponents(r['alphas'], measured)} "
         f"(worst {codes(r['worst_error'])}, alpha {r['worst_alpha']:g})"
-        for r in sorted(told, key=lambda r: r["beta_policy"] != TEXTBOOK)
+        for r in sorted(records, key=lambda r: r["beta_policy"] != TEXTBOOK)
         if (r["gamma"], r["lambda_form"]) == (gamma, form)
     ]
-    fewer = [r for r in told if r["gamma"] < gamma and r["lambda_form"] == form]
+    fewer = [r for r in records if r["gamma"] < gamma and r["lambda_form"] == form]
     if fewer:
         best = min(fewer, key=lambda r: (-len(r["alphas"]), r["worst_error"]))
         where, most = exponents(best["alphas"], measured), codes(best["worst_error"])
@@ -86,12 +74,12 @@ def _because(told: list[Numbers], measured: list[float]) -> str:
     return sentence(f"gamma {gamma} in the {form} form stays within 1/255 {'; '.join(parts)}")
 
 
-def _rows(cells: pd.DataFrame, told: list[Numbers]) -> tuple[Numbers, ...]:
+def _rows(cells: pd.DataFrame, records: list[Record]) -> tuple[Record, ...]:
     """The worst row of each slope of the largest gamma, and its largest exponent that is within."""
     wanted = [
         (r, alpha)
-        for r in told
-        if r["gamma"] == max(x["gamma"] for x in told)
+        for r in records
+        if r["gamma"] == max(x["gamma"] for x in records)
         for alpha in dict.fromkeys((r["worst_alpha"], r["alpha_to"]))
         if alpha is not None
     ]

@@ -6,16 +6,7 @@ import math
 
 import pandas as pd
 
-from phongbench.analysis.claims.claim import (
-    CONDITIONS,
-    FAILS,
-    HOLDS,
-    VISIBLE,
-    Claim,
-    Finding,
-    LackingRowsError,
-    Numbers,
-)
+from phongbench.analysis.claims.claim import HOLDS, VISIBLE, Claim, Finding, LackingRowsError, Record, grade
 from phongbench.analysis.claims.evidence import evidence
 from phongbench.analysis.claims.words import rounded, sentence
 from phongbench.analysis.rows import Rows, at
@@ -33,20 +24,19 @@ def judge(rows: Rows) -> Finding:
     term and the specular term of every measured exponent; holds under conditions if some measured distance is far
     enough for some term; else fails.
     """
-    found = rows.far
-    if found.empty:
+    cells = rows.far
+    if cells.empty:
         raise LackingRowsError(
             "how far is far enough shows on polygons whose light and viewer move away",
-            None,
             "measure them: phongbench run --scenes",
         )
-    told = [_record(mine) for _, mine in found.groupby(["term", "held", "alpha"], sort=True, dropna=False)]
-    meant = [one for one in told if one["term"] == "diffuse" or one["held"] == "both"]
-    reached = [one["sides_from"] for one in meant]
+    records = [_record(mine) for _, mine in cells.groupby(["term", "held", "alpha"], sort=True, dropna=False)]
+    judged = [one for one in records if one["term"] == "diffuse" or one["held"] == "both"]
+    reached = [one["sides_from"] for one in judged]
     near = [sides is not None and sides <= FAR for sides in reached]
-    verdict = HOLDS if all(near) else CONDITIONS if any(sides is not None for sides in reached) else FAILS
-    deciding = at(found, held="both") if verdict != HOLDS else found
-    return Finding(verdict, sentence(*map(_sentence, meant)), tuple(told), evidence("far", "max_abs", deciding))
+    verdict = grade(all(near), any(sides is not None for sides in reached))
+    deciding = at(cells, held="both") if verdict != HOLDS else cells
+    return Finding(verdict, sentence(*map(_sentence, judged)), tuple(records), evidence("far", "max_abs", deciding))
 
 
 def far_enough(distances: pd.Series, errors: pd.Series) -> float | None:
@@ -64,7 +54,7 @@ def far_enough(distances: pd.Series, errors: pd.Series) -> float | None:
     return float(near * (far / near) ** share)
 
 
-def _record(mine: pd.DataFrame) -> Numbers:
+def _record(mine: pd.DataFrame) -> Record:
     """One term, of one exponent, with the same directions held: its rows over all distances, the nearest first."""
     worst = mine.iloc[-1]
     alpha = None if pd.isna(worst["alpha"]) else float(worst["alpha"])
@@ -78,7 +68,7 @@ def _record(mine: pd.DataFrame) -> Numbers:
     }
 
 
-def _sentence(one: Numbers) -> str:
+def _sentence(one: Record) -> str:
     name = "L.N" if one["term"] == "diffuse" else f"R.V at alpha {one['alpha']:g}"
     if one["sides_from"] is None:
         return f"{name}: no measured distance is far enough"

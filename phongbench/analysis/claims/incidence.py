@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from phongbench.analysis.claims.claim import CONDITIONS, FAILS, HOLDS, VISIBLE, Claim, Finding, Numbers
+from phongbench.analysis.claims.claim import VISIBLE, Claim, Finding, Record, grade
 from phongbench.analysis.claims.words import codes, sentence
 from phongbench.analysis.rows import Rows
 from phongbench.formulas.citations import HYPERGRAPH
@@ -19,18 +19,18 @@ def judge(rows: Rows) -> Finding:
     """By formula, not by a run's rows: Schlick's reflectance r + (1 - r) (1 - cos i)^5 of a material that reflects r at
     normal incidence, against the constant ks = r, for light of full intensity. Holds if the difference exceeds 1/255
     somewhere up to 85 degrees of incidence for glass, iron and silver alike, fails if for none, else holds under
-    conditions; told up to which incidence a constant ks stays within 1/255.
+    conditions; with the incidence up to which a constant ks stays within 1/255.
     """
-    told = tuple(_record(name, r) for name, r in MATERIALS.items())
-    seen = [one["error_at_85_degrees"] > VISIBLE for one in told]
-    verdict = HOLDS if all(seen) else CONDITIONS if any(seen) else FAILS
+    records = tuple(_record(name, r) for name, r in MATERIALS.items())
+    seen = [one["error_at_85_degrees"] > VISIBLE for one in records]
+    verdict = grade(all(seen), any(seen))
     parts = [
         f"{one['material']}: within 1/255 up to {one['incidence_to_degrees']:.3g} degrees, off by "
         f"{codes(one['error_at_60_degrees'])} at 60 and {codes(one['error_at_85_degrees'])} at 85"
-        for one in told
+        for one in records
     ]
     return Finding(
-        verdict, sentence(f"a constant ks against Schlick's reflectance, {parts[0]}", *parts[1:]), told, (), "law"
+        verdict, sentence(f"a constant ks against Schlick's reflectance, {parts[0]}", *parts[1:]), records, (), "law"
     )
 
 
@@ -39,7 +39,7 @@ def rise(normal: float, incidence_degrees: float) -> float:
     return (1.0 - normal) * (1.0 - math.cos(math.radians(incidence_degrees))) ** 5
 
 
-def _record(name: str, normal: float) -> Numbers:
+def _record(name: str, normal: float) -> Record:
     reach = 1.0 - min(1.0, VISIBLE / (1.0 - normal)) ** 0.2
     return {
         "material": name,

@@ -4,16 +4,7 @@ from __future__ import annotations
 
 import pandas as pd
 
-from phongbench.analysis.claims.claim import (
-    CONDITIONS,
-    FAILS,
-    HOLDS,
-    VISIBLE,
-    Claim,
-    Finding,
-    LackingRowsError,
-    Numbers,
-)
+from phongbench.analysis.claims.claim import VISIBLE, Claim, Finding, LackingRowsError, Record, grade
 from phongbench.analysis.claims.evidence import coverage, evidence
 from phongbench.analysis.claims.words import codes, exponents, sentence
 from phongbench.analysis.rows import Rows, at, forms_of
@@ -36,23 +27,22 @@ def judge(rows: Rows) -> Finding:
     if not forms:
         raise LackingRowsError(
             "the run lacks unit rows of lyon, or of its limit gaussian, with Taylor slopes",
-            None,
             "measure them: phongbench run, or with --only lyon,gaussian",
         )
     shown = [form for form in forms if form != "difference"] or forms
-    told = [
+    records = [
         _record(at(lyon, lambda_form=form, alpha=alpha), mine)
         for form in shown
         for alpha in sorted(limit["alpha"].unique())
         if len(mine := at(limit, lambda_form=form, alpha=alpha))
     ]
-    first = [one for one in told if one["lambda_form"] == shown[0]]
-    states = {one["within"] == ALWAYS for one in first}
-    verdict = CONDITIONS if len(states) > 1 else HOLDS if True in states else FAILS
-    return Finding(verdict, _because(first), tuple(told), _rows(lyon, limit, first), coverage(limit))
+    first = [one for one in records if one["lambda_form"] == shown[0]]
+    always = [one["within"] == ALWAYS for one in first]
+    verdict = grade(all(always), any(always))
+    return Finding(verdict, _because(first), tuple(records), _rows(lyon, limit, first), coverage(limit))
 
 
-def _record(lyon: pd.DataFrame, limit: pd.DataFrame) -> Numbers:
+def _record(lyon: pd.DataFrame, limit: pd.DataFrame) -> Record:
     """What ever larger gammas come to at one exponent, and which measured ones are within 1/255."""
     mine = lyon.sort_values("gamma", kind="stable")
     gammas = mine["gamma"].astype(int).tolist()
@@ -72,10 +62,10 @@ def _record(lyon: pd.DataFrame, limit: pd.DataFrame) -> Numbers:
     }
 
 
-def _because(told: list[Numbers]) -> str:
-    measured = [one["alpha"] for one in told]
-    good, passing, never = ([one["alpha"] for one in told if one["within"] == w] for w in (ALWAYS, PASSING, NEVER))
-    worst = max(told, key=lambda one: (one["limit_error"], -one["alpha"]))
+def _because(records: list[Record]) -> str:
+    measured = [one["alpha"] for one in records]
+    good, passing, never = ([one["alpha"] for one in records if one["within"] == w] for w in (ALWAYS, PASSING, NEVER))
+    worst = max(records, key=lambda one: (one["limit_error"], -one["alpha"]))
     limit = f"in the {worst['lambda_form']} form the limit of ever larger gamma"
     parts = [f"{limit} is within 1/255 at {exponents(good, measured)}"]
     parts += [f"at {exponents(passing, measured)} only gammas near alpha are"] if passing else []
@@ -84,12 +74,12 @@ def _because(told: list[Numbers]) -> str:
     return sentence(*parts)
 
 
-def _rows(lyon: pd.DataFrame, limit: pd.DataFrame, told: list[Numbers]) -> tuple[Numbers, ...]:
+def _rows(lyon: pd.DataFrame, limit: pd.DataFrame, records: list[Record]) -> tuple[Record, ...]:
     """The limit at its worst exponent and at the first within; lyon's best gamma where the limit is not."""
-    form = told[0]["lambda_form"]
-    worst = max(told, key=lambda one: (one["limit_error"], -one["alpha"]))["alpha"]
-    first = [one["alpha"] for one in told if one["within"] == ALWAYS][:1]
-    best = at(lyon, lambda_form=form, alpha=[one["alpha"] for one in told if one["within"] != ALWAYS])
+    form = records[0]["lambda_form"]
+    worst = max(records, key=lambda one: (one["limit_error"], -one["alpha"]))["alpha"]
+    first = [one["alpha"] for one in records if one["within"] == ALWAYS][:1]
+    best = at(lyon, lambda_form=form, alpha=[one["alpha"] for one in records if one["within"] != ALWAYS])
     best = best.sort_values(["alpha", "max_abs", "gamma"], kind="stable").drop_duplicates("alpha")
     return evidence("accuracy", "max_abs", pd.concat([at(limit, lambda_form=form, alpha=[worst, *first]), best]))
 

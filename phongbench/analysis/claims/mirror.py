@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from phongbench.analysis.claims.claim import CONDITIONS, FAILS, HOLDS, Claim, Finding, Numbers
+from phongbench.analysis.claims.claim import Claim, Finding, Record, grade
 from phongbench.analysis.claims.evidence import evidence
 from phongbench.analysis.claims.words import percent, rounded, sentence
 from phongbench.analysis.rows import Rows, at
@@ -23,12 +23,12 @@ def judge(rows: Rows) -> Finding:
     reflector is near-perfect if it blurs a point of light to no more than the sun's disc, a half width of 0.267
     degrees. Holds if n = 200 is; holds under conditions if a larger exponent of up to 100000 is; else fails.
     """
-    told = tuple(_record(n) for n in (CLAIMED, *FURTHER))
+    records = tuple(_record(n) for n in (CLAIMED, *FURTHER))
     needed = {"half_width_degrees": SUN, "alpha_from": exponent_of(SUN)}
     eye = {"half_width_degrees": EYE, "alpha_from": exponent_of(EYE)}
-    sharp = [one["alpha"] for one in told if one["half_width_degrees"] <= SUN]
-    verdict = HOLDS if CLAIMED in sharp else CONDITIONS if sharp else FAILS
-    first = told[0]
+    sharp = [one["alpha"] for one in records if one["half_width_degrees"] <= SUN]
+    verdict = grade(CLAIMED in sharp, sharp)
+    first = records[0]
     because = sentence(
         f"at n = {CLAIMED:g} the lobe's half width is {first['half_width_degrees']:.3g} degrees, "
         f"{first['half_width_degrees'] / SUN:.3g} times that of the sun's disc, and holds "
@@ -38,7 +38,7 @@ def judge(rows: Rows) -> Finding:
         f"{rounded(eye['alpha_from'])}",
     )
     exact = at(rows.largest_errors, approximation="phong", alpha=CLAIMED)
-    return Finding(verdict, because, (*told, needed, eye), evidence("accuracy", "max_abs", exact), "law")
+    return Finding(verdict, because, (*records, needed, eye), evidence("accuracy", "max_abs", exact), "law")
 
 
 def half_width(n: float) -> float:
@@ -56,7 +56,7 @@ def energy_within(n: float, degrees: float) -> float:
     return float(1.0 - math.cos(math.radians(degrees)) ** (n + 1.0))
 
 
-def _record(n: float) -> Numbers:
+def _record(n: float) -> Record:
     width = half_width(n)
     return {
         "alpha": n,

@@ -10,14 +10,13 @@ FASTER = 0.98
 
 
 def quiet(rows: Rows) -> None:
-    """LackingRowsError for a run that was not timed, or that told identical code apart."""
+    """LackingRowsError for a run that was not timed, or in which identical code differed in time."""
     if rows.timing.empty:
         raise LackingRowsError(
-            "the run was not timed", None, "time it: phongbench run without --no-timing, or with a --timing-budget"
+            "the run was not timed", "time it: phongbench run without --no-timing, or with a --timing-budget"
         )
     if rows.twin_differs:
         raise LackingRowsError(
-            f"the run told identical code apart in {listed(rows.twin_differs)}, so its speed claims are withheld",
-            None,
+            f"identical code differed in time in {listed(rows.twin_differs)}, so the run's speed claims are withheld",
             "time it again on a quiet machine: phongbench run",
         )

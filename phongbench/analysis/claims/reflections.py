@@ -4,16 +4,7 @@ from __future__ import annotations
 
 import pandas as pd
 
-from phongbench.analysis.claims.claim import (
-    CONDITIONS,
-    FAILS,
-    HOLDS,
-    VISIBLE,
-    Claim,
-    Finding,
-    LackingRowsError,
-    Numbers,
-)
+from phongbench.analysis.claims.claim import VISIBLE, Claim, Finding, LackingRowsError, Record, grade
 from phongbench.analysis.claims.evidence import evidence
 from phongbench.analysis.claims.words import codes, percent, sentence
 from phongbench.analysis.rows import Rows, at
@@ -32,32 +23,32 @@ def judge(rows: Rows) -> Finding:
     cut = at(rows.skips, name="cutoff")
     if cut.empty:
         raise LackingRowsError(
-            "what stopping reflections saves shows in traced scenes only", None, "trace them: phongbench run --scenes"
+            "what stopping reflections saves shows in traced scenes only", "trace them: phongbench run --scenes"
         )
-    told = [_record(row) for _, row in cut.iterrows()]
-    scenes = list(dict.fromkeys(one["scene"] for one in told))
-    saved = {scene: max(_saved(told, scene, VISIBLE), default=0.0) for scene in scenes}
+    records = [_record(row) for _, row in cut.iterrows()]
+    scenes = list(dict.fromkeys(one["scene"] for one in records))
+    saved = {scene: max(_saved(records, scene, VISIBLE), default=0.0) for scene in scenes}
     worth = [share >= WORTH for share in saved.values()]
-    dear = any(max(_saved(told, scene, float("inf"))) >= WORTH for scene in scenes)
-    verdict = HOLDS if all(worth) else CONDITIONS if any(worth) or dear else FAILS
-    parts = [_sentence(scene, saved[scene], [one for one in told if one["scene"] == scene]) for scene in scenes]
-    return Finding(verdict, sentence(*parts), tuple(told), evidence("skips", "largest_change", cut), "traced")
+    dear = any(max(_saved(records, scene, float("inf"))) >= WORTH for scene in scenes)
+    verdict = grade(all(worth), any(worth) or dear)
+    parts = [_sentence(scene, saved[scene], [one for one in records if one["scene"] == scene]) for scene in scenes]
+    return Finding(verdict, sentence(*parts), tuple(records), evidence("skips", "largest_change", cut), "traced")
 
 
-def _saved(told: list[Numbers], scene: str, most: float) -> list[float]:
+def _saved(records: list[Record], scene: str, most: float) -> list[float]:
     """Shares of rays saved in a scene by contributions that change no colour by more than `most`."""
-    return [one["rays_saved"] for one in told if one["scene"] == scene and one["largest_change"] <= most]
+    return [one["rays_saved"] for one in records if one["scene"] == scene and one["largest_change"] <= most]
 
 
-def _sentence(scene: str, saved: float, told: list[Numbers]) -> str:
-    top = max(told, key=lambda one: one["contribution"])
+def _sentence(scene: str, saved: float, records: list[Record]) -> str:
+    top = max(records, key=lambda one: one["contribution"])
     return (
         f"{scene}: stopping saves {percent(saved)} of the rays within 1/255, and {percent(top['rays_saved'])} below a "
         f"contribution of {top['contribution']:.3g}, which changes a colour by {codes(top['largest_change'])}"
     )
 
 
-def _record(row: pd.Series) -> Numbers:
+def _record(row: pd.Series) -> Record:
     return {
         "scene": str(row["scene"]),
         "depth": int(row["depth"]),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pandas as pd
 
-from phongbench.analysis.claims.claim import CONDITIONS, FAILS, HOLDS, Claim, Finding, LackingRowsError, Numbers
+from phongbench.analysis.claims.claim import Claim, Finding, LackingRowsError, Record, grade
 from phongbench.analysis.claims.evidence import evidence
 from phongbench.analysis.claims.quiet_times import FASTER, PLACES, quiet
 from phongbench.analysis.claims.words import listed, sentence, times
@@ -23,12 +23,12 @@ def judge(rows: Rows) -> Finding:
     working set: a vectorised power, the power of the C library, and square-and-multiply for a whole exponent (50). The
     interval of a ratio of two ratios reaches from the least to the largest that both intervals allow; faster if it
     lies below 0.98. Holds if faster in each lambda form than each engine in each working set; fails if never; else
-    holds under conditions. Where the run told identical code apart, no claim of speed is made.
+    holds under conditions. Where identical code differed in time, no claim of speed is made.
     """
     quiet(rows)
     lyon = near_gamma(at(rows.judged_times, approximation="lyon", space="reflect"), GAMMA)
     engines = at(rows.judged_times, approximation=tuple(ENGINES))
-    told = [
+    records = [
         _record(mine, exact)
         for place in PLACES
         for form in forms_of(lyon)
@@ -36,23 +36,22 @@ def judge(rows: Rows) -> Finding:
         for mine in _rows(at(lyon, working_set=place, lambda_form=form))
         for exact in _rows(at(engines, working_set=place, approximation=engine))
     ]
-    if not told:
+    if not records:
         raise LackingRowsError(
             "the run has no times of lyon and of an exact power",
-            None,
             "time them: phongbench run without --no-timing, with lyon among --only",
         )
-    faster = [one["faster"] for one in told]
-    verdict = HOLDS if all(faster) else CONDITIONS if any(faster) else FAILS
-    decisive = at(pd.concat([lyon, engines]), working_set=told[0]["working_set"])
-    return Finding(verdict, _because(told), tuple(told), evidence("timing", "ratio", decisive), "timed")
+    faster = [one["faster"] for one in records]
+    verdict = grade(all(faster), any(faster))
+    decisive = at(pd.concat([lyon, engines]), working_set=records[0]["working_set"])
+    return Finding(verdict, _because(records), tuple(records), evidence("timing", "ratio", decisive), "timed")
 
 
 def _rows(frame: pd.DataFrame) -> list[pd.Series]:
     return [row for _, row in frame.head(1).iterrows()]
 
 
-def _record(mine: pd.Series, exact: pd.Series) -> Numbers:
+def _record(mine: pd.Series, exact: pd.Series) -> Record:
     """How many times faster than an engine; against the baseline the interval is the measured one."""
     base = exact["approximation"] == BASELINE
     high = mine["ratio_high"] / (1.0 if base else exact["ratio_low"])
@@ -69,16 +68,16 @@ def _record(mine: pd.Series, exact: pd.Series) -> Numbers:
     }
 
 
-def _because(told: list[Numbers]) -> str:
-    place, form = told[0]["working_set"], told[0]["lambda_form"]
+def _because(records: list[Record]) -> str:
+    place, form = records[0]["working_set"], records[0]["lambda_form"]
     gains = [
         f"{times(one['times_faster'])} times as fast as {ENGINES[one['engine']]} "
         f"({times(one['times_faster_low'])} .. {times(one['times_faster_high'])})"
-        for one in told
+        for one in records
         if (one["working_set"], one["lambda_form"]) == (place, form)
     ]
-    parts = [f"lyon, {form}, gamma {told[0]['gamma']} in {place} is {listed(gains)}"]
-    places = {where: [one["faster"] for one in told if one["working_set"] == where] for where in PLACES}
+    parts = [f"lyon, {form}, gamma {records[0]['gamma']} in {place} is {listed(gains)}"]
+    places = {where: [one["faster"] for one in records if one["working_set"] == where] for where in PLACES}
     counts = [f"{sum(here)} of {len(here)} in {where}" for where, here in places.items() if here]
     return sentence(*parts, f"over all forms and engines it is surely faster in {listed(counts)}")
 

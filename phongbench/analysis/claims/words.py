@@ -26,8 +26,8 @@ def codes(error: float) -> str:
     """An error in 8-bit codes."""
     if not math.isfinite(error):
         return "codes without end"
-    told = f"{255 * error:.2g}" if 255 * error < 10 else f"{255 * error:.0f}"
-    return f"{told} code{'s' * (told != '1')}"
+    text = f"{255 * error:.2g}" if 255 * error < 10 else f"{255 * error:.0f}"
+    return f"{text} code{'s' * (text != '1')}"
 
 
 def times(ratio: float) -> str:

@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 
-from phongbench.analysis.mesh_edges import CODE, PAIRS, raw_lyon, reaches, told
+from phongbench.analysis.mesh_edges import CODE, PAIRS, in_words, raw_lyon, reaches
 from phongbench.analysis.rows import STABILITY_ALPHA, Rows, nearest
 from phongbench.formulas.lambda_forms import LAMBDA_FORMS
 from phongbench_reports.plots import BLUE, GREEN, MUTED, SURFACE, VERMILION, Plate, end_labels, footnote, sheet
@@ -166,7 +166,7 @@ def _sentence(study: Rows, data: pd.DataFrame) -> str:
     parts = []
     for pair in (pair for pair in PAIRS if pair in set(found["pair"])):
         mine = records(found[found["pair"] == pair])
-        wide = listed(f"{told(row['degrees'], row['relation'])} ({row['lambda_form']})" for row in mine)
+        wide = listed(f"{in_words(row['degrees'], row['relation'])} ({row['lambda_form']})" for row in mine)
         parts.append(f"{LOOKS[pair][0]}: {wide}")
     return (
         f"At {alpha_is(alpha)}, normals left raw change the highlight by at most one 8-bit code up to edges of "

@@ -18,9 +18,8 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from phongbench.formulas.formula import Specular
+from phongbench.formulas.formula import Formula
 from phongbench.scenes import images
-from phongbench.scenes.picture_errors import name_of
 from phongbench.scenes.render import render
 from phongbench.scenes.scene import Mesh, Scene
 from phongbench.scenes.scene_files import read_scene
@@ -29,7 +28,7 @@ from phongbench_reports.plots import footnote, ink, sheet
 #: pixels of a picture in a figure, and how finely the figure is written
 SIZE, DPI = (480, 270), 160
 #: side by side on the test card: one that is visibly wrong, the same with a better slope, one that is nearly right
-SHOWN = (Specular("lyon", "dot", 8), Specular("lyon", "dot", 8, "minimax"), Specular("lyon-quadratic", "dot", 4))
+SHOWN = tuple(map(Formula.parse, ("lyon:dot:8", "lyon:dot:8:minimax", "lyon-quadratic:dot:4")))
 
 Codes = NDArray[np.uint8]
 
@@ -87,21 +86,14 @@ def interpolation(degrees: Sequence[float] = (44.0, 21.0, 5.0)) -> Sheet:
 def formulas(scene_name: str = "test-card", size: tuple[int, int] = SIZE) -> Sheet:
     """Exact Phong, some formulas, and the difference of each, enlarged."""
     scene = read_scene(scene_name)
-    exact = render(scene, size=size, specular=Specular()).picture
+    exact = render(scene, size=size, specular=Formula()).picture
     found, titles = [], []
     facts: list[dict[str, Any]] = []
     for formula in SHOWN:
         other = render(scene, size=size, specular=formula).picture
         factor, error = images.amplification(exact, other), images.compare(exact, other, flip=False)
         shown = np.clip(factor * np.abs(images.encoded(other) - images.encoded(exact)), 0, 1)
-        name = name_of(
-            {
-                "approximation": formula.approximation,
-                "lambda_form": formula.lambda_form,
-                "gamma": formula.gamma,
-                "beta": formula.beta,
-            }
-        )
+        name = str(formula)
         facts.append({"scene": scene.name, "formula": name, "amplification": factor, **error.as_dict()})
         found += [images.codes(other), (255 * shown + 0.5).astype(np.uint8)]
         titles += [name, f"difference to exact Phong × {factor:g}; at most {error.max_codes} codes"]

@@ -6,7 +6,7 @@ from itertools import product
 
 import pandas as pd
 
-from phongbench.analysis.mesh_edges import PAIRS, reaches, told
+from phongbench.analysis.mesh_edges import PAIRS, in_words, reaches
 from phongbench.analysis.rows import Rows
 from phongbench.formulas.lambda_forms import LAMBDA_FORMS
 from phongbench_reports.figures.meshes import LOOKS
@@ -27,7 +27,8 @@ def mesh_edges(study: Rows) -> Table | Absent:
         way for way in product(PAIRS, forms) if ((data["pair"] == way[0]) & (data["lambda_form"] == way[1])).any()
     ]
     edges = {
-        (row["alpha"], row["pair"], row["lambda_form"]): told(row["degrees"], row["relation"]) for row in records(data)
+        (row["alpha"], row["pair"], row["lambda_form"]): in_words(row["degrees"], row["relation"])
+        for row in records(data)
     }
     rows = tuple(
         (f"{alpha:g}", *(edges.get((alpha, *way), "–") for way in columns)) for alpha in sorted(data["alpha"].unique())
@@ -43,7 +44,7 @@ def _sentence(data: pd.DataFrame) -> str:
     """The way that bears the widest edges, and the one that bears the narrowest, over all exponents."""
     worst = data.sort_values(["degrees", "alpha"], kind="stable").drop_duplicates(["pair", "lambda_form"])
     words = [
-        f"{WAYS[row['pair']]} in the form {row['lambda_form']} ({told(row['degrees'], row['relation'])} at "
+        f"{WAYS[row['pair']]} in the form {row['lambda_form']} ({in_words(row['degrees'], row['relation'])} at "
         f"{alpha_is(row['alpha'])})"
         for row in records(worst)
     ]

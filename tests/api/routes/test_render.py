@@ -13,18 +13,18 @@ import pytest
 from PIL import Image
 from starlette.testclient import TestClient
 
-from phongbench.formulas.formula import Specular
+from phongbench.formulas.formula import Formula
 from phongbench.scenes import images
 from phongbench.scenes.render import TILE, render
 from phongbench.scenes.requests import render_request
 from phongbench.scenes.scene_files import examples, read_scene
-from phongbench.scenes.skips import Thrift
+from phongbench.scenes.skips import SceneSkips
 from phongbench_api.http import media
 from phongbench_api.http.problems import Cancelled
 from phongbench_api.routes.render import Rendering
 from phongbench_api.work import render_cost
 
-LYON = Specular("lyon", "difference", 8)
+LYON = Formula.of("lyon", "difference", 8)
 SIZE = (32, 18)
 #: a ball over a chequerboard and a mesh, as a stranger sends it
 MINE: dict[str, Any] = {
@@ -90,22 +90,24 @@ def test_a_formula_is_written_as_text_or_as_an_object(client: TestClient) -> Non
 def test_json_tells_the_librarys_ledger(client: TestClient) -> None:
     wishes = {"depth": 2, "shadows": True, "supersampling": 2, "model": "blinn-phong"}
     told = ask(client, "chequerboard", media.JSON, **wishes, skip="exact").json()
-    found = render(read_scene("chequerboard"), size=SIZE, **wishes, thrift=Thrift.exact()).as_dict()
+    found = render(read_scene("chequerboard"), size=SIZE, **wishes, skips=SceneSkips.exact()).as_dict()
     assert told.pop("seconds").keys() == found.pop("seconds").keys()
     assert told == found | {"scene": "chequerboard"}
 
 
-@pytest.mark.parametrize(("skip", "thrift"), [("all", Thrift()), ("exact", Thrift.exact()), ("none", Thrift.none())])
-def test_what_may_be_left_out_is_asked_for(client: TestClient, skip: str, thrift: Thrift) -> None:
+@pytest.mark.parametrize(
+    ("skip", "skips"), [("all", SceneSkips()), ("exact", SceneSkips.exact()), ("none", SceneSkips.none())]
+)
+def test_what_may_be_left_out_is_asked_for(client: TestClient, skip: str, skips: SceneSkips) -> None:
     ledger = ask(client, "many-lights", media.JSON, skip=skip).json()["ledger"]
-    expected = render(read_scene("many-lights"), size=SIZE, thrift=thrift).ledger
+    expected = render(read_scene("many-lights"), size=SIZE, skips=skips).ledger
     assert ledger == [line.as_dict() for line in expected]
     assert (sum(line["skipped"] for line in ledger) == 0) == (skip == "none")
 
 
 def test_compared_the_error_is_told_and_shown(client: TestClient) -> None:
     scene = read_scene("test-card")
-    exact, mine = (render(scene, size=SIZE, specular=formula).picture for formula in (Specular(), LYON))
+    exact, mine = (render(scene, size=SIZE, specular=formula).picture for formula in (Formula(), LYON))
     told = ask(client, "test-card", media.JSON, specular="lyon:difference:8", compare=True).json()
     assert told["error"] == images.compare(exact, mine, flip=False).as_dict()
     assert told["error"]["max_codes"] > 0

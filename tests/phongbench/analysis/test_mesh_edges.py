@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from phongbench.analysis.mesh_edges import CODE, reaches, told, widest_edge
+from phongbench.analysis.mesh_edges import CODE, in_words, reaches, widest_edge
 
 
 def test_a_crossing_lies_on_the_power_law_between_two_edges():
@@ -24,7 +24,7 @@ def test_beyond_what_was_measured_only_bounds_are_told():
     assert widest_edge([2.0, 5.0], [2.0, 3.0], 1.0) == (2.0, "<")
     assert widest_edge([2.0, 5.0], [0.2, 1.0], 1.0) == (5.0, ">")  # at the limit is within it
     assert widest_edge([2.0, 5.0], [0.0, 10.0], 1.0)[1] == "="
-    assert [told(2.0, "<"), told(5.04, ">"), told(9.161, "=")] == ["< 2°", "> 5°", "9.2°"]
+    assert [in_words(2.0, "<"), in_words(5.04, ">"), in_words(9.161, "=")] == ["< 2°", "> 5°", "9.2°"]
 
 
 def test_reaches_are_read_from_raw_lyon_rows_at_the_gamma_nearest_to_8():

@@ -130,6 +130,7 @@ def test_no_vectors_give_no_values() -> None:
         (np.float32, np.float64, np.float64),
         (np.float16, np.float32, np.float32),
         (np.int32, np.float32, np.float64),
+        (np.int32, np.int32, np.float64),
         (">f8", "<f8", np.float64),
     ],
 )

@@ -110,7 +110,7 @@ def test_a_file_without_an_exponent_has_materials_but_no_exponents(tmp_path: Pat
 
 def test_bytes_are_no_materials(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="not a text file"):
-        read_mtl(written(tmp_path, "\x89PNG\r\n\x1a\n\x00\x00"))
+        read_mtl(written(tmp_path, "\x89PNG\r\n\x1a\n\x00\x00\rIHDR"))
 
 
 @pytest.mark.parametrize(

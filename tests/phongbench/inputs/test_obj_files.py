@@ -184,6 +184,6 @@ def test_the_materials_of_faces_are_those_above_them(obj):
         obj(text + "f 1 2 3\nusemtl red # x\nf 1 2 4 3\nf 1 1 2\nusemtl\nf 1 2 5\nusemtl red # x\nf 1 2 3\n")
     )
     assert read.libraries == ("a.mtl b.mtl", "c d.mtl")
-    assert read.materials == ((9, "red # x"), (12, ""))
-    assert read.worn.tolist() == [-1, 0, 0, 1, 0]
+    assert read.materials == ((9, "red # x"),)
+    assert read.worn.tolist() == [-1, 0, 0, -1, 0]
     assert read.bare == 8

@@ -88,6 +88,7 @@ def quarters(folder: Path) -> str:
 # what files hold, the picture's four quarters, and the beginnings of the notes in the order of the files
 DRAWN: dict[str, tuple[Files, str, tuple[str, ...]]] = {
     "as it is": (obj(OBJ), "rbrb", ()),
+    "bytes of 0 at the end": ({"a.obj": OBJ + "\0\0\0", "a.mtl": MTL + "\0"}, "rbrb", ()),
     "tabs": (obj(OBJ.replace(" ", "\t")), "rbrb", ()),
     "many blanks": (obj(OBJ.replace(" ", "  \t ").replace("\n", "  \n")), "rbrb", ()),
     "indented": (obj("".join(f" \t{line}\n" for line in OBJ.splitlines())), "rbrb", ()),
@@ -222,6 +223,7 @@ DRAWN: dict[str, tuple[Files, str, tuple[str, ...]]] = {
 }
 
 REFUSED: dict[str, tuple[Files, str]] = {
+    "a nameless library": (replaced("mtllib a.mtl", "mtllib"), "a.obj: the OBJ file names no MTL file"),
     "no library": (replaced("mtllib a.mtl\n", ""), "a.obj: the OBJ file names no MTL file"),
     "a library that is not there": (replaced("a.mtl", "b.mtl"), "b.mtl: cannot read the MTL file"),
     "a material that is not there": (replaced("blue", "green"), "a.obj:10: the material 'green' is not in"),
@@ -230,7 +232,7 @@ REFUSED: dict[str, tuple[Files, str]] = {
         "the material 'green' is not in the MTL file; not there: b.mtl",
     ),
     "no material": (replaced("usemtl red\n", ""), "a.obj:8: some faces have no material"),
-    "a nameless material": (replaced("usemtl red", "usemtl"), "a.obj:8: the material '' is not"),
+    "a nameless material": (replaced("usemtl red", "usemtl"), "a.obj:9: some faces have no material"),
     "a vertex that is not there": (replaced(RIGHT, "f 2 3 7\n"), "a.obj:11: a face names its vertices by 1 to 6"),
     "a vertex that is not above": (replaced(RIGHT, "f 2 3 -7\n"), "a.obj:11: a face names its vertices by 1 to 6"),
     "a face of two corners": (replaced(RIGHT, "f 2 3\n"), "a.obj:11: a face has three corners or more"),

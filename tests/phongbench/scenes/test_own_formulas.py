@@ -13,7 +13,7 @@ from click.testing import CliRunner, Result
 
 from phongbench.cli.main import main
 from phongbench.errors import InputError
-from phongbench.formulas.formula import Specular
+from phongbench.formulas.formula import Formula
 from phongbench.formulas.registry import REGISTRY
 from phongbench.formulas.user_files import registry_with
 from phongbench.scenes import picture_errors
@@ -84,12 +84,12 @@ def test_where_it_fails_the_error_says_so_and_nothing_is_written(
 
 def test_it_is_drawn_beside_ours_and_what_fails_leaves_its_own_row_alone(own: Own) -> None:
     registry = registry_with([own("mine"), own("raises", *RAISES), own("none", *NO_NUMBER)])
-    asked = [Specular(name, "dot", 8) for name in ("raises", "none", "mine", "lyon")]
+    asked = [Formula.of(name, "dot", 8, registry=registry) for name in ("raises", "none", "mine", "lyon")]
     raises, none, mine, lyon = picture_errors.compare(read_scene("test-card"), asked, size=(32, 18), registry=registry)
     assert f"raises.py:{LINE}: ZeroDivisionError" in raises["left_out"]
     assert "are not finite" in none["left_out"]
     assert "max_abs" not in {*raises, *none}
-    assert mine == lyon | {"approximation": "mine"}
+    assert mine == lyon | {"formula": "mine:dot:8", "approximation": "mine"}
 
 
 def test_a_lobe_that_is_not_finite_is_told_even_where_no_pixel_shows_it(own: Own) -> None:
@@ -98,7 +98,8 @@ def test_a_lobe_that_is_not_finite_is_told_even_where_no_pixel_shows_it(own: Own
     scene = read_scene("test-card")
     card = replace(scene, lights=tuple(replace(light, specular=(0.0, 0.0, 0.0)) for light in scene.lights))
     registry = registry_with([own("hidden", *hidden)])
-    (row,) = picture_errors.compare(card, [Specular("hidden", "dot", 8)], size=(8, 8), registry=registry)
+    formula = Formula.of("hidden", "dot", 8, registry=registry)
+    (row,) = picture_errors.compare(card, [formula], size=(8, 8), registry=registry)
     assert re.search(r"its lobe is not finite at 60(\.\d+)? degrees", row["left_out"])
 
 

@@ -2,16 +2,16 @@
 
 import pytest
 
-from phongbench.formulas.formula import Specular
+from phongbench.formulas.formula import Formula
 from phongbench.scenes import picture_errors
 from phongbench.scenes.scene_files import read_scene
 
-LYON = [Specular("lyon", form, gamma) for form in ("dot", "cross") for gamma in (4, 16)]
+LYON = [Formula.of("lyon", form, gamma) for form in ("dot", "cross") for gamma in (4, 16)]
 
 
 @pytest.mark.parametrize("name", ["test-card", "chequerboard", "many-lights"])
 def test_a_picture_is_off_by_no_more_than_its_lobes_promise(name: str) -> None:
-    rows = picture_errors.compare(read_scene(name), [*LYON, Specular("gaussian", "dot")], size=(96, 54))
+    rows = picture_errors.compare(read_scene(name), [*LYON, Formula.of("gaussian", "dot")], size=(96, 54))
     for row in rows:
         assert row["left_out"] is None
         assert 0 < row["max_abs"] <= row["lobe_error"] * (1 + 1e-4) + 1e-5
@@ -27,12 +27,6 @@ def test_the_test_card_shows_the_lobes_error_itself() -> None:
 
 
 def test_a_formula_that_does_not_fit_the_scene_is_left_out_and_told() -> None:
-    (row,) = picture_errors.compare(read_scene("chequerboard"), [Specular("integer-power")], size=(16, 9))
+    (row,) = picture_errors.compare(read_scene("chequerboard"), [Formula.of("integer-power")], size=(16, 9))
     assert "materials." in row["left_out"]
     assert "max_abs" not in row
-
-
-def test_a_formula_is_named_as_the_command_line_writes_it() -> None:
-    row = {"approximation": "lyon", "lambda_form": "dot", "gamma": 8, "beta": "minimax"}
-    assert picture_errors.name_of(row) == "lyon:dot:8 minimax"
-    assert picture_errors.name_of(row | {"beta": None, "gamma": None}) == "lyon:dot"

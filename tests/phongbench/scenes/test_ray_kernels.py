@@ -12,16 +12,16 @@ from hypothesis import strategies as st
 
 from phongbench.benchmarks import numpy_tracer
 from phongbench.errors import CancelledError
-from phongbench.formulas.formula import Specular
+from phongbench.formulas.formula import Formula
 from phongbench.inputs import meshes
 from phongbench.scenes import camera as views
 from phongbench.scenes import ray_kernels
 from phongbench.scenes.geometry import geometry
 from phongbench.scenes.render import render
-from phongbench.scenes.scene import Camera, Chequerboard, Material, Mesh, Picture, Plane, Reflection, Scene, Sphere
+from phongbench.scenes.scene import Camera, Chequerboard, Material, Mesh, Picture, Plane, Scene, Sphere, SurfaceMaterial
 from phongbench.scenes.scene_files import examples, read_scene
 from phongbench.scenes.skip_bounds import Bounds
-from phongbench.scenes.skips import Thrift
+from phongbench.scenes.skips import SceneSkips
 from phongbench.shading.lighting import Light
 from phongbench.support.progress import Progress
 
@@ -35,7 +35,7 @@ def nearest(origins: Any, directions: Any, spheres: Any = (), planes: Any = ()) 
     t, spare, which = np.empty(count, np.float32), np.empty(count, np.float32), np.empty(count, np.int32)
     rows = [np.array(rows, np.float32).reshape(-1, 4).T.copy() for rows in (spheres, planes)]
     names = np.arange(len(spheres) + len(planes), dtype=np.int32)
-    ray_kernels.nearest(rays, count, rows[0], names, rows[1], t, which, spare)
+    ray_kernels.nearest(rays, count, (rows[0], rows[1], names), (t, which, spare))
     return t, which
 
 
@@ -108,17 +108,17 @@ def test_the_plain_twin_draws_the_same_picture(name: str) -> None:
     """All pixels agree but those whose ray passes an edge: of a sphere, a shadow or a square."""
     scene = read_scene(name)
     size = (128, 72)
-    fast = render(scene, size=size, thrift=Thrift.exact()).picture
+    fast = render(scene, size=size, skips=SceneSkips.exact()).picture
     slow, rays = numpy_tracer.trace(scene, size=size)
     apart = np.abs(fast - slow).max(axis=2)
     assert (apart > 1e-3).mean() < 2e-3
     assert np.median(apart) < 1e-6
-    assert abs(render(scene, size=size, thrift=Thrift.exact()).rays - rays) < 1e-3 * rays
+    assert abs(render(scene, size=size, skips=SceneSkips.exact()).rays - rays) < 1e-3 * rays
 
 
 def box(reflectivity: float, depth: int) -> Scene:
     """A camera in a closed box of mirrors with a lamp that shines nowhere: what it sees is ambient light."""
-    wall = Material("wall", Reflection((0.5, 0.25, 0.125)), reflectivity)
+    wall = SurfaceMaterial("wall", Material((0.5, 0.25, 0.125)), reflectivity)
     sides = [(axis, sign) for axis in range(3) for sign in (-1.0, 1.0)]
     normals = [[sign * (axis == i) for i in range(3)] for axis, sign in sides]
     planes = [Plane((-2 * x, -2 * y, -2 * z), (x, y, z), 0) for x, y, z in normals]
@@ -132,7 +132,7 @@ def box(reflectivity: float, depth: int) -> Scene:
 @pytest.mark.parametrize("reflectivity", [0.5, 1.0])
 def test_a_closed_box_of_mirrors_ends_at_the_depth_limit(reflectivity: float, depth: int) -> None:
     """Every surface shows ambient light a: (1 - k) a (1 + k + ... + k^depth) = a (1 - k^(depth + 1))."""
-    done = render(box(reflectivity, depth), thrift=Thrift.exact())
+    done = render(box(reflectivity, depth), skips=SceneSkips.exact())
     expected = np.array([0.5, 0.25, 0.125]) * (1 - reflectivity ** (depth + 1))
     assert np.allclose(done.picture, expected, atol=1e-5)
     assert done.rays == 20 * 12 * (depth + 1)
@@ -141,7 +141,7 @@ def test_a_closed_box_of_mirrors_ends_at_the_depth_limit(reflectivity: float, de
 @pytest.mark.parametrize("cutoff", [0.3, 0.05, 0.01])
 def test_a_contribution_cutoff_costs_no_more_than_it_says(cutoff: float) -> None:
     scene = box(0.7, 64)
-    full, cut = (render(scene, thrift=replace(Thrift.exact(), cutoff=c)) for c in (0.0, cutoff))
+    full, cut = (render(scene, skips=replace(SceneSkips.exact(), cutoff=c)) for c in (0.0, cutoff))
     lost = float(np.abs(full.picture - cut.picture).max())
     line = next(line for line in cut.ledger if line.name == "cutoff")
     assert line.bound == pytest.approx(cutoff * Bounds(scene).brightest)
@@ -153,7 +153,7 @@ def test_light_adds_up(small: str, written: Written) -> None:
     """The picture under two lights is that under each, together, with ambient light and background once."""
     scene = replace(written(small), background=(0.0, 0.0, 0.0), ambient_light=(0.0, 0.0, 0.0))
     both, *each = (
-        render(replace(scene, lights=lights), thrift=Thrift.exact()).picture
+        render(replace(scene, lights=lights), skips=SceneSkips.exact()).picture
         for lights in (scene.lights, scene.lights[:1], scene.lights[1:])
     )
     assert np.allclose(both, sum(each), rtol=1e-5, atol=1e-6)
@@ -161,8 +161,8 @@ def test_light_adds_up(small: str, written: Written) -> None:
 
 def test_supersampling_is_the_mean_of_a_larger_picture(small: str, written: Written) -> None:
     scene = written(small)
-    fine = render(scene, size=(96, 64), thrift=Thrift.exact()).picture
-    mixed = render(scene, size=(48, 32), supersampling=2, thrift=Thrift.exact()).picture
+    fine = render(scene, size=(96, 64), skips=SceneSkips.exact()).picture
+    mixed = render(scene, size=(48, 32), supersampling=2, skips=SceneSkips.exact()).picture
     assert np.allclose(mixed, fine.reshape(32, 2, 48, 2, 3).mean(axis=(1, 3)), atol=1e-6)
 
 
@@ -209,7 +209,7 @@ def test_progress_is_told_of_every_tile(small: str, written: Written) -> None:
 @pytest.mark.parametrize("meshed", [False, True])
 def test_shadows_fall_where_the_light_is_hidden(meshed: bool, far: bool) -> None:
     """A ball of radius 1 at height 3, lit from straight above, darkens the ground within radius 1 and nothing else."""
-    white = Material("white", Reflection((0, 0, 0), (1, 1, 1)))
+    white = SurfaceMaterial("white", Material((0, 0, 0), (1, 1, 1)))
     made = meshes.icosphere(1.0)
     mesh = Mesh(
         np.add(made.vertices, (0, 3, 0)), made.faces.astype(np.int32), made.normals, np.zeros(len(made.faces), np.int32)
@@ -231,7 +231,7 @@ def test_shadows_fall_where_the_light_is_hidden(meshed: bool, far: bool) -> None
 
 
 def test_a_pattern_changes_at_its_squares() -> None:
-    reds = [Material(name, Reflection((red, 0, 0))) for name, red in (("even", 1.0), ("odd", 0.25))]
+    reds = [SurfaceMaterial(name, Material((red, 0, 0))) for name, red in (("even", 1.0), ("odd", 0.25))]
     plane = Plane((0.25, 0.0, 0.25), (0.0, 1.0, 0.0), 0, Chequerboard(0, 1, 0.5))
     scene = Scene(
         "board",
@@ -258,7 +258,7 @@ def test_a_fine_mesh_looks_like_the_sphere_it_stands_for(small: str, written: Wr
     assert ball in small
     mesh = f'shape = "mesh"\nsurface = "icosphere"\ndegrees = 1\nsmooth = "{smooth}"\nscale = 0.8\n'
     other = written(small.replace(ball, mesh + 'translate = [0.0, 0.8, 0.0]\nmaterial = "mirror"'))
-    one, two = (render(s, depth=depth, shadows=True, specular=Specular()).picture for s in (scene, other))
+    one, two = (render(s, depth=depth, shadows=True, specular=Formula()).picture for s in (scene, other))
     apart = np.abs(one - two).max(axis=2)
     assert np.median(apart) < 1e-4
     assert (apart > 0.02).mean() < 0.03 + 0.03 * depth

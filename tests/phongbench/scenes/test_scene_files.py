@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from phongbench.errors import InputError
-from phongbench.formulas.formula import specular_of
 from phongbench.scenes.scene import Mesh, Plane, Scene, Sphere
 from phongbench.scenes.scene_files import examples, read_scene, scene_of
 from phongbench.support.document_paths import line_of
@@ -260,10 +259,3 @@ def test_lines_are_found_in_tables_and_lists_of_tables() -> None:
     text = "a = 1\n[t]\nb = 2\n[[l]]\nc = 3\n[[l]]\nd = 4\nc = 5\n[t.u]\ne = 6\n"
     found = {("a",): 1, ("t", "b"): 3, ("l", 0, "c"): 5, ("l", 1, "c"): 8, ("l", 1): 6, ("t", "u", "e"): 10}
     assert {steps: line_of(text, steps) for steps in found} == found
-
-
-def test_a_formula_is_read_from_its_parts() -> None:
-    assert specular_of("lyon:difference:8").gamma == 8
-    assert specular_of("gaussian").lambda_form is None
-    with pytest.raises(InputError, match="whole number"):
-        specular_of("lyon:dot:x")

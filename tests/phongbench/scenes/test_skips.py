@@ -8,33 +8,33 @@ import pytest
 from numpy.typing import NDArray
 
 from phongbench.errors import InputError
-from phongbench.formulas.formula import Specular
+from phongbench.formulas.formula import Formula
 from phongbench.scenes.render import Rendered, render
 from phongbench.scenes.scene_files import examples, read_scene
-from phongbench.scenes.skips import Thrift
+from phongbench.scenes.skips import SceneSkips
 from phongbench.shading.lighting import Skips
 
 SIZE = (96, 54)
-FORMULAS = [Specular(), Specular("lyon", "difference", 8)]
-EXACT = [f.name for f in fields(Thrift) if f.name not in ("cutoff", "shading")]
+FORMULAS = [Formula(), Formula.of("lyon", "difference", 8)]
+EXACT = [f.name for f in fields(SceneSkips) if f.name not in ("cutoff", "shading")]
 EXACT_SHADING = [f.name for f in fields(Skips) if f.type is bool and f.name not in ("reach", "dark_tail")]
 
 
 @cache
-def drawn(name: str, formula: int, thrift: Thrift, depth: int = 3) -> Rendered:
+def drawn(name: str, formula: int, skips: SceneSkips, depth: int = 3) -> Rendered:
     """A shipped scene, small, with shadows."""
-    return render(read_scene(name), size=SIZE, depth=depth, shadows=True, specular=FORMULAS[formula], thrift=thrift)
+    return render(read_scene(name), size=SIZE, depth=depth, shadows=True, specular=FORMULAS[formula], skips=skips)
 
 
 def whole(name: str, formula: int = 0, depth: int = 3) -> NDArray[np.float32]:
     """The picture with nothing left out."""
-    return drawn(name, formula, Thrift.none(), depth).picture
+    return drawn(name, formula, SceneSkips.none(), depth).picture
 
 
 @pytest.mark.parametrize("formula", range(len(FORMULAS)))
 @pytest.mark.parametrize("name", examples())
 def test_exact_skips_change_no_bit(name: str, formula: int) -> None:
-    done = drawn(name, formula, Thrift.exact())
+    done = drawn(name, formula, SceneSkips.exact())
     assert np.array_equal(done.picture, whole(name, formula))
     assert sum(line.skipped for line in done.ledger) > 0
 
@@ -42,7 +42,7 @@ def test_exact_skips_change_no_bit(name: str, formula: int) -> None:
 @pytest.mark.parametrize("switch", EXACT + EXACT_SHADING)
 @pytest.mark.parametrize("name", examples())
 def test_every_exact_skip_alone_changes_no_bit(name: str, switch: str) -> None:
-    none = Thrift.none()
+    none = SceneSkips.none()
     alone = (
         replace(none, **{switch: True})
         if switch in EXACT
@@ -55,7 +55,7 @@ def test_every_exact_skip_alone_changes_no_bit(name: str, switch: str) -> None:
 @pytest.mark.parametrize("switch", ["cutoff", "reach", "dark_tail"])
 @pytest.mark.parametrize("name", ["chequerboard", "many-lights", "test-card"])
 def test_bounded_skips_stay_within_their_bounds(name: str, switch: str, depth: int) -> None:
-    none = Thrift.none()
+    none = SceneSkips.none()
     if switch == "cutoff":
         alone = replace(none, cutoff=0.05)
     else:
@@ -68,7 +68,7 @@ def test_bounded_skips_stay_within_their_bounds(name: str, switch: str, depth: i
 
 
 def test_a_ledger_counts_what_it_left_out() -> None:
-    on, off = drawn("many-lights", 0, Thrift()), drawn("many-lights", 0, Thrift.none())
+    on, off = drawn("many-lights", 0, SceneSkips()), drawn("many-lights", 0, SceneSkips.none())
     lines = {line.name: line for line in on.ledger}
     assert all(0 <= line.skipped <= line.of for line in on.ledger)
     assert {line.kind for line in on.ledger} == {"exact", "bounded"}
@@ -81,4 +81,4 @@ def test_a_ledger_counts_what_it_left_out() -> None:
 
 def test_a_cutoff_is_a_share() -> None:
     with pytest.raises(InputError, match="cutoff"):
-        Thrift(cutoff=1.5)
+        SceneSkips(cutoff=1.5)

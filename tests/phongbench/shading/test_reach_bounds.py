@@ -11,10 +11,10 @@ from hypothesis import strategies as st
 from phongbench.scenes.render import render
 from phongbench.scenes.scene_files import read_scene
 from phongbench.scenes.skip_bounds import Bounds
-from phongbench.scenes.skips import Tally, Thrift
+from phongbench.scenes.skips import SceneSkips, Tally
 from phongbench.shading import tiles
 from phongbench.shading.lighting import Light, Material, Skips, Viewer
-from phongbench.shading.prepared import Shader
+from phongbench.shading.prepared import PreparedShading
 
 MATERIAL = Material((0.1, 0.1, 0.1), (0.6, 0.5, 0.4), (0.3, 0.5, 0.7), 12.0)
 
@@ -43,8 +43,8 @@ def lamps(rng: np.random.Generator, count: int, reach: float | None) -> list[Lig
 def shaded(points: Any, normals: Any, lights: list[Light], skips: Skips) -> tuple[Any, Any]:
     """Colours, and the losses that were told."""
     colours, lost = np.empty_like(points), np.zeros(1, np.float32)
-    shader = Shader(MATERIAL, lights, Viewer(position=(0.0, 5.0, 8.0)), skips=skips)
-    shader.shade(points, normals, colours, np.zeros(tiles.COUNTS, np.int64), lost)
+    shading = PreparedShading(MATERIAL, lights, Viewer(position=(0.0, 5.0, 8.0)), skips=skips, normalise=False)
+    shading.shade(points, normals, colours, np.zeros(tiles.COUNTS, np.int64), lost)
     return colours.astype(float), lost
 
 
@@ -63,8 +63,8 @@ def test_lights_out_of_reach_would_have_added_no_more_than_is_told(seed: int, co
 def test_a_pictures_bound_holds_and_is_tighter_than_what_holds_anywhere(depth: int) -> None:
     scene = read_scene("many-lights")
     size = (96, 54)
-    all_lights = replace(Thrift(), shading=replace(Skips(), reach=False))
-    cut, full = (render(scene, size=size, depth=depth, thrift=thrift) for thrift in (Thrift(), all_lights))
+    all_lights = replace(SceneSkips(), shading=replace(Skips(), reach=False))
+    cut, full = (render(scene, size=size, depth=depth, skips=skips) for skips in (SceneSkips(), all_lights))
     line = next(line for line in cut.ledger if line.name == "out_of_reach")
     assert 0 < float(np.abs(full.picture - cut.picture).max()) <= line.bound
     assert line.bound < 0.6 * Bounds(scene).beyond_reach

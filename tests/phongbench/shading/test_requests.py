@@ -17,7 +17,7 @@ from phongbench.cli.main import main
 from phongbench.compiler import jit
 from phongbench.errors import InputError
 from phongbench.shading.requests import parse_json, shaded_json, shading_request
-from phongbench.shading.shade import Ledger, Light, Material, Shaded, Specular, Viewer, shade
+from phongbench.shading.shade import Formula, Ledger, Light, Material, Shaded, Viewer, shade
 
 REQUEST: dict[str, Any] = {
     "model": "phong",
@@ -63,7 +63,7 @@ def test_a_request_is_the_call_of_shade_that_it_spells(precision: str) -> None:
         ),
         viewer=Viewer(position=(0, 0, 5)),
         ambient_light=(1, 1, 1),
-        specular=Specular("lyon", "cross", 8, "taylor"),
+        specular=Formula.of("lyon", "cross", 8, "taylor"),
     )
     found = request.shade()
     assert found.colours.tobytes() == direct.colours.tobytes()

@@ -20,7 +20,7 @@ from phongbench.formulas.registry import REGISTRY, example
 from phongbench.inputs import mtl_files
 from phongbench.shading import tile_loop, tiles
 from phongbench.shading.light_loops import KINDS, coordinate_loop, facing_loop
-from phongbench.shading.shade import Light, Material, Skips, Specular, Viewer, shade, shade_columns
+from phongbench.shading.shade import Formula, Light, Material, Skips, Viewer, shade
 
 Array = np.ndarray[Any, Any]
 pytestmark = pytest.mark.skipif(jit.DISABLED, reason="thousands of points, in plain Python")
@@ -30,7 +30,7 @@ ABOVE = Light(direction=(0, 0, 1))
 LAMP = Light(position=(1.0, -2.0, 3.0), attenuation=(0.5, 0.2, 0.1), diffuse=(1, 0.5, 0.25), specular=(0.5, 1, 1))
 EYE = Viewer(position=(0.5, 0.5, 6.0))
 AFAR = Viewer(direction=(0.3, 0.1, 2.0))
-LYON, EXACT_PHONG = Specular("lyon", "dot", 8), Specular()
+LYON, EXACT_PHONG = Formula.of("lyon", "dot", 8), Formula()
 
 
 def cloud(count: int, dtype: Any = np.float64, seed: int = 1, spread: float = 1.0) -> tuple[Array, Array]:
@@ -62,12 +62,13 @@ def twin(
     viewer: Viewer,
     ambient_light: Any = (0, 0, 0),
     model: str = "phong",
-    specular: Specular = EXACT_PHONG,
+    specular: Formula = EXACT_PHONG,
     normalise: bool = True,
     visible: Any = None,
 ) -> Array:
     """The reflection model as it is written in books: one point after the other, one light after the other."""
-    spec, form, setting, space = specular.resolved(model, material.shininess)
+    spec, form, setting = specular.spec(), specular.lambda_form, specular.setting(material.shininess)
+    space = "half" if model == "blinn-phong" else specular.space
     body = spec.bound(setting)
     colours = np.empty((len(points), 3))
     for i, (p, n) in enumerate(zip(points.astype(float), normals.astype(float), strict=True)):
@@ -111,7 +112,7 @@ def tolerance(dtype: Any, sharpness: float) -> float:
 @pytest.mark.parametrize("lights", [(ABOVE,), (LAMP,), (LAMP, ABOVE, replace(LAMP, attenuation=(2, 0, 0)))], ids=len)
 def test_shading_is_the_model_of_the_books(dtype: Any, model: str, viewer: Viewer, lights: Any) -> None:
     points, normals = cloud(300, dtype)
-    for specular in (Specular(), LYON, Specular("lyon", "cross", 4, "minimax")):
+    for specular in (Formula(), LYON, Formula.of("lyon", "cross", 4, "minimax")):
         arguments = scene(lights=lights, viewer=viewer, model=model, specular=specular)
         found = shade(points, normals, **arguments)
         assert found.colours.dtype == dtype
@@ -125,9 +126,7 @@ def test_every_registered_formula_may_stand_for_the_specular_term(name: str) -> 
     points, normals = cloud(200)
     for form in spec.lambda_forms:
         for slope in spec.slopes:
-            specular = Specular(
-                name, None if form == "none" else form, setting.gamma, None if slope == "none" else slope
-            )
+            specular = Formula.of(name, form, setting.gamma, slope)
             arguments = scene(specular=specular, material=replace(GREY, shininess=setting.alpha))
             np.testing.assert_allclose(
                 shade(points, normals, **arguments).colours, twin(points, normals, **arguments), atol=1e-9, rtol=0
@@ -255,7 +254,7 @@ def test_blinn_phong_raises_the_cosine_of_the_halfway_vector_to_the_shininess_it
 
 def test_blinn_as_an_approximation_of_phong_takes_four_times_the_exponent() -> None:
     points, normals = cloud(100)
-    approximated = shade(points, normals, **scene(specular=Specular("blinn")))
+    approximated = shade(points, normals, **scene(specular=Formula.of("blinn")))
     sharper = scene(model="blinn-phong", material=replace(GREY, shininess=200.0))
     np.testing.assert_allclose(approximated.colours, shade(points, normals, **sharper).colours, atol=1e-13)
 
@@ -294,7 +293,8 @@ def test_a_light_without_constant_term_is_bright_nearby_and_not_infinite() -> No
 def test_neither_layout_nor_place_nor_threads_change_a_bit(count: int, dtype: Any) -> None:
     points, normals = cloud(count, dtype)
     whole = shade(points, normals, **scene(specular=LYON))
-    columns = shade_columns(np.ascontiguousarray(points.T), np.ascontiguousarray(normals.T), **scene(specular=LYON))
+    transposed = np.ascontiguousarray(points.T), np.ascontiguousarray(normals.T)
+    columns = shade(*transposed, **scene(specular=LYON), columns=True)
     assert columns.colours.T.tobytes() == whole.colours.tobytes()
     assert columns.ledger == whole.ledger
     last = shade(points[-1:], normals[-1:], **scene(specular=LYON))
@@ -358,7 +358,7 @@ def scenes(draw: st.DrawFn) -> dict[str, Any]:
         "viewer": Viewer(**place_or_far),
         "ambient_light": draw(black_or),
         "model": draw(st.sampled_from(MODELS)),
-        "specular": Specular(name, None if form == "none" else form, gamma),
+        "specular": Formula.of(name, form, gamma),
         "normalise": draw(st.booleans()),
     }
 
@@ -397,7 +397,7 @@ def test_what_is_skipped_exactly_changes_no_bit(arguments: dict[str, Any], surfa
 def test_the_dark_tail_costs_what_it_says(arguments: dict[str, Any], surface: Any, tail: float) -> None:
     make, count, dtype = surface
     points, normals = make(count, dtype)
-    arguments = {**arguments, "specular": Specular(), "normalise": True}
+    arguments = {**arguments, "specular": Formula(), "normalise": True}
     full = shade(points, normals, **arguments, skips=Skips.none()).colours.astype(float)
     cut = shade(points, normals, **arguments, skips=replace(Skips(), tail=tail)).colours.astype(float)
     bound = np.zeros((len(points), 3))
@@ -486,7 +486,7 @@ def test_a_normal_without_length_is_refused_unless_taken_as_it_is() -> None:
     points, normals = cloud(1300)
     normals[[600, 900]] = 0
     with pytest.raises(InputError, match="without length") as caught:
-        shade_columns(np.ascontiguousarray(points.T), np.ascontiguousarray(normals.T), **scene())
+        shade(np.ascontiguousarray(points.T), np.ascontiguousarray(normals.T), **scene(), columns=True)
     assert caught.value.where == "normals[600]"
     dark = shade(points, normals, **scene(), normalise=False).colours[600]
     np.testing.assert_array_equal(dark, GREY.ambient)
@@ -524,13 +524,14 @@ def test_a_light_viewer_or_material_that_cannot_be_names_its_field(make: Any, fi
     ("changes", "where"),
     [
         ({"model": "gouraud"}, "model"),
-        ({"specular": Specular("lyonn")}, "specular.approximation"),
-        ({"specular": Specular("lyon", "dott", 8)}, "specular.lambda"),
-        ({"specular": Specular("lyon", "dot")}, "specular.gamma"),
-        ({"specular": Specular("lyon", "dot", 9)}, "specular.gamma"),
-        ({"specular": Specular("lyon", "dot", 8, "steep")}, "specular.beta"),
-        ({"specular": Specular("phong", beta=3.0)}, "specular.beta"),
-        ({"specular": Specular("blinn"), "model": "blinn-phong"}, "specular.approximation"),
+        ({"specular": Formula("lyonn")}, "specular.approximation"),
+        ({"specular": Formula("lyon", "dott", 8)}, "specular.lambda"),
+        ({"specular": Formula("lyon", "dot")}, "specular.gamma"),
+        ({"specular": Formula("lyon", "dot", 9)}, "specular.gamma"),
+        ({"specular": Formula("lyon", "dot", 8, "steep")}, "specular.beta"),
+        ({"specular": Formula(slope=3.0)}, "specular.beta"),
+        ({"specular": Formula.of("blinn"), "model": "blinn-phong"}, "specular.approximation"),
+        ({"specular": Formula("lyon", "dot", 8, "taylor", "eye")}, "specular.space"),
         ({"material": replace(GREY, shininess=0.0)}, "material.shininess"),
         ({"ambient_light": (1, 1, -1)}, "ambient_light"),
         ({"lights": (ABOVE, Light(position=(1e200, 0, 0)))}, "lights[1].position"),

@@ -9,7 +9,7 @@ import pytest
 
 from phongbench.accuracy.probes import directional_lights, far_lights, pictures, skipped_work
 from phongbench.accuracy.probes.probe import ProbeContext
-from phongbench.formulas.formula import Specular
+from phongbench.formulas.formula import Formula
 from phongbench.formulas.registry import REGISTRY
 from phongbench.inputs.plan import PRESETS, PROBE_NAMES
 from phongbench.inputs.plan_files import compose
@@ -127,7 +127,7 @@ def test_the_users_own_formula_is_timed_like_ours(tiny):
     registry = {**REGISTRY, "mine": own("mine")}
     card = scene_files.read_scene("test-card")
     wishes = {"size": (16, 9), "registry": registry}
-    exact, mine = pictures._times(card, [Specular("mine", "dot", 4)], tiny, wishes)
+    exact, mine = pictures._times(card, [Formula.of("mine", "dot", 4)], tiny, wishes)
     assert (exact["name"], mine["name"]) == ("phong", "mine:dot:4")
     assert mine["ratio_low"] <= mine["ratio"] <= mine["ratio_high"]
 
@@ -150,9 +150,9 @@ def test_the_more_is_cut_off_the_fewer_rays_are_followed(found):
     assert cut["skipped"].is_monotonic_increasing
     assert cut["skipped"].iloc[-1] > 0
     scene = scene_files.read_scene("chequerboard")
-    thrift = replace(skipped_work.Thrift(), cutoff=0.0)
+    skips = replace(skipped_work.SceneSkips(), cutoff=0.0)
     size = tuple(int(cut[name].iloc[0]) for name in ("width", "height"))
-    assert render(scene, size=size, depth=skipped_work.DEEP, thrift=thrift).rays == cut["of"].iloc[0]
+    assert render(scene, size=size, depth=skipped_work.DEEP, skips=skips).rays == cut["of"].iloc[0]
 
 
 def test_a_skip_that_breaks_its_promise_is_told(found):

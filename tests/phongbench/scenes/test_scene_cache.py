@@ -82,7 +82,7 @@ def test_threads_that_ask_at_once_get_one_geometry(meshed: Scene) -> None:
 def test_a_scene_travels_to_another_process_without_what_was_built(meshed: Scene) -> None:
     first = render(meshed).picture
     arrived = pickle.loads(pickle.dumps(meshed))
-    assert arrived.kept.objects is arrived.objects
+    assert arrived.cache.objects is arrived.objects
     assert geometry(arrived) is not geometry(meshed)
     assert np.array_equal(render(arrived).picture, first)
 
