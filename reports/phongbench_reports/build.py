@@ -65,8 +65,9 @@ def sections_of(
     with ink():
         figures, pictures = _figures(study, theirs)
         scenes = [section_of(part, study) for part in SECTIONS]
-        drawn_scenes = [section for section in scenes if isinstance(section.content, Plate)]
-        pictures |= {section.name: svg_pair(section.content.figure, section.name) for section in drawn_scenes}
+        pictures |= {
+            one.name: svg_pair(one.content.figure, one.name) for one in scenes if isinstance(one.content, Plate)
+        }
     if all(isinstance(section.content, Absent) for section in scenes):
         scenes = [Section("pictures", "Pictures of scenes", scenes[0].content)]
     speed = figures.pop("speed")
