@@ -15,7 +15,6 @@ from phongbench.accuracy.batches import Batch
 from phongbench.compiler.precisions import Array
 from phongbench.formulas.exact import TRUTHS
 from phongbench.formulas.slopes import beta, sharpness
-from phongbench.inputs.pairs import pairs
 from phongbench.inputs.plan import Cell, Plan, preset
 from phongbench.results.schema import ACCURACY
 from phongbench.timing.interleaved import clocked, interleaved
@@ -56,9 +55,7 @@ def numpy_sweep(prepared: sweep.Sweep) -> list[dict[str, Any]]:
     """Rows with the keys and metrics of accuracy.parquet (reflect space), by NumPy on whole arrays."""
     rows = []
     for batch in prepared.batches:
-        a, b = pairs(
-            batch.stratum, batch.precision, seed=prepared.plan.seed, start=0, count=batch.samples, scale=batch.scale
-        )
+        a, b = batch.pairs(prepared.plan.seed, 0, batch.samples)
         given = a.astype(np.float64), b.astype(np.float64)
         unit = given[0] / np.sqrt((given[0] ** 2).sum(axis=0)), given[1] / np.sqrt((given[1] ** 2).sum(axis=0))
         for position in batch.cells:

@@ -3,7 +3,7 @@
 Two truths: `angle`, Phong of the true angle between the directions, lengths ignored; `given`, max(0, a.b)^alpha of the
 vectors as they are. Both start from the inputs as exact numbers, in float64: the oracle of the narrower precisions. How
 far that may be off is stated by `angle_error` and `given_error`, and re-checked in every run against the slow obvious
-twins at the end of this file, at 50 digits.
+twin at the end of this file, at 50 digits.
 """
 
 import math
@@ -153,7 +153,7 @@ def exact_angle(
     digits   decimal digits       that are computed with
     returns  mpmath number        in [0, 1]; NaN where an angle is undefined: a zero, infinite or NaN vector
     """
-    import mpmath  # late: the twins alone use it, and every command would wait for it
+    import mpmath  # late: the twin alone uses it, and every command would wait for it
 
     with mpmath.workdps(digits):
         u, v = [mpmath.mpf(float(c)) for c in a], [mpmath.mpf(float(c)) for c in b]
@@ -163,7 +163,7 @@ def exact_angle(
         return phong_of_angle(u, v, alpha, half_space)
 
 
-# the twins' bodies, for numbers of any kind that keep enough digits
+# the twin's bodies, for numbers of any kind that keep enough digits
 
 
 def product(u: Sequence[Any], v: Sequence[Any]) -> Any:

@@ -91,7 +91,7 @@ def test_the_worst_cosine_seeds_the_search_but_counts_for_nothing(context):
     cosine = context.worst.query("gated and rank == 1").assign(stratum="cosines", coverage="exhaustive", error=7.0)
     worst = pd.concat([context.worst, cosine], ignore_index=True)
     cell = next(c for c in context.sweep.cells if c.gated)
-    kept = search._kept(worst)[search._key(cell)]
+    kept = search._stored(worst)[search._key(cell)]
     assert sorted(candidate[0] for candidate in kept)[:1] == [-1.0]
     again = search.measure(replace(context, worst=worst))["accuracy"]
     assert (again["max_abs"] < 1).all()
