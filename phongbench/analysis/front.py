@@ -5,8 +5,6 @@ timing rows; time depends neither on alpha nor on the beta policy, so the join l
 of exact Phong in the same run, with a 99 % interval.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

@@ -38,7 +38,7 @@ Codes = NDArray[np.uint8]
 class Sheet:
     """Pictures in rows.
 
-    found    pictures as codes
+    pictures codes, (height, width, 3) each
     titles   one above each
     columns  pictures in a row
     note     what they show, for the foot
@@ -46,7 +46,7 @@ class Sheet:
     height   inches of a row
     """
 
-    found: Sequence[Codes]
+    pictures: Sequence[Codes]
     titles: Sequence[str]
     columns: int
     note: str
@@ -73,22 +73,22 @@ def interpolation(degrees: Sequence[float] = (44.0, 21.0, 5.0)) -> Sheet:
     """Flat, Gouraud and Phong shading of one sphere in triangles from coarse to fine."""
     scene = read_scene("tessellation")
     kinds = (("none", "flat"), ("colours", "Gouraud"), ("normals", "Phong"))
-    found, titles = [], []
+    pictures, titles = [], []
     for smooth, name in kinds:
         for index in range(len(degrees)):
             alone = _alone(scene, index, smooth)
-            found.append(image_files.codes(render(alone, size=(270, 270), supersampling=2).picture))
+            pictures.append(image_files.codes(render(alone, size=(270, 270), supersampling=2).picture))
             titles.append(f"{name}, edges of {degrees[index]:g}°")
     highlight = scene.materials[0].reflection.shininess
     note = f"Gouraud shading mixes colours, Phong shading normals, made unit again; α = {highlight:g}, one far light"
-    return Sheet(found, titles, len(degrees), note, (), 3.1)
+    return Sheet(pictures, titles, len(degrees), note, (), 3.1)
 
 
 def formulas(scene_name: str = "test-card", size: tuple[int, int] = SIZE) -> Sheet:
     """Exact Phong, some formulas, and the difference of each, enlarged."""
     scene = read_scene(scene_name)
     exact = render(scene, size=size, specular=Formula()).picture
-    found, titles = [], []
+    pictures, titles = [], []
     facts: list[dict[str, Any]] = []
     for formula in SHOWN:
         other = render(scene, size=size, specular=formula).picture
@@ -96,10 +96,10 @@ def formulas(scene_name: str = "test-card", size: tuple[int, int] = SIZE) -> She
         shown = np.clip(factor * np.abs(image_files.encoded(other) - image_files.encoded(exact)), 0, 1)
         name = str(formula)
         facts.append({"scene": scene.name, "formula": name, "amplification": factor, **error.as_dict()})
-        found += [image_files.codes(other), (255 * shown + 0.5).astype(np.uint8)]
+        pictures += [image_files.codes(other), (255 * shown + 0.5).astype(np.uint8)]
         titles += [name, f"difference to exact Phong × {factor:g}; at most {error.max_codes} codes"]
     note = f"scene {scene.name}: α doubles from 2 to 4096 in reading order; differences of sRGB values as shown"
-    return Sheet(found, titles, 2, note, facts)
+    return Sheet(pictures, titles, 2, note, facts)
 
 
 #: file name -> what draws it
@@ -124,13 +124,13 @@ def figure_of(sheet_of: Sheet, *, native: bool = False) -> Figure:
 
     native  for a page: the pixels as they are, which a reader's screen scales, and no note, which the page has itself
     """
-    columns, rows = sheet_of.columns, -(-len(sheet_of.found) // sheet_of.columns)
+    columns, rows = sheet_of.columns, -(-len(sheet_of.pictures) // sheet_of.columns)
     below = 0.05 if native else 0.35
     tall = sheet_of.height * rows + below - 0.05
     figure, axes = sheet(
         tall, rows, columns, left=0.01, right=0.99, top=1 - 0.3 / tall, bottom=below / tall, wspace=0.03, hspace=0.14
     )
-    for one, picture, title in zip(axes, sheet_of.found, sheet_of.titles, strict=True):
+    for one, picture, title in zip(axes, sheet_of.pictures, sheet_of.titles, strict=True):
         one.imshow(picture, interpolation="none" if columns == 3 or native else "antialiased")
         one.set_title(title, fontsize=9)
         one.set_axis_off()
