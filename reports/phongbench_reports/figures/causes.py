@@ -110,6 +110,6 @@ def _alt(data: pd.DataFrame, causes: list[str]) -> str:
     parts = []
     for cause in causes:
         mine = data[(data["perturbation"] == cause) & (data["truth"] == "angle")]
-        found = ", ".join(f"{row['lambda_form']} {number(row['length_max'])}" for row in records(mine))
-        parts.append(f"{BY_NAME[cause].text}: {found}")
+        sizes = ", ".join(f"{row['lambda_form']} {number(row['length_max'])}" for row in records(mine))
+        parts.append(f"{BY_NAME[cause].text}: {sizes}")
     return f"Dot charts of the error by cause and lambda form. Change by the lengths alone: {'; '.join(parts)}."

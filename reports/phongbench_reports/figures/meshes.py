@@ -160,12 +160,12 @@ def _basis(data: pd.DataFrame) -> str:
 
 def _sentence(study: Rows, data: pd.DataFrame) -> str:
     """How wide edges may be for one code at the middle exponent, for each form and pair."""
-    found = reaches(study.lyon_meshes)
+    widest = reaches(study.lyon_meshes)
     alpha = nearest(sorted(data["alpha"].unique()), STABILITY_ALPHA)
-    found = found[found["alpha"] == alpha]
+    widest = widest[widest["alpha"] == alpha]
     parts = []
-    for pair in (pair for pair in PAIRS if pair in set(found["pair"])):
-        mine = records(found[found["pair"] == pair])
+    for pair in (pair for pair in PAIRS if pair in set(widest["pair"])):
+        mine = records(widest[widest["pair"] == pair])
         wide = listed(f"{in_words(row['degrees'], row['relation'])} ({row['lambda_form']})" for row in mine)
         parts.append(f"{LOOKS[pair][0]}: {wide}")
     return (

@@ -39,8 +39,8 @@ def rows_of(study: Rows) -> pd.DataFrame:
 
 def slopes(rows: pd.DataFrame) -> dict[str, tuple[float, float]]:
     """Form -> (fitted exponent, the law's fitted alike) of change ~ length error^p, for rows of one way."""
-    found = length_sensitivity.fits(rows.assign(stratum="lengths", truth="angle", gated=True))
-    return {str(row["lambda_form"]): (row["exponent"], row["law_exponent"]) for row in records(found)}
+    fitted = length_sensitivity.fits(rows.assign(stratum="lengths", truth="angle", gated=True))
+    return {str(row["lambda_form"]): (row["exponent"], row["law_exponent"]) for row in records(fitted)}
 
 
 def _series(axes: Axes, part: pd.DataFrame, column: str, look: tuple[str, str, Any], *, joined: bool) -> None:
@@ -159,8 +159,8 @@ def _alt(data: pd.DataFrame, ways: list[str]) -> str:
     for way in ways:
         rows = data[(data["perturbation"] == way) & (data["length_error"] > 0)]
         top = rows.sort_values("length_error", kind="stable").groupby("lambda_form", sort=True).tail(1)
-        found = ", ".join(
+        sizes = ", ".join(
             f"{row['lambda_form']} {number(row['max_abs'])}" for row in records(top.sort_values("lambda_form"))
         )
-        parts.append(f"{WAYS[way]}: {found} at {number(100 * float(rows['length_error'].max()))} %")
+        parts.append(f"{WAYS[way]}: {sizes} at {number(100 * float(rows['length_error'].max()))} %")
     return f"Log-log charts of error against relative length error per lambda form. Largest errors: {'; '.join(parts)}."
