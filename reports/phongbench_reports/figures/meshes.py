@@ -97,19 +97,9 @@ def draw(study: Rows) -> Plate | Absent:
     alphas = sorted(data["alpha"].unique())
     forms = [form for form in LAMBDA_FORMS if (data["lambda_form"] == form).any()]
     height = 1.0 + 2.0 * len(alphas)
-    figure, panels = sheet(
-        height,
-        len(alphas),
-        len(forms),
-        left=0.092,
-        right=0.835,
-        wspace=0.06,
-        hspace=0.1,
-        top=1 - 0.33 / height,
-        bottom=0.68 / height,
-        sharex=True,
-        sharey=True,
-    )
+    margins = {"left": 0.092, "right": 0.835, "wspace": 0.06, "hspace": 0.1}
+    margins |= {"top": 1 - 0.33 / height, "bottom": 0.68 / height}
+    figure, panels = sheet(height, len(alphas), len(forms), sharex=True, sharey=True, **margins)
     for index, axes in enumerate(panels):
         alpha, form = alphas[index // len(forms)], forms[index % len(forms)]
         log_axis(axes.yaxis)

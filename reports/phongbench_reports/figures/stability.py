@@ -86,19 +86,8 @@ def draw(study: Rows) -> Plate | Absent:
     if data.empty:
         return Absent("The run holds no lyon rows on vectors of the wrong length.", "Run with --only lyon.")
     ways = [way for way in WAYS if (data["perturbation"] == way).any()]
-    figure, panels = sheet(
-        6.4,
-        2,
-        len(ways),
-        left=0.075,
-        right=0.895,
-        wspace=0.08,
-        hspace=0.1,
-        top=0.905,
-        bottom=0.115,
-        sharex=True,
-        sharey="row",
-    )
+    margins = {"left": 0.075, "right": 0.895, "wspace": 0.08, "hspace": 0.1, "top": 0.905, "bottom": 0.115}
+    figure, panels = sheet(6.4, 2, len(ways), sharex=True, sharey="row", **margins)
     for column, way in enumerate(ways):
         upper, lower = panels[column], panels[len(ways) + column]
         log_axis(upper.xaxis)
@@ -126,15 +115,8 @@ def _name_slopes(axes: Axes, rows: pd.DataFrame) -> None:
         return
     measured = ", ".join(f"{form} {fitted[form][0]:.2f}" for form in forms)
     by_law = ", ".join(f"{fitted[form][1]:.2f}" for form in forms)
-    axes.text(
-        0.0,
-        1.02,
-        f"slopes: {measured}\nby the law: {by_law}",
-        transform=axes.transAxes,
-        fontsize=7.5,
-        color=MUTED,
-        va="bottom",
-    )
+    look: dict[str, Any] = {"fontsize": 7.5, "color": MUTED, "va": "bottom", "transform": axes.transAxes}
+    axes.text(0.0, 1.02, f"slopes: {measured}\nby the law: {by_law}", **look)
 
 
 def _sentence(data: pd.DataFrame) -> str:
