@@ -23,6 +23,7 @@ from phongbench.scenes import images
 from phongbench.scenes.render import render
 from phongbench.scenes.scene import Mesh, Scene
 from phongbench.scenes.scene_files import read_scene
+from phongbench.support import image_files
 from phongbench_reports.plots import footnote, ink, sheet
 
 #: pixels of a picture in a figure, and how finely the figure is written
@@ -60,12 +61,12 @@ def depths(scene_name: str = "chequerboard", deepest: int = 3, size: tuple[int, 
     titles = ["direct light only"]
     facts = [{"scene": scene.name, "reflections": 0, "rays": drawn[0].rays, "pixels_changed": 0.0}]
     for number, (before, after) in enumerate(pairwise(drawn), 1):
-        off = np.abs(images.codes(after.picture).astype(int) - images.codes(before.picture)).max(axis=2)
+        off = np.abs(image_files.codes(after.picture).astype(int) - image_files.codes(before.picture)).max(axis=2)
         share = float((off > 0).mean())
         titles.append(f"{number} reflection{'s' * (number > 1)}: {share:.1%} of the pixels change")
         facts.append({"scene": scene.name, "reflections": number, "rays": after.rays, "pixels_changed": share})
     note = f"scene {scene.name}, {size[0]} × {size[1]} pixels, 4 samples each; changes of one 8-bit sRGB code or more"
-    return Sheet([images.codes(d.picture) for d in drawn], titles, 2, note, facts)
+    return Sheet([image_files.codes(d.picture) for d in drawn], titles, 2, note, facts)
 
 
 def interpolation(degrees: Sequence[float] = (44.0, 21.0, 5.0)) -> Sheet:
@@ -76,7 +77,7 @@ def interpolation(degrees: Sequence[float] = (44.0, 21.0, 5.0)) -> Sheet:
     for smooth, name in kinds:
         for index in range(len(degrees)):
             alone = _alone(scene, index, smooth)
-            pictures.append(images.codes(render(alone, size=(270, 270), supersampling=2).picture))
+            pictures.append(image_files.codes(render(alone, size=(270, 270), supersampling=2).picture))
             titles.append(f"{name}, edges of {degrees[index]:g}°")
     highlight = scene.materials[0].reflection.shininess
     note = f"Gouraud shading mixes colours, Phong shading normals, made unit again; α = {highlight:g}, one far light"
@@ -92,10 +93,10 @@ def formulas(scene_name: str = "test-card", size: tuple[int, int] = SIZE) -> She
     for formula in SHOWN:
         other = render(scene, size=size, specular=formula).picture
         factor, error = images.amplification(exact, other), images.compare(exact, other, flip=False)
-        shown = np.clip(factor * np.abs(images.encoded(other) - images.encoded(exact)), 0, 1)
+        shown = np.clip(factor * np.abs(image_files.encoded(other) - image_files.encoded(exact)), 0, 1)
         name = str(formula)
         facts.append({"scene": scene.name, "formula": name, "amplification": factor, **error.as_dict()})
-        pictures += [images.codes(other), (255 * shown + 0.5).astype(np.uint8)]
+        pictures += [image_files.codes(other), (255 * shown + 0.5).astype(np.uint8)]
         titles += [name, f"difference to exact Phong × {factor:g}; at most {error.max_codes} codes"]
     note = f"scene {scene.name}: α doubles from 2 to 4096 in reading order; differences of sRGB values as shown"
     return Sheet(pictures, titles, 2, note, facts)
