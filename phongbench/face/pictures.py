@@ -14,10 +14,10 @@ from phongbench.errors import InputError
 from phongbench.face.highlight import computed_in, formula_of, numbers
 from phongbench.formulas.formula import Formula
 from phongbench.formulas.spec import Approximation
-from phongbench.scenes import images
 from phongbench.scenes.render import render as draw
 from phongbench.scenes.scene_files import read_scene
 from phongbench.shading.requests import shading_request
+from phongbench.support import image_files
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,11 +35,11 @@ class Picture:
 
     def save(self, path: str | Path) -> None:
         """Write .png as 8-bit sRGB, .npy or .exr as linear float32; the file is there whole or not at all."""
-        images.check_writable(Path(path))
-        images.save(Path(path), self.array)
+        image_files.check_writable(Path(path))
+        image_files.save(Path(path), self.array)
 
     def _repr_png_(self) -> bytes:
-        return images.png(self.array)
+        return image_files.png(self.array)
 
 
 def shade(

@@ -12,10 +12,11 @@ from phongbench.analysis.rows import Rows, at, near
 from phongbench.results.schema import CELL
 from phongbench_reports.figures.measured import values
 from phongbench_reports.names import title
-from phongbench_reports.plots import INK, MUTED, STYLES, Plate, budget_lines, footnote, log_axis, sheet
+from phongbench_reports.plots import INK, MUTED, STYLES, Plate, budget_lines, footnote, sheet
 from phongbench_reports.reproduce import reproduce
 from phongbench_reports.table import Absent
 from phongbench_reports.text import BUDGETS, alpha_is, label, listed, number, records
+from phongbench_reports.ticks import log_axis
 
 POINTS = 361
 #: Shown where the run has them; γ is the one nearest to 8. Then user-brought formulas, as far as styles last.

@@ -12,22 +12,11 @@ from matplotlib.axes import Axes
 from phongbench.analysis.mesh_edges import CODE, PAIRS, in_words, raw_lyon, reaches
 from phongbench.analysis.rows import STABILITY_ALPHA, Rows, nearest
 from phongbench.formulas.lambda_forms import LAMBDA_FORMS
-from phongbench_reports.plots import (
-    BLUE,
-    GREEN,
-    MUTED,
-    SURFACE,
-    VERMILION,
-    Plate,
-    end_labels,
-    footnote,
-    log_axis,
-    named_ticks,
-    sheet,
-)
+from phongbench_reports.plots import BLUE, GREEN, MUTED, SURFACE, VERMILION, Plate, end_labels, footnote, sheet
 from phongbench_reports.reproduce import reproduce
 from phongbench_reports.table import Absent
 from phongbench_reports.text import alpha_is, gamma_is, listed, number, records, span
+from phongbench_reports.ticks import log_axis, named_ticks
 
 #: exponents of the rows of panels, or the measured ones nearest to them
 ALPHAS = (10.0, STABILITY_ALPHA, 1000.0)
@@ -42,20 +31,9 @@ LIMITS = (0.01, 300.0)
 #: names of files of this length together do not fit below the figure
 LONG = 24
 COLUMNS = [
-    "mesh",
-    "edge_degrees",
-    "triangles",
-    "left_out",
-    "pair",
-    "lambda_form",
-    "space",
-    "alpha",
-    "gamma",
-    "samples",
-    "codes_changed",
-    "codes_raw",
-    "codes_renormalised",
-]
+    "mesh", "edge_degrees", "triangles", "left_out", "pair", "lambda_form", "space", "alpha", "gamma", "samples",
+    "codes_changed", "codes_raw", "codes_renormalised",
+]  # fmt: skip
 
 
 def rows_of(study: Rows) -> pd.DataFrame:

@@ -8,25 +8,18 @@ from matplotlib.axes import Axes
 
 from phongbench.analysis.rows import Rows, at, near
 from phongbench.results.schema import CEILINGS, TWIN
-from phongbench_reports.plots import BLUE, MUTED, SURFACE, Plate, footnote, named_ticks, sheet, steps_of_ten
+from phongbench_reports.plots import BLUE, MUTED, SURFACE, Plate, footnote, sheet
 from phongbench_reports.table import Absent
 from phongbench_reports.text import label, listed, number, records, span
+from phongbench_reports.ticks import named_ticks, steps_of_ten
 
 SETS = {"l1": "in L1", "l2": "in L2", "memory": "beyond cache"}
 #: A kernel that moves this share of what a plain copy moves waits for memory, whatever its formula.
 BOUND = 0.85
 KEYS = ["approximation", "lambda_form", "space", "gamma", "precision", "working_set"]
 NUMBERS = [
-    "ns_min",
-    "ns_median",
-    "ratio",
-    "ratio_low",
-    "ratio_high",
-    "dot_ratio",
-    "bandwidth_fraction",
-    "rounds",
-    "threads",
-]
+    "ns_min", "ns_median", "ratio", "ratio_low", "ratio_high", "dot_ratio", "bandwidth_fraction", "rounds", "threads",
+]  # fmt: skip
 
 
 def rows_of(study: Rows) -> pd.DataFrame:

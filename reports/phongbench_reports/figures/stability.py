@@ -12,9 +12,10 @@ from phongbench.analysis import length_sensitivity
 from phongbench.analysis.rows import STABILITY_ALPHA, Rows, nearest, ordered
 from phongbench.results.schema import CELL
 from phongbench_reports.figures.measured import finished, lyon, setting_of
-from phongbench_reports.plots import FORMS, MUTED, SURFACE, Plate, budget_lines, end_labels, log_axis, sheet
+from phongbench_reports.plots import FORMS, MUTED, SURFACE, Plate, budget_lines, end_labels, sheet
 from phongbench_reports.table import Absent
 from phongbench_reports.text import alpha_is, listed, number, records
+from phongbench_reports.ticks import log_axis
 
 #: How the lengths err, as the perturbation column names it, and in words.
 WAYS = {"a": "one vector", "both": "both alike", "opposite": "both, opposite"}
