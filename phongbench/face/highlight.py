@@ -15,6 +15,7 @@ from phongbench.errors import InputError
 from phongbench.formulas import curves
 from phongbench.formulas.formula import Formula, Registry
 from phongbench.formulas.kernel import Kernel
+from phongbench.formulas.registry import guarded
 from phongbench.formulas.shader_code import export
 from phongbench.formulas.spec import Approximation
 from phongbench.formulas.user_files import extended, installed
@@ -58,7 +59,7 @@ def specular(
     if threads < 1:
         raise InputError(f"{threads} threads", "threads", "give 1 or more")
     precision = computed_in(one, other)
-    by_rows = all(v.T.flags.c_contiguous for v in (one, other))
+    by_rows = all(v.T.flags.c_contiguous for v in (one, other) if len(v) > 1)
     pair = [_repeated(np.require(v.T if by_rows else v, precision.carrier, ("C", "A")), count) for v in (one, other)]
     values = (
         np.empty(count, precision.carrier) if out is None else _checked(out, count, precision.carrier, (one, other))
@@ -124,8 +125,10 @@ def _kernel(
     formula: str | Formula, alpha: float, precision: Precision, layout: str, own: tuple[Approximation, ...]
 ) -> Kernel:
     chosen, registry = formula_of(formula, own)
-    chosen.check(alpha, registry)
-    return Kernel.of_pairs(chosen.spec(registry), chosen.lambda_form, chosen.setting(alpha), precision, layout)
+    spec = chosen.spec(registry)
+    with guarded(spec):
+        chosen.check(alpha, registry)
+        return Kernel.of_pairs(spec, chosen.lambda_form, chosen.setting(alpha), precision, layout)
 
 
 def numbers(name: str, given: ArrayLike) -> Array:
