@@ -10,6 +10,7 @@ violation. Left out are inputs whose squared length float64 cannot hold, which o
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 from importlib.util import find_spec
 from typing import Any
 
@@ -20,6 +21,7 @@ from phongbench.accuracy.probes.exhaustive import COSINES
 from phongbench.accuracy.probes.probe import ProbeContext
 from phongbench.accuracy.sweep import exact_values
 from phongbench.formulas.exact import TRUTHS, angle_error, given_error, phong_of_angle, phong_of_cosine, product
+from phongbench.formulas.formula import Formula
 from phongbench.inputs.pairs import HOSTILE_PAIRS
 from phongbench.inputs.plan import Plan
 
@@ -47,7 +49,7 @@ class Value:
     half: bool
     kind: str
     exact: float
-    what: str
+    what: Callable[[], str]
 
 
 def measure(context: ProbeContext) -> Mapping[str, pd.DataFrame]:
@@ -65,7 +67,7 @@ def measure(context: ProbeContext) -> Mapping[str, pd.DataFrame]:
                 largest = max(largest, off / max(1.0, value.exact))
                 if not off <= stated:
                     sentences.append(
-                        f"{value.what}: the exact value {value.exact!r} is off by {off:.3g}, stated {stated:.3g}"
+                        f"{value.what()}: the exact value {value.exact!r} is off by {off:.3g}, stated {stated:.3g}"
                     )
         facts |= {f"{name}_values": checked, f"{name}_disagreement": largest, f"{name}_share": share}
         context.violations += sentences[:REPORTED]
@@ -121,20 +123,27 @@ def _random(context: ProbeContext) -> Iterator[Value]:
         start, half = int(random.integers(last - RANDOM // DRAWS)), batch.space == "half"
         a, b = batch.pairs(context.plan.seed, start, RANDOM // DRAWS)
         exact = exact_values(batch, alpha, a, b)
-        what = f"{batch.stratum.name} pair in {batch.precision.name}, alpha {alpha:g}"
+        what = f"{batch.stratum.name} pair in {batch.precision.name}, alpha {alpha:g}, {{}}, number {{}}"
         for row, kind in enumerate(TRUTHS[: batch.truths]):
             for i in np.flatnonzero(np.isfinite(exact[row])):
                 pair = (*map(float, a[:, i]), *map(float, b[:, i]))
-                yield Value(pair, alpha, half, kind, float(exact[row, i]), f"{what}, {kind}, number {start + i}")
+                yield Value(pair, alpha, half, kind, float(exact[row, i]), partial(what.format, kind, start + i))
 
 
 def _stored(worst: pd.DataFrame) -> Iterator[Value]:
     """The stored worst inputs. Where the input is a cosine, the truth is that of the product a.b, which is exact."""
-    names = ["alpha", "space", "truth", "exact", "stratum", "approximation", "precision", *_PAIR]
-    for alpha, space, kind, exact, stratum, name, precision, *pair in zip(*(worst[n] for n in names), strict=True):
+    names = ["alpha", "space", "truth", "exact", "stratum", *_PAIR]
+    rows = zip(*(worst[n] for n in names), strict=True)
+    for position, (alpha, space, kind, exact, stratum, *pair) in enumerate(rows):
         seen = "cosine" if stratum == COSINES.name else kind
-        what = f"worst {stratum} input of {name} in {precision}, alpha {alpha:g}, {seen}"
+        what = partial(_described, worst, position, seen)
         yield Value(tuple(map(float.fromhex, pair)), float(alpha), space == "half", seen, float(exact), what)
+
+
+def _described(worst: pd.DataFrame, position: int, seen: str) -> str:
+    row: dict[str, Any] = {str(name): value for name, value in worst.iloc[position].items()}
+    formula = Formula.of_row(row)
+    return f"worst {row['stratum']} input of {formula} in {row['precision']}, alpha {row['alpha']:g}, {seen}"
 
 
 @contextmanager

@@ -97,19 +97,9 @@ def draw(study: Rows) -> Plate | Absent:
     alphas = sorted(data["alpha"].unique())
     forms = [form for form in LAMBDA_FORMS if (data["lambda_form"] == form).any()]
     height = 1.0 + 2.0 * len(alphas)
-    figure, panels = sheet(
-        height,
-        len(alphas),
-        len(forms),
-        left=0.092,
-        right=0.835,
-        wspace=0.06,
-        hspace=0.1,
-        top=1 - 0.33 / height,
-        bottom=0.68 / height,
-        sharex=True,
-        sharey=True,
-    )
+    margins = {"left": 0.092, "right": 0.835, "wspace": 0.06, "hspace": 0.1}
+    margins |= {"top": 1 - 0.33 / height, "bottom": 0.68 / height}
+    figure, panels = sheet(height, len(alphas), len(forms), sharex=True, sharey=True, **margins)
     for index, axes in enumerate(panels):
         alpha, form = alphas[index // len(forms)], forms[index % len(forms)]
         log_axis(axes.yaxis)
@@ -160,12 +150,12 @@ def _basis(data: pd.DataFrame) -> str:
 
 def _sentence(study: Rows, data: pd.DataFrame) -> str:
     """How wide edges may be for one code at the middle exponent, for each form and pair."""
-    found = reaches(study.lyon_meshes)
+    widest = reaches(study.lyon_meshes)
     alpha = nearest(sorted(data["alpha"].unique()), STABILITY_ALPHA)
-    found = found[found["alpha"] == alpha]
+    widest = widest[widest["alpha"] == alpha]
     parts = []
-    for pair in (pair for pair in PAIRS if pair in set(found["pair"])):
-        mine = records(found[found["pair"] == pair])
+    for pair in (pair for pair in PAIRS if pair in set(widest["pair"])):
+        mine = records(widest[widest["pair"] == pair])
         wide = listed(f"{in_words(row['degrees'], row['relation'])} ({row['lambda_form']})" for row in mine)
         parts.append(f"{LOOKS[pair][0]}: {wide}")
     return (

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
@@ -45,16 +47,9 @@ def _panel(axes: Axes, rows: pd.DataFrame, names: list[str]) -> None:
     ceilings = rows[rows["approximation"].isin(CEILINGS)].sort_values("ns_min", kind="stable")
     for index, row in enumerate(records(ceilings)):
         axes.axvline(row["ns_min"], color=MUTED, linewidth=0.9, linestyle=(0, (4, 3)), zorder=1)
-        axes.annotate(
-            str(row["approximation"]),
-            (row["ns_min"], len(names) - 0.42 + 0.62 * index),
-            (2, 0),
-            fontsize=7,
-            color=MUTED,
-            textcoords="offset points",
-            va="center",
-            annotation_clip=False,
-        )
+        place_of_name = (row["ns_min"], len(names) - 0.42 + 0.62 * index)
+        look: dict[str, Any] = {"fontsize": 7, "color": MUTED, "va": "center", "textcoords": "offset points"}
+        axes.annotate(str(row["approximation"]), place_of_name, (2, 0), annotation_clip=False, **look)
     axes.set_yticks([place[name] for name in names], names)
     axes.tick_params(axis="y", length=0)
     axes.grid(False, axis="y")

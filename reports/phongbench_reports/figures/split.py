@@ -83,18 +83,9 @@ def draw(study: Rows) -> Plate | Absent:
     precisions = [name for name in study.precisions if (data["precision"] == name).any()][:SHOWN]
     names = order_of(data, precisions[0])
     height = 1.7 + 0.2 * len(names)
-    margins = {"bottom": 0.78 / height, "top": 1 - 0.67 / height}
-    figure, panels = sheet(
-        height,
-        1,
-        2 * len(precisions),
-        left=0.225,
-        right=0.985,
-        wspace=0.09,
-        sharey=True,
-        width_ratios=(2.4, 1) * len(precisions),
-        **margins,
-    )
+    margins = {"left": 0.225, "right": 0.985, "wspace": 0.09, "bottom": 0.78 / height, "top": 1 - 0.67 / height}
+    widths = (2.4, 1) * len(precisions)
+    figure, panels = sheet(height, 1, len(widths), sharey=True, width_ratios=widths, **margins)
     place = {name: len(names) - 1 - index for index, name in enumerate(names)}
     for index, name in enumerate(precisions):
         rows = data[data["precision"] == name]

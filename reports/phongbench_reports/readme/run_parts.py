@@ -52,7 +52,7 @@ def shader(study: Rows) -> str:
 
 
 def claims(run: Run) -> str:
-    """The textbook claims that the run judges, with verdict and reason; how many it does not."""
+    """The textbook claims that the run judges, with verdict and reason, and how many it leaves open."""
     judged = judge(run)
     lines = [(f"{j.claim.key}) {j.claim.title}", j.verdict, j.because) for j in judged if j.verdict != UNMEASURED]
     left = len(judged) - len(lines)
