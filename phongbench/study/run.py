@@ -263,12 +263,12 @@ class _Study:
 
     def _probed(self, probe: Probe, context: ProbeContext) -> dict[str, pd.DataFrame]:
         """The tables of a probe; what it said beside them is in the context."""
-        kept = checkpoints.kept_probe(self.path, probe.name)
+        kept = checkpoints.read_probe(self.path, probe.name)
         if kept is None:
             before = len(context.violations)
             frames = dict(probe.measure(context))
             said = {"violations": context.violations[before:], "facts": context.facts.get(probe.name)}
-            checkpoints.keep_probe(self.path, probe.name, frames, said)
+            checkpoints.write_probe(self.path, probe.name, frames, said)
             return frames
         frames, said = kept
         context.violations += said["violations"]
