@@ -12,7 +12,7 @@ RECENT  = { $(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help run test check bench bench-api docs lock clean
+.PHONY: help run test soak check bench bench-api docs lock clean
 
 # An editable install points at the folder it was made in: in a moved or copied checkout the stamps do not count.
 $(shell test "$$(cat $(VENV)/.checkout 2>/dev/null)" = "$$(pwd -P)" || rm -f $(TEST) $(DEV))
@@ -25,6 +25,9 @@ run: $(TEST) ## a quick study on this machine; prints where its report is
 
 test: $(TEST) ## the tests, on all cores
 	$(PY) -m pytest --numprocesses=auto
+
+soak: $(TEST) ## a thousand error budgets, each answer attacked by a search
+	PHONGBENCH_SOAK=1000 $(PY) -m pytest --numprocesses=auto tests/phongbench/analysis/test_promise.py
 
 check: $(DEV) ## lint, format, types, layers
 	$(PY) -m ruff check .

@@ -11,7 +11,7 @@ class PhongbenchError(Exception):
     """Base of all deliberate errors.
 
     what   str         what went wrong, one sentence without a full stop
-    where  str | None  the file, key, option or index it was found at
+    where  str | None  the file, key, option or index that is at fault
     fix   str | None  what the user can do about it
     """
 
@@ -27,14 +27,14 @@ class PhongbenchError(Exception):
 
 
 class InputError(PhongbenchError):
-    """The user asked for something that cannot be: a bad value, file, plan or option."""
+    """A value, file, plan or option of the user's that cannot be."""
 
 
 class UnknownNameError(InputError):
     """A name that nothing is registered under; the message lists the known ones, the nearest first.
 
     kind   str             what was looked up, e.g. "approximation"
-    name   str             the name asked for
+    name   str             the unknown name
     known  tuple[str, ..]  all valid names
     """
 
@@ -46,7 +46,7 @@ class UnknownNameError(InputError):
 
 
 class BudgetError(InputError):
-    """A timing budget in which not even the least can be measured on this machine, as busy as it is.
+    """A timing budget in which not even the shortest comparison can be measured on this machine, as busy as it is.
 
     needed  float  seconds that would do
     """
@@ -73,7 +73,7 @@ class CorruptRunError(PhongbenchError):
 
 
 class InterruptedStudyError(PhongbenchError):
-    """The user stopped a study; what is done is kept, and `fix` names the folder to go on with."""
+    """The user stopped a study. What is done is stored, and `fix` names the folder to resume."""
 
 
 class MeasurementError(PhongbenchError):
@@ -84,4 +84,4 @@ class MeasurementError(PhongbenchError):
 
 
 class CancelledError(PhongbenchError):
-    """Work that was given up because whoever asked for it went away."""
+    """Work that was given up because its client went away."""

@@ -4,7 +4,7 @@
     for check in CHECKS:
         check(SPEC)
 
-A check returns nothing or raises AssertionError saying what it found, and where.
+A check returns nothing or raises AssertionError saying what is wrong, and where.
 """
 
 import inspect
@@ -23,8 +23,7 @@ from phongbench.compiler import jit
 from phongbench.compiler.lowering import FLOAT16, FLOAT32, FLOAT64, PRECISIONS, Body, Precision, lower
 from phongbench.compiler.precisions import Array
 from phongbench.errors import InputError
-from phongbench.formulas import coordinate_kernels
-from phongbench.formulas.kernel import coefficient_row, known_values, table_row
+from phongbench.formulas.kernel import Kernel
 from phongbench.formulas.registry import example
 from phongbench.formulas.spec import Approximation, Setting
 
@@ -56,18 +55,9 @@ def coordinates(spec: Approximation, cosine: Array = COSINES) -> Array:
 
 def compiled(spec: Approximation, setting: Setting, precision: Precision, coordinate: Array) -> Array:
     """Values of the compiled kernel in a precision, held by its carrier."""
-    loop = coordinate_kernels.values_kernel(spec, precision, known_values(spec, setting))
     with np.errstate(all="ignore"):
         given = precision.rounded(coordinate)
-        out = np.empty_like(given)
-        row, table = coefficient_row(spec, setting, precision), table_row(spec, setting, precision)
-        _run(loop, given, np.ones_like(given), row, table, out)
-    return out
-
-
-@jit.driver
-def _run(loop: Any, coordinate: Array, gate: Array, coefficients: Array, table: Array, out: Array) -> None:
-    loop(coordinate, gate, coefficients, table, out)
+        return Kernel.of(spec, setting, precision).values(given, np.ones_like(given))
 
 
 def over(body: Body, precision: Precision, *columns: Any, **known: int) -> Array:
@@ -226,10 +216,10 @@ def _compare(
     with np.errstate(all="ignore"):
         at = at.astype(precision.dtype)
         expected = np.array([float(body(float(x))) for x in at])
-    found = compiled(spec, setting, precision, at).astype(np.float64)
-    worst = int(np.argmax(np.abs(found - expected)))
-    message = f"{found[worst]} compiled, {expected[worst]} plain at {spec.coordinate} {at[worst]} in {precision.name}"
-    _require(abs(found[worst] - expected[worst]) <= tolerance, spec, message, setting)
+    values = compiled(spec, setting, precision, at).astype(np.float64)
+    worst = int(np.argmax(np.abs(values - expected)))
+    message = f"{values[worst]} compiled, {expected[worst]} plain at {spec.coordinate} {at[worst]} in {precision.name}"
+    _require(abs(values[worst] - expected[worst]) <= tolerance, spec, message, setting)
 
 
 def check_no_double_in_float32(spec: Approximation) -> None:
@@ -251,8 +241,7 @@ def check_vectorises(spec: Approximation) -> None:
 
 @cache
 def _code(spec: Approximation) -> tuple[str, str]:
-    loop = coordinate_kernels.values_kernel(spec, FLOAT32, known_values(spec, example(spec)))
-    return jit.code(loop)
+    return jit.code(Kernel.of(spec, example(spec), FLOAT32).loop)
 
 
 def _require(condition: Any, spec: Approximation, message: str, setting: Setting | None = None) -> None:

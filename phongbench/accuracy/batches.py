@@ -5,9 +5,10 @@ from dataclasses import dataclass
 from typing import Any
 
 from phongbench.compiler.lowering import Precision, precision_named
+from phongbench.compiler.precisions import Array
 from phongbench.formulas.lambda_forms import cutoff_deficit
 from phongbench.formulas.spec import Approximation
-from phongbench.inputs.pairs import HOSTILE_PAIRS
+from phongbench.inputs.pairs import HOSTILE_PAIRS, pairs
 from phongbench.inputs.plan import Cell, Plan
 from phongbench.inputs.strata import STRATA, Stratum
 
@@ -37,6 +38,13 @@ class Batch:
     def evaluations(self) -> int:
         """(sample, cell) pairs."""
         return self.samples * len(self.cells)
+
+    def pairs(self, seed: int, start: int, count: int) -> tuple[Array, Array]:
+        """Pairs start .. start + count of the batch: a and b, each (3, count) in the precision's carrier."""
+        half = self.space == "half"
+        return pairs(
+            self.stratum, self.precision, seed=seed, start=start, count=count, scale=self.scale, half_space=half
+        )
 
 
 def batches(plan: Plan, cells: Sequence[Cell], registry: Mapping[str, Approximation]) -> list[Batch]:

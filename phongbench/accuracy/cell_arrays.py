@@ -1,60 +1,88 @@
-"""Cells as the arrays that `measure.measure_cells` takes: made once, passed over by every piece of pairs."""
+"""Cells as the arrays that compiled loops take: made once, passed over by every piece of pairs."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from phongbench.compiler import jit
-from phongbench.compiler.lowering import FLOAT64, Precision
+from phongbench.accuracy.accumulators import ErrorAccumulator
+from phongbench.accuracy.coordinates import Piece, coordinate_row, gate_row
+from phongbench.accuracy.reductions import measure_cells
+from phongbench.compiler.lowering import Precision
 from phongbench.compiler.precisions import Array
-from phongbench.formulas import coordinate_kernels
-from phongbench.formulas.kernel import coefficient_row, known_values, table_row
-from phongbench.formulas.spec import MAX_COEFFICIENTS, Approximation
+from phongbench.formulas.kernel import Kernel
+from phongbench.formulas.spec import MAX_COEFFICIENTS
 from phongbench.inputs.plan import Cell
 
 
 @dataclass(frozen=True)
 class CellArrays:
-    """What the compiled loops need to know of some cells; see `measure_cells` for the columns."""
+    """Cells of one precision, ready to be measured; the rows of their errors follow their order.
 
+    alphas             their exponents, each once: what the exact values of a piece are of, in this order
+    truths             1 (angle) or 2 (angle, given): a cell's truths are consecutive rows of its errors
+    rows               int64 (cells, 7): coordinate row, gate row, position in alphas, first row of the errors,
+                       addresses of the loops in the working precision and in float64, entries of the table
+    coefficients..64   (cells, MAX_COEFFICIENTS) in the working precision and in float64
+    tables..64         (cells, ..) likewise, padded to one length
+    """
+
+    alphas: tuple[float, ...]
+    truths: int
     rows: Array
     coefficients: Array
     coefficients_64: Array
     tables: Array
     tables_64: Array
 
-    @staticmethod
-    def of(
-        chosen: Sequence[tuple[Cell, Approximation]], alphas: Sequence[float], precision: Precision, truths: int
-    ) -> "CellArrays":
-        """The arrays of these cells; the rows of their errors follow the same order, each cell's truths together.
-
-        alphas     the exponents that the exact values are given for, in that order
-        precision  the working precision
-        truths     1 or 2
-        """
-        tables = [table_row(spec, cell.setting, FLOAT64) for cell, spec in chosen]
-        rows = np.empty((len(chosen), 7), np.int64)
-        for i, (cell, spec) in enumerate(chosen):
-            known = known_values(spec, cell.setting)
-            rows[i] = (
-                coordinate_kernels.FORM_ROW.get(cell.lambda_form, coordinate_kernels.COSINE_ROW),
-                coordinate_kernels.COSINE_ROW if cell.gated else coordinate_kernels.OPEN_ROW,
+    @classmethod
+    def of(cls, cells: Sequence[tuple[Cell, Kernel, Kernel]], precision: Precision, truths: int) -> "CellArrays":
+        """The arrays of these cells, each with its kernels in the working precision and in float64."""
+        alphas = tuple(dict.fromkeys(cell.alpha for cell, _, _ in cells))
+        rows = [
+            (
+                coordinate_row(cell),
+                gate_row(cell),
                 alphas.index(cell.alpha),
                 i * truths,
-                jit.address(coordinate_kernels.values_kernel(spec, precision, known)),
-                jit.address(coordinate_kernels.values_kernel(spec, FLOAT64, known)),
-                len(tables[i]),
+                kernel.address,
+                kernel_64.address,
+                len(kernel.table),
             )
-        padded = np.zeros((len(chosen), max((len(t) for t in tables), default=1)))
-        for i, table in enumerate(tables):
-            padded[i, : len(table)] = table
-        return CellArrays(
-            rows, _stacked(precision, chosen), _stacked(FLOAT64, chosen), precision.rounded(padded), padded
+            for i, (cell, kernel, kernel_64) in enumerate(cells)
+        ]
+        kernels, kernels_64 = [k for _, k, _ in cells], [k for _, _, k in cells]
+        return cls(
+            alphas,
+            truths,
+            np.array(rows, np.int64).reshape(len(rows), 7),
+            _stacked([k.coefficients for k in kernels], precision.carrier, MAX_COEFFICIENTS),
+            _stacked([k.coefficients for k in kernels_64], np.float64, MAX_COEFFICIENTS),
+            _stacked([k.table for k in kernels], precision.carrier),
+            _stacked([k.table for k in kernels_64], np.float64),
         )
 
+    def measure(self, piece: Piece, errors: ErrorAccumulator) -> None:
+        """Add the errors of all cells over one piece, whose exact values are of our alphas."""
+        measure_cells(
+            self.rows,
+            self.coefficients,
+            self.coefficients_64,
+            self.tables,
+            self.tables_64,
+            *piece,
+            errors.sums,
+            errors.counts,
+            errors.bins,
+            errors.worst,
+            self.truths,
+        )
+        errors.samples += piece.a.shape[1]
 
-def _stacked(precision: Precision, chosen: Sequence[tuple[Cell, Approximation]]) -> Array:
-    rows = [coefficient_row(spec, cell.setting, precision) for cell, spec in chosen]
-    return np.array(rows, precision.carrier).reshape(len(rows), MAX_COEFFICIENTS)
+
+def _stacked(rows: Sequence[Array], dtype: np.typing.DTypeLike, length: int = 1) -> Array:
+    """The rows below one another, padded with zeros to the longest, or to this length."""
+    stacked = np.zeros((len(rows), max((len(row) for row in rows), default=length)), dtype)
+    for target, row in zip(stacked, rows, strict=True):
+        target[: len(row)] = row
+    return stacked

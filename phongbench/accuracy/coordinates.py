@@ -1,58 +1,99 @@
-"""Pieces of pairs laid out for the sweep's loops: coordinates in three renderings, and the exact values."""
+"""Pieces of pairs laid out for the loops of cells: coordinates in three renderings, and the exact values."""
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from phongbench.accuracy.batches import Batch
 from phongbench.compiler import jit
 from phongbench.compiler.lowering import FLOAT64, Precision
 from phongbench.compiler.precisions import Array
-from phongbench.formulas import coordinate_kernels
-from phongbench.formulas.coordinate_kernels import coordinates_at
-from phongbench.formulas.exact import truth_at, truth_kernel
+from phongbench.formulas.coordinate_kernels import (
+    COORDINATE_ROWS,
+    COSINE_ROW,
+    FORM_ROW,
+    OPEN_ROW,
+    coordinates,
+    coordinates_at,
+    coordinates_kernel,
+)
+from phongbench.formulas.exact import of_deficits, truth_at, truth_kernel
+from phongbench.inputs.plan import Cell
+
+
+class Piece(NamedTuple):
+    """Pairs measured together, with all that a cell may ask of them.
+
+    a, b   (3, n)                   in the precision's carrier
+    held   (COORDINATE_ROWS, n)     coordinates in the working precision
+    given  the same                 in float64, of the vectors as they are
+    unit   the same                 in float64, of their directions
+    exact  (alphas, 2, n) float64   the truths `angle` and, if asked for, `given`
+    """
+
+    a: Array
+    b: Array
+    held: Array
+    given: Array
+    unit: Array
+    exact: Array
+
+    @classmethod
+    def of(cls, precision: Precision, a: Array, b: Array, exact: Array, unit: Array | None = None) -> "Piece":
+        """The pairs with their coordinates; those of the directions are the same if they are not given."""
+        given = coordinates(FLOAT64, a.astype(np.float64), b.astype(np.float64))
+        return cls(a, b, coordinates(precision, a, b), given, given if unit is None else unit, exact)
+
+    @classmethod
+    def of_cosines(cls, precision: Precision, x: Array, alphas: Sequence[float], half_space: bool) -> "Piece":
+        """Pairs (1, 0, 0), (x, 0, 0), whose product is x without rounding; the truth is of the angle that x names."""
+        a, b = np.zeros((3, len(x)), x.dtype), np.zeros((3, len(x)), x.dtype)
+        a[0], b[0] = 1, x
+        piece = cls.of(precision, a, b, np.empty((len(alphas), 2, len(x))))
+        for exact, alpha in zip(piece.exact, alphas, strict=True):
+            exact[0] = of_deficits(piece.given[FORM_ROW["dot"]], alpha, half_space)
+        return piece
+
+
+def coordinate_row(cell: Cell) -> int:
+    """The row of a coordinate block that the cell's formula is given: its lambda form's, or the cosine's."""
+    return FORM_ROW.get(cell.lambda_form, COSINE_ROW)
+
+
+def gate_row(cell: Cell) -> int:
+    """The row of a coordinate block that opens the cell's gate."""
+    return COSINE_ROW if cell.gated else OPEN_ROW
 
 
 class Layout:
-    """The arrays that pieces of pairs are laid out in, allocated once.
+    """The arrays that pieces of a batch's pairs are laid out in, allocated once.
 
-    precision  Precision      of the coordinates `held`
-    space      str            reflect, or half: what the exact values are of
-    truths     int            1 for the truth `angle` alone, 2 for `given` as well
-    alphas     floats         exponents of the exact values
-    size       int            pairs in a piece; the last one may be shorter
+    alphas  floats   exponents of the exact values
+    size    int      pairs in a piece; the last one may be shorter
     """
 
-    def __init__(self, precision: Precision, space: str, truths: int, alphas: Sequence[float], size: int) -> None:
-        rows = coordinate_kernels.COORDINATE_ROWS
+    def __init__(self, batch: Batch, alphas: Sequence[float], size: int) -> None:
         self.alphas = np.array(alphas)
-        loops = (coordinate_kernels.coordinates_kernel(precision), coordinate_kernels.coordinates_kernel(FLOAT64))
-        self.addresses = np.array([jit.address(k) for k in (*loops, truth_kernel(space == "half", truths == 2))])
-        self.held = np.empty((rows, size), precision.carrier)
-        self.given, self.unit = np.empty((rows, size)), np.empty((rows, size))
+        truth = truth_kernel(batch.space == "half", batch.truths == 2)
+        loops = (coordinates_kernel(batch.precision), coordinates_kernel(FLOAT64), truth)
+        self.addresses = np.array([jit.address(loop) for loop in loops])
+        self.held = np.empty((COORDINATE_ROWS, size), batch.precision.carrier)
+        self.given, self.unit = np.empty((COORDINATE_ROWS, size)), np.empty((COORDINATE_ROWS, size))
         self.a, self.b = np.empty((3, size)), np.empty((3, size))
         self.exact = np.empty((len(alphas), 2, size))
 
-    def lay_out(self, a: Array, b: Array) -> tuple[Array, Array, Array, Array]:
-        """(held, given, unit, exact) of these pairs, views of our arrays that the next call overwrites.
-
-        a, b     (3, n)                   in the precision's carrier
-        held     (COORDINATE_ROWS, n)     coordinates in the working precision
-        given    the same                 in float64, of the vectors as they are
-        unit     the same                 in float64, of their directions
-        exact    (alphas, 2, n) float64   the truths `angle` and, if asked for, `given`
-        """
-        if a.shape[1] != self.held.shape[1]:  # the last, shorter piece
-            size = a.shape[1]
-            self.held, self.given, self.unit = (
-                np.ascontiguousarray(x[:, :size]) for x in (self.held, self.given, self.unit)
-            )
-            self.a, self.b = np.ascontiguousarray(self.a[:, :size]), np.ascontiguousarray(self.b[:, :size])
-            self.exact = np.ascontiguousarray(self.exact[:, :, :size])
+    def lay_out(self, a: Array, b: Array) -> Piece:
+        """The piece of these pairs, (3, n) in the precision's carrier; the next call overwrites its arrays."""
+        size = a.shape[1]
+        if size != self.held.shape[1]:  # the last, shorter piece
+            for name in ("held", "given", "unit", "a", "b", "exact"):
+                setattr(self, name, np.ascontiguousarray(getattr(self, name)[..., :size]))
         _lay_out(self.addresses, self.alphas, a, b, self.a, self.b, self.held, self.given, self.unit, self.exact)
-        return self.held, self.given, self.unit, self.exact
+        return Piece(a, b, self.held, self.given, self.unit, self.exact)
 
 
+# ten arrays, for compiled code takes no objects
 @jit.driver
 def _lay_out(
     addresses: Any, alphas: Any, a: Any, b: Any, a64: Any, b64: Any, held: Any, given: Any, unit: Any, exact: Any

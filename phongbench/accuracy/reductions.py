@@ -194,6 +194,7 @@ def _add(truth: int, values: Any, given: Any, unit: Any, exact: Any, angle: Any,
     return _reduce_given(values, given, unit, exact, angle, errors, sums)
 
 
+# sixteen arrays: what `CellArrays.measure` keeps together, compiled code can only take one by one
 @jit.driver
 def measure_cells(
     rows: Any,
@@ -213,17 +214,11 @@ def measure_cells(
     worst: Any,
     truths: int,
 ) -> None:
-    """Measure cells over one piece of samples.
+    """Measure cells over one piece of pairs.
 
-    rows               int64 (cells, 7): coordinate row, gate row, row of `exact`, first row of the tally, addresses of
-                       the cell's `values_kernel` in the working precision and in float64, length of its table
-    coefficients..64   (cells, ..) in the working precision and float64; tables likewise, padded to one length
-    a, b               (3, n) the pairs, in the working precision's carrier
-    held, given, unit  (COORDINATE_ROWS, n) coordinates: working precision; float64 of the same vectors; float64 of the
-                       directions
-    exact              float64 (alphas, 2, n)
-    sums, counts, bins, worst  the ErrorAccumulator's arrays; a cell's truths are consecutive rows
-    truths             1 (angle) or 2 (angle, given)
+    rows .. tables_64, truths   of a `CellArrays`
+    a .. exact                  a `Piece`
+    sums .. worst               of an `ErrorAccumulator`
     """
     n = held.shape[1]
     values, given_values, unit_values = np.empty(CHUNK, held.dtype), np.empty(CHUNK), np.empty(CHUNK)

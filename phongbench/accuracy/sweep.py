@@ -8,7 +8,7 @@ once, the exact value once per alpha, and then every cell passes over it while i
 
 import time
 from collections import deque
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -17,14 +17,11 @@ from phongbench.accuracy.accumulators import ErrorAccumulator
 from phongbench.accuracy.batches import Batch, batches
 from phongbench.accuracy.cell_arrays import CellArrays
 from phongbench.accuracy.coordinates import Layout
-from phongbench.accuracy.reductions import measure_cells
-from phongbench.compiler.lowering import FLOAT64, precision_named
+from phongbench.compiler.lowering import FLOAT64, Precision, precision_named
 from phongbench.compiler.precisions import Array
-from phongbench.formulas import coordinate_kernels
-from phongbench.formulas.kernel import known_values, table_row
+from phongbench.formulas.kernel import Kernel, known_values, table_row
 from phongbench.formulas.registry import REGISTRY
 from phongbench.formulas.spec import Approximation
-from phongbench.inputs.pairs import pairs
 from phongbench.inputs.plan import Cell, Plan
 
 #: pairs made and measured together; their coordinates stay in the second-level cache
@@ -45,12 +42,30 @@ class Sweep:
     cells: list[Cell]
     batches: list[Batch]
     failures: dict[int, str] = field(default_factory=dict)
-    made: dict[tuple[Any, ...], CellArrays] = field(default_factory=dict, repr=False)
+    # both made at first use; two threads may both make one, with equal content
+    _kernels: dict[int, tuple[Kernel, Kernel]] = field(default_factory=dict, init=False, repr=False)
+    _arrays: dict[tuple[Any, ...], CellArrays] = field(default_factory=dict, init=False, repr=False)
 
     @property
     def evaluations(self) -> int:
         """(sample, cell) pairs of the whole sweep."""
-        return sum(c.evaluations for c in self.batches)
+        return sum(b.evaluations for b in self.batches)
+
+    def kernels(self, position: int) -> tuple[Kernel, Kernel]:
+        """The compiled kernel of the cell at this position, in its own precision and in float64."""
+        if position not in self._kernels:
+            cell = self.cells[position]
+            spec, own = self.registry[cell.approximation], precision_named(cell.precision)
+            self._kernels[position] = Kernel.of(spec, cell.setting, own), Kernel.of(spec, cell.setting, FLOAT64)
+        return self._kernels[position]
+
+    def arrays(self, positions: tuple[int, ...], precision: Precision, truths: int) -> CellArrays:
+        """Cells of one precision ready to be measured; most strata of an exponent share theirs."""
+        key = (positions, precision, truths)
+        if key not in self._arrays:
+            cells = [(self.cells[p], *self.kernels(p)) for p in positions]
+            self._arrays[key] = CellArrays.of(cells, precision, truths)
+        return self._arrays[key]
 
 
 @dataclass(frozen=True)
@@ -74,35 +89,35 @@ def prepare(plan: Plan, registry: Mapping[str, Approximation] = REGISTRY) -> Swe
 
 
 def compile_kernels(sweep: Sweep, progress: Callable[[int, int], None] | None = None) -> int:
-    """Compile every loop the sweep needs, or load it from the cache.
+    """Compile every loop the sweep needs, or load it from the cache; how many there are.
 
     Cells whose kernel fails are noted in `failures`.
     """
-    wanted: dict[tuple[Any, ...], list[int]] = {}
+    loops: dict[tuple[Any, ...], list[int]] = {}
     for position, cell in enumerate(sweep.cells):
+        spec = sweep.registry[cell.approximation]
         try:
-            known = known_values(sweep.registry[cell.approximation], cell.setting)
-            table_row(sweep.registry[cell.approximation], cell.setting, FLOAT64)
+            key = (cell.approximation, cell.precision, known_values(spec, cell.setting))
+            table_row(spec, cell.setting, FLOAT64)
         except Exception as problem:  # noqa: BLE001  whatever a user's own formula raises concerns its cell alone
             sweep.failures[position] = f"{type(problem).__name__}: {problem}"
-            continue
-        wanted.setdefault((cell.approximation, cell.precision, known), []).append(position)
-    for done, ((name, precision, known), positions) in enumerate(wanted.items()):
+        else:
+            loops.setdefault(key, []).append(position)
+    for done, positions in enumerate(loops.values()):
         if progress:
-            progress(done, len(wanted))
+            progress(done, len(loops))
         try:
-            for p in (precision_named(precision), FLOAT64):
-                coordinate_kernels.values_kernel(sweep.registry[name], p, known)
+            sweep.kernels(positions[0])
         except Exception as problem:  # noqa: BLE001  as above
             sweep.failures |= dict.fromkeys(positions, f"{type(problem).__name__}: {problem}")
     if progress:
-        progress(len(wanted), len(wanted))
-    return len(wanted)
+        progress(len(loops), len(loops))
+    return len(loops)
 
 
 def compile_drivers(sweep: Sweep) -> None:
     """Compile, or load from the cache, what surrounds the kernels: a block without cells touches all of it."""
-    for carrier in {c.precision.carrier: c for c in sweep.batches if c.stratum.name != "hostile"}.values():
+    for carrier in {b.precision.carrier: b for b in sweep.batches if b.stratum.name != "hostile"}.values():
         for space in ("reflect", "half"):
             _block(sweep, replace(carrier, cells=(), samples=1, space=space), 0)
 
@@ -116,40 +131,42 @@ def run(
     done      indices of batches to leave out
     progress  called with the number of evaluations as blocks finish
     """
-    work = [(c, start) for c in sweep.batches if c.index not in done for start in range(0, c.samples, SLAB)]
-    pending: deque[tuple[Batch, int, Future[Measured]]] = deque()
     merged: Measured | None = None
+    for block in _blocks(sweep, [b for b in sweep.batches if b.index not in done], jobs):
+        if progress:
+            progress(int(block.errors.samples) * len(block.batch.cells))
+        if merged is None:
+            merged = block
+        else:
+            merged.errors.merge(block.errors)
+        if merged.errors.samples == merged.batch.samples:
+            yield merged
+            merged = None
+
+
+def _blocks(sweep: Sweep, chosen: Collection[Batch], jobs: int) -> Iterator[Measured]:
+    """The blocks of these batches, in order; a few are measured ahead, so that no thread waits."""
+    pending: deque[Future[Measured]] = deque()
     with ThreadPoolExecutor(max_workers=jobs) as pool:
         try:
-            queue = iter(work)
-            while True:
-                for batch, start in queue:
-                    pending.append((batch, start, pool.submit(_block, sweep, batch, start)))
+            for batch in chosen:
+                for start in range(0, batch.samples, SLAB):
+                    pending.append(pool.submit(_block, sweep, batch, start))
                     if len(pending) >= 4 * jobs:
-                        break
-                if not pending:
-                    return
-                batch, start, future = pending.popleft()
-                part = future.result()
-                if progress:
-                    progress(min(SLAB, batch.samples - start) * len(batch.cells))
-                if start == 0:
-                    merged = part
-                elif merged is not None:
-                    merged.errors.merge(part.errors)
-                if merged is not None and start + SLAB >= batch.samples:
-                    yield merged
+                        yield pending.popleft().result()
+            while pending:
+                yield pending.popleft().result()
         finally:
-            for _, _, future in pending:
+            for future in pending:
                 future.cancel()
 
 
 def trial_rates(sweep: Sweep, samples: int = 2 * PIECE) -> dict[str, float]:
     """Evaluations per second and thread for each stratum of the sweep, from a short trial of its middle batch."""
     rates: dict[str, float] = {}
-    for name in dict.fromkeys(c.stratum.name for c in sweep.batches):
-        batches = [c for c in sweep.batches if c.stratum.name == name]
-        batch = replace(batches[len(batches) // 2], samples=samples)
+    for name in dict.fromkeys(b.stratum.name for b in sweep.batches):
+        alike = [b for b in sweep.batches if b.stratum.name == name]
+        batch = replace(alike[len(alike) // 2], samples=samples)
         _block(sweep, batch, 0)  # compiles, and fills the caches
         started = time.perf_counter()
         _block(sweep, batch, 0)
@@ -160,56 +177,13 @@ def trial_rates(sweep: Sweep, samples: int = 2 * PIECE) -> dict[str, float]:
 def _block(sweep: Sweep, batch: Batch, start: int) -> Measured:
     """Measure one slab of a batch."""
     live = tuple(c for c in batch.cells if c not in sweep.failures)
-    alphas = tuple(dict.fromkeys(sweep.cells[c].alpha for c in live))
-    key = (live, batch.precision, batch.truths)
-    # most strata of an alpha share their cells; two threads may both make them, with equal content
-    if key not in sweep.made:
-        sweep.made[key] = cell_arrays(sweep, batch, live, alphas)
-    cells = sweep.made[key]
-    errors = ErrorAccumulator(len(live) * batch.truths)
-    count = min(SLAB, batch.samples - start)
-    layout = _layout(batch, alphas, min(PIECE, count))
-    for piece in range(start, start + count, PIECE):
-        a, b = pairs(
-            batch.stratum,
-            batch.precision,
-            seed=sweep.plan.seed,
-            start=piece,
-            count=min(PIECE, start + count - piece),
-            scale=batch.scale,
-            half_space=batch.space == "half",
-        )
-        held, given, unit, exact = layout.lay_out(a, b)
-        measure_cells(
-            cells.rows,
-            cells.coefficients,
-            cells.coefficients_64,
-            cells.tables,
-            cells.tables_64,
-            a,
-            b,
-            held,
-            given,
-            unit,
-            exact,
-            errors.sums,
-            errors.counts,
-            errors.bins,
-            errors.worst,
-            batch.truths,
-        )
-    errors.samples = count
+    cells, errors = sweep.arrays(live, batch.precision, batch.truths), ErrorAccumulator(len(live) * batch.truths)
+    stop = min(start + SLAB, batch.samples)
+    layout = Layout(batch, cells.alphas, min(PIECE, stop - start))
+    for piece in range(start, stop, PIECE):
+        a, b = batch.pairs(sweep.plan.seed, piece, min(PIECE, stop - piece))
+        cells.measure(layout.lay_out(a, b), errors)
     return Measured(batch, live, errors)
-
-
-def cell_arrays(sweep: Sweep, batch: Batch, live: Sequence[int], alphas: Sequence[float]) -> CellArrays:
-    """What the compiled loops need to know of each cell; the rows of the errors follow the order of `live`."""
-    chosen = [(sweep.cells[c], sweep.registry[sweep.cells[c].approximation]) for c in live]
-    return CellArrays.of(chosen, alphas, batch.precision, batch.truths)
-
-
-def _layout(batch: Batch, alphas: Sequence[float], size: int) -> Layout:
-    return Layout(batch.precision, batch.space, batch.truths, alphas, size)
 
 
 def exact_values(batch: Batch, alpha: float, a: Array, b: Array) -> Array:
@@ -217,4 +191,4 @@ def exact_values(batch: Batch, alpha: float, a: Array, b: Array) -> Array:
 
     a, b  (3, n) in the carrier of the batch's precision
     """
-    return _layout(batch, (alpha,), a.shape[1]).lay_out(a, b)[3][0, : batch.truths].copy()
+    return Layout(batch, (alpha,), a.shape[1]).lay_out(a, b).exact[0, : batch.truths].copy()

@@ -79,36 +79,35 @@ def _keys(sweep: Sweep, numbers: pd.DataFrame) -> pd.DataFrame:
     """The key columns of each row, looked up by cell and batch."""
     batch = numbers["batch"].to_numpy()
     frame = of_cells(sweep, numbers["cell"].to_numpy())
-    strata = [c.stratum for c in sweep.batches]
-    batches: dict[str, Any] = {"stratum": [s.name for s in strata], "perturbation": [s.perturbation for s in strata]}
-    for name, values in batches.items():
-        frame[name] = _looked_up(values, batch)
+    strata = [b.stratum for b in sweep.batches]
+    frame["stratum"] = looked_up([s.name for s in strata], batch)
+    frame["perturbation"] = looked_up([s.perturbation for s in strata], batch)
     frame["length_error"] = np.array([s.largest_length_error for s in strata])[batch]
-    frame["truth"] = _looked_up(TRUTHS, numbers["truth"].to_numpy())
+    frame["truth"] = looked_up(TRUTHS, numbers["truth"].to_numpy())
     return frame
 
 
-def of_cells(sweep: Sweep, cell: NDArray[Any]) -> pd.DataFrame:
+def of_cells(sweep: Sweep, positions: NDArray[Any]) -> pd.DataFrame:
     """The columns that tell cells apart, CELL_COLUMNS, for each of these positions in the sweep's cells."""
-    known, index = np.unique(cell, return_inverse=True)  # often few of the sweep's
-    found = [sweep.cells[position] for position in known]
-    settings = [c.setting for c in found]
-    cells: dict[str, Any] = {
-        "approximation": [c.approximation for c in found],
-        "lambda_form": [c.lambda_form for c in found],
-        "space": [s.space for s in settings],
-        "beta_policy": [s.slope for s in settings],
-        "precision": [c.precision for c in found],
+    known, index = np.unique(positions, return_inverse=True)  # often few of the sweep's
+    cells = [sweep.cells[position] for position in known]
+    formulas = [cell.formula for cell in cells]
+    columns = {
+        "approximation": looked_up([f.approximation for f in formulas], index),
+        "lambda_form": looked_up([f.lambda_form for f in formulas], index),
+        "space": looked_up([f.space for f in formulas], index),
+        "beta_policy": looked_up([str(f.slope) for f in formulas], index),
+        "alpha": np.array([cell.alpha for cell in cells], np.float64)[index],
+        "gamma": pd.array([f.gamma for f in formulas], dtype="Int64")[index],
+        "beta": np.array([_beta(sweep, int(position)) for position in known], np.float64)[index],
+        "precision": looked_up([cell.precision for cell in cells], index),
+        "gated": np.array([cell.gated for cell in cells], bool)[index],
     }
-    frame = pd.DataFrame({name: _looked_up(values, index) for name, values in cells.items()})
-    frame["alpha"] = np.array([s.alpha for s in settings])[index]
-    frame["gamma"] = pd.array([s.gamma for s in settings], dtype="Int64")[index]
-    frame["beta"] = np.array([_beta(sweep, int(position)) for position in known])[index]
-    frame["gated"] = np.array([c.gated for c in found])[index]
-    return frame
+    return pd.DataFrame(columns)
 
 
-def _looked_up(values: Sequence[str], index: NDArray[Any]) -> Any:
+def looked_up(values: Sequence[str], index: NDArray[Any]) -> Any:
+    """A column of these strings, by position."""
     return pd.array(np.array(values, dtype=object), dtype="str").take(index)
 
 

@@ -1,7 +1,5 @@
 """What is asked of a formula: how wrong it may be, at which exponents, in which precision, on which vectors."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from fractions import Fraction
@@ -39,7 +37,7 @@ class Budget:
         precision: str = "float32",
         space: str = "reflect",
         working_set: str = "l1",
-    ) -> Budget:
+    ) -> "Budget":
         """The budget of these values, numbers or text; InputError or UnknownNameError names the wrong one."""
         most, size = number(max_error, "max_error"), number(length_error or 0.0, "length_error")
         if not (math.isfinite(most) and most > 0):

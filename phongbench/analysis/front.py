@@ -5,8 +5,6 @@ timing rows; time depends neither on alpha nor on the beta policy, so the join l
 of exact Phong in the same run, with a 99 % interval.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 
@@ -48,9 +46,8 @@ def errors_at(
     metric: str = "max_abs",
     stratum: str = "highlight",
     precision: str = "float32",
-    truth: str = "angle",
 ) -> pd.DataFrame:
-    """Cells with unit vectors and the a.b > 0 gate, and their error: columns CELL + `error`, sorted by name.
+    """Errors of gated cells on unit vectors against Phong of the true angle: columns CELL + `error`, sorted by name.
 
     accuracy   rows as in accuracy.parquet
     alpha      one that the run swept, or several: a cell's error is its worst over those of the run's that are asked
@@ -58,19 +55,18 @@ def errors_at(
     metric     of schema.ERROR_METRICS; the errors are in its unit
     stratum    of unit vectors
     precision  a name that the rows know; of fixed point and others that are emulated, too
-    truth      angle or given; of unit vectors they differ by the rounding of their lengths only
     Raises UnknownNameError, listing the known ones, and InputError for an alpha that was not measured.
     """
     if metric not in ERROR_METRICS:
         raise UnknownNameError("metric", metric, ERROR_METRICS)
-    for column, wanted in (("stratum", stratum), ("precision", precision), ("truth", truth)):
+    for column, wanted in (("stratum", stratum), ("precision", precision)):
         known = sorted(accuracy[column].astype(str).unique())
         if wanted not in known:
             raise UnknownNameError(column, wanted, known)
     exponents = Exponents.of(alpha)
     alphas = exponents.measured(accuracy["alpha"].unique())
     unit = (accuracy["perturbation"] == "none") & (accuracy["length_error"] == 0.0) & accuracy["gated"].astype(bool)
-    meant = (accuracy["stratum"] == stratum) & (accuracy["precision"] == precision) & (accuracy["truth"] == truth)
+    meant = (accuracy["stratum"] == stratum) & (accuracy["precision"] == precision) & (accuracy["truth"] == "angle")
     rows = strongest(accuracy.loc[unit & meant & accuracy["alpha"].isin(alphas)])[[*CELL, *INPUT, metric]]
     return worst_of(whole_or_any(rows, exponents).rename(columns={metric: "error"}))
 
@@ -120,21 +116,20 @@ def front(
     timing: pd.DataFrame,
     *,
     alpha: float | Exponents,
-    metric: str = "max_abs",
-    stratum: str = "highlight",
     precision: str = "float32",
     working_set: str = "l1",
-    truth: str = "angle",
+    **errors: str,
 ) -> pd.DataFrame:
     """Cells at one alpha, or over several, with error, time and whether they lie on the error/time front.
 
     accuracy, timing   rows as in accuracy.parquet and timing.parquet
-    alpha .. truth     as for `errors_at`
+    alpha, precision   as for `errors_at`
     working_set        whose times: l1, l2 or memory
+    errors             metric and stratum, as for `errors_at`
     returns            columns COLUMNS, fastest first; a cell without a timing row, an error or an interval is left out
     Raises UnknownNameError and InputError as `errors_at`.
     """
-    wrong = errors_at(accuracy, alpha=alpha, metric=metric, stratum=stratum, precision=precision, truth=truth)
+    wrong = errors_at(accuracy, alpha=alpha, precision=precision, **errors)
     alphas = Exponents.of(alpha).measured(accuracy["alpha"].unique())
     times = times_at(times_of(timing, working_set=working_set, precision=precision), alphas)
     return joined(wrong, times)
@@ -145,9 +140,8 @@ def joined(wrong: pd.DataFrame, times: pd.DataFrame) -> pd.DataFrame:
     cells = wrong.merge(times, on=KERNEL, how="inner")
     cells = cells.dropna(subset=["error", "ratio", "ratio_low", "ratio_high"]).reset_index(drop=True)
     kernel = cells.groupby(KERNEL, dropna=False, observed=True, sort=True).ngroup()
-    cells["state"] = pd.Series(
-        states(cells["error"], cells["ratio_low"], cells["ratio_high"], kernel), index=cells.index, dtype="str"
-    )
+    named = states(cells["error"], cells["ratio_low"], cells["ratio_high"], kernel)
+    cells["state"] = pd.Series(named, index=cells.index, dtype="str")
     more = [name for name in wrong.columns if name not in (*COLUMNS, *INPUT)]
     return cells.sort_values(["ratio", "error", *CELL], kind="stable").reset_index(drop=True)[[*COLUMNS, *more]]
 
@@ -175,25 +169,15 @@ def points(
     known = sorted(accuracy["space"].astype(str).unique())
     if space not in known:
         raise UnknownNameError("space", space, known)
-    cells = front(
-        accuracy[accuracy["space"] == space],
-        timing,
-        alpha=exponents,
-        metric=metric,
-        stratum=stratum,
-        precision=precision,
-        working_set=working_set,
-    )
+    question = {"metric": metric, "stratum": stratum, "precision": precision, "working_set": working_set}
+    cells = front(accuracy[accuracy["space"] == space], timing, alpha=exponents, **question)
     if not of_this_machine(run):
         cells["ns"] = np.nan
     return {
         "run": run.id,
         "alpha": str(exponents),
         "alphas": list(exponents.measured(accuracy["alpha"].unique())),
-        "metric": metric,
-        "stratum": stratum,
-        "precision": precision,
-        "working_set": working_set,
+        **question,
         "space": space,
         "timed_precision": timed_precision(precision),
         "same_machine": of_this_machine(run),

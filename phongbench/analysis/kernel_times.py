@@ -4,8 +4,6 @@ Time depends neither on the beta policy nor, but for integer powers, on alpha. R
 the same run, with an interval.
 """
 
-from __future__ import annotations
-
 import pandas as pd
 
 from phongbench.compiler.lowering import FLOAT32, precision_named

@@ -4,8 +4,6 @@ Only Lyon's own slope, the classic Gaussian and exact powers have laws, for unit
 Model error, change by lengths and rounding are added up, each at its largest, so the sum is a true bound.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from typing import Any

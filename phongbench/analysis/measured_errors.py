@@ -5,8 +5,6 @@ lengths are allowed, on every kind of them up to that size, against Phong of the
 error is only a lower bound: the bound that a budget is compared with adds the rounding that they may have missed.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from typing import Any

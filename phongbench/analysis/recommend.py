@@ -5,8 +5,6 @@ says what its error rests on: samples, a search, every input, or a law, and the 
 where there is one.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any

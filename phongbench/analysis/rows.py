@@ -1,7 +1,5 @@
 """The rows of a run, cut as claims, figures and tables want them; each cut is made once and is in a fixed order."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass

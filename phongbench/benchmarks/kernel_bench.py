@@ -27,12 +27,10 @@ from phongbench.compiler.precisions import Array
 from phongbench.errors import InputError
 from phongbench.formulas import pair_kernels
 from phongbench.formulas.kernel import read_only
-from phongbench.inputs import pairs
-from phongbench.inputs.strata import STRATA
 from phongbench.results.machine import machine
 from phongbench.support.progress import Progress
 from phongbench.timing import statistics, timed_kernels
-from phongbench.timing.blocks import block_bytes, elements_of
+from phongbench.timing.blocks import aligned_rows, block_bytes, elements_of
 from phongbench.timing.budget import GOOD_ROUNDS, MOST_ROUNDS
 from phongbench.timing.epoch_loop import spin, tick
 from phongbench.timing.interference import Witness, disturbed
@@ -52,21 +50,13 @@ TOLERANCE = 8 * ALPHA * float(np.finfo(np.float32).eps)
 
 
 class Arena:
-    """The arrays everybody works on: inputs of the highlight stratum, laid out as a timing session lays them out.
-
-    All rows are parts of one aligned piece of memory. They can be written to, which some peers insist on.
-    """
+    """The arrays everybody works on, as a timing session lays them out, but writable: some peers insist on that."""
 
     def __init__(self, total_bytes: int, seed: int) -> None:
         self.elements = elements_of(total_bytes, FLOAT32)
-        row = self.elements * FLOAT32.carrier.itemsize
-        raw = np.zeros(timed_kernels.ROWS * row + 64, np.uint8)
-        start = -raw.ctypes.data % 64
-        rows = raw[start : start + timed_kernels.ROWS * row].view(np.float32).reshape(timed_kernels.ROWS, self.elements)
+        rows = aligned_rows(*timed_kernels.highlight_pairs(FLOAT32, seed, self.elements))
         self.a, self.b = rows[:3], rows[3:6]
         self.out: Array = rows[6]
-        highlight = next(s for s in STRATA if s.name == "highlight")
-        self.a[:], self.b[:] = pairs.pairs(highlight, FLOAT32, seed=seed, start=0, count=self.elements, scale=1 / ALPHA)
         self.scratch = np.zeros(16, np.int64)
 
     def spin(self) -> float:

@@ -4,9 +4,6 @@ It is what the sweep's throughput is compared with (`make bench`), and a second 
 again, on purpose, by other means, and the tests hold its rows against the engine's.
 """
 
-import json
-import sys
-import time
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
@@ -18,9 +15,9 @@ from phongbench.accuracy.batches import Batch
 from phongbench.compiler.precisions import Array
 from phongbench.formulas.exact import TRUTHS
 from phongbench.formulas.slopes import beta, sharpness
-from phongbench.inputs.pairs import pairs
 from phongbench.inputs.plan import Cell, Plan, preset
 from phongbench.results.schema import ACCURACY
+from phongbench.timing.interleaved import clocked, interleaved
 
 
 def _phong(x: Array, deficit: Array, cell: Cell) -> Array:
@@ -58,9 +55,7 @@ def numpy_sweep(prepared: sweep.Sweep) -> list[dict[str, Any]]:
     """Rows with the keys and metrics of accuracy.parquet (reflect space), by NumPy on whole arrays."""
     rows = []
     for batch in prepared.batches:
-        a, b = pairs(
-            batch.stratum, batch.precision, seed=prepared.plan.seed, start=0, count=batch.samples, scale=batch.scale
-        )
+        a, b = batch.pairs(prepared.plan.seed, 0, batch.samples)
         given = a.astype(np.float64), b.astype(np.float64)
         unit = given[0] / np.sqrt((given[0] ** 2).sum(axis=0)), given[1] / np.sqrt((given[1] ** 2).sum(axis=0))
         for position in batch.cells:
@@ -110,23 +105,10 @@ def _metrics(value: Array, in_double: Array, on_unit: Array, exact: Array, angle
 
 
 def _key(cell: Cell, batch: Batch, truth: str) -> dict[str, Any]:
-    formula, stratum = cell.formula, batch.stratum
-    values = (
-        formula.approximation,
-        formula.lambda_form,
-        formula.space,
-        formula.slope,
-        cell.alpha,
-        formula.gamma,
-        cell.precision,
-        cell.gated,
-        stratum.name,
-        stratum.perturbation,
-        stratum.length_error,
-        truth,
-        "sampled",
-    )
-    return dict(zip(ACCURACY.key, values, strict=True))
+    f, s = cell.formula, batch.stratum
+    of_cell = (f.approximation, f.lambda_form, f.space, f.slope, cell.alpha, f.gamma, cell.precision, cell.gated)
+    of_batch = (s.name, s.perturbation, s.length_error, truth, "sampled")
+    return dict(zip(ACCURACY.key, (*of_cell, *of_batch), strict=True))
 
 
 def throughput(samples: int = 1 << 17, repeats: int = 3) -> dict[str, float]:
@@ -135,17 +117,7 @@ def throughput(samples: int = 1 << 17, repeats: int = 3) -> dict[str, float]:
     small = sweep.prepare(plan_of_bench(1 << 14))
     sweep.compile_kernels(prepared)
     list(sweep.run(small))
-    ours = min(_seconds(lambda: list(sweep.run(prepared))) for _ in range(repeats))
-    numpy = min(_seconds(lambda: numpy_sweep(small)) for _ in range(repeats))
-    fast, plain = prepared.evaluations / ours, small.evaluations / numpy
+    calls = {"ours": lambda: list(sweep.run(prepared)), "numpy": lambda: numpy_sweep(small)}
+    times = interleaved({name: clocked(call) for name, call in calls.items()}, rounds=repeats)
+    fast, plain = prepared.evaluations / times.seconds("ours"), small.evaluations / times.seconds("numpy")
     return {"evaluations_per_second": fast, "numpy_evaluations_per_second": plain, "ratio": fast / plain}
-
-
-def _seconds(work: Callable[[], Any]) -> float:
-    started = time.perf_counter()
-    work()
-    return time.perf_counter() - started
-
-
-if __name__ == "__main__":
-    sys.stdout.write(json.dumps(throughput(), indent=2) + "\n")

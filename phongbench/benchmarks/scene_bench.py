@@ -7,7 +7,7 @@ in each row's note; how alike the pictures are is measured with them.
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -140,21 +140,9 @@ def _peers(
             absent[name] = problem.what
         else:
             opened.callback(peer.close)
-            yield _peer(peer)
+            entrant = _Entrant(name, peer.version, peer.wishes, entry.note, peer.draw, peer.picture)
+            yield replace(entrant, distances=peer.distances, brightest=entry.brightest)
         progress.advance()
-
-
-def _peer(peer: Peer) -> _Entrant:
-    return _Entrant(
-        peer.name,
-        peer.version,
-        peer.wishes,
-        peer.entry.note,
-        peer.draw,
-        peer.picture,
-        distances=peer.distances,
-        brightest=peer.entry.brightest,
-    )
 
 
 def _row(e: _Entrant, ours: _Entrant, times: Times[_Entrant], truth: Array) -> dict[str, Any]:

@@ -18,8 +18,7 @@ from phongbench.compiler.lowering import FLOAT32, Precision
 from phongbench.compiler.precisions import Array
 from phongbench.errors import MeasurementError
 from phongbench.formulas.registry import REGISTRY
-from phongbench.inputs import pairs
-from phongbench.inputs.strata import HIGHLIGHT_REACH, STRATA
+from phongbench.inputs.strata import HIGHLIGHT_REACH
 from phongbench.results.machine import cache_sizes
 from phongbench.timing import timed_kernels
 from phongbench.timing.blocks import Block
@@ -54,9 +53,7 @@ def kernels() -> list[TimedKernel]:
 
 def inputs(reach: float, precision: Precision, seed: int, count: int) -> tuple[Array, Array]:
     """Pairs whose lambda is uniform from 0 to this share of the lobe, 1 / beta."""
-    stratum = next(s for s in STRATA if s.name == "highlight")
-    scale = reach * GAMMA / ALPHA / HIGHLIGHT_REACH
-    return pairs.pairs(stratum, precision, seed=seed, start=0, count=count, scale=scale)
+    return timed_kernels.highlight_pairs(precision, seed, count, scale=reach * GAMMA / ALPHA / HIGHLIGHT_REACH)
 
 
 def measure(rounds: int = ROUNDS, seed: int = 1) -> list[dict[str, Any]]:

@@ -46,8 +46,8 @@ def show(data: Any, as_json: bool, *otherwise: Callable[[], Any]) -> None:
     if as_json:
         click.echo(json.dumps(data, indent=2, allow_nan=False))
     else:
-        for tell in otherwise:
-            tell()
+        for print_part in otherwise:
+            print_part()
 
 
 def notes(sentences: Iterable[str], quiet: bool = False) -> None:

@@ -60,8 +60,8 @@ def shader(
     code = export.shader(wanted, alpha, language, files=[file.name for file in files], registry=registry)
     if out is not None:
         write_whole(out, lambda path: write_text(path, code.text))
-    told = {**code.as_dict(), "formula": wanted.approximation, "name": wanted.spelled(registry)}
-    show(told, as_json, lambda: click.echo(out or code.text, nl=out is not None))
+    answer = {**code.as_dict(), "formula": wanted.approximation, "name": wanted.spelled(registry)}
+    show(answer, as_json, lambda: click.echo(out or code.text, nl=out is not None))
 
 
 def _recommended(alpha: float, max_error: str, space: str | None) -> Any:
@@ -69,9 +69,9 @@ def _recommended(alpha: float, max_error: str, space: str | None) -> Any:
     from phongbench.analysis.recommend import recommend, run_for
     from phongbench.formulas.formula import Formula
 
-    answer = recommend(run_for(None, ROOT), alpha=f"{alpha:g}", max_error=max_error, space=space or "reflect")
-    if not answer["choices"]:
+    advice = recommend(run_for(None, ROOT), alpha=f"{alpha:g}", max_error=max_error, space=space or "reflect")
+    if not advice["choices"]:
         fix = f"allow more; phongbench recommend --alpha {alpha:g} --max-error {max_error} tells the nearest miss"
         raise InputError("no formula is within this error", "--max-error", fix)
-    best = answer["choices"][0]
-    return Formula.of(best["approximation"], best["lambda"], best["gamma"], best["beta_policy"], answer["space"])
+    best = advice["choices"][0]
+    return Formula.of(best["approximation"], best["lambda"], best["gamma"], best["beta_policy"], advice["space"])

@@ -157,7 +157,7 @@ def claims_table(answer: Mapping[str, Any]) -> None:
 
 def bench_tables(answer: Mapping[str, Any]) -> None:
     """The comparison with peers, one table for each kind of work, then who is absent, then the sweep."""
-    columns = ("by", "version", "ns", "time / ours", "interval", "cores", "largest error", "verdict")
+    columns = ("by", "version", "ns", "time / ours", "99 % interval", "cores", "largest error", "verdict")
     for work in dict.fromkeys((r["work"], r["working_set"], r["elements"]) for r in answer["rows"]):
         mine = [r for r in answer["rows"] if (r["work"], r["working_set"], r["elements"]) == work]
         rows = [
@@ -171,7 +171,7 @@ def bench_tables(answer: Mapping[str, Any]) -> None:
         console.print(f"{name} is absent: {why}", soft_wrap=True)
     for note in answer["notes"]:
         console.print(f"note: {note}", soft_wrap=True)
-    heads = ("pairs", "subnormal", "bare chain", "ours", "chain / ours", "interval")
+    heads = ("pairs", "subnormal", "bare chain", "ours", "chain / ours", "99 % interval")
     slow = [
         (r["pairs"], f"{r['subnormal']:.1%}", r["chain_ns"], r["ours_ns"], r["ratio"], _interval(r))
         for r in answer.get("subnormals", ())

@@ -108,7 +108,8 @@ def cache_folder() -> Path:
         folder.mkdir(parents=True, exist_ok=True)
         tempfile.TemporaryFile(dir=folder).close()
     except OSError as problem:
-        folder = Path(tempfile.gettempdir()) / f"phongbench-{getattr(os, 'getuid', int)()}" / folder.name
+        user = str(os.getuid()) if hasattr(os, "getuid") else "cache"  # elsewhere the folder is the user's own
+        folder = Path(tempfile.gettempdir()) / f"phongbench-{user}" / folder.name
         folder.mkdir(parents=True, exist_ok=True, mode=0o700)
         warnings.warn(f"cannot write the kernel cache ({problem}); using {folder}", RuntimeWarning, stacklevel=2)
     _forget_old(folder)
@@ -213,15 +214,6 @@ def code(loop: Any, *, fused: bool = True) -> tuple[str, str]:
         flags = FORMULA_FLAGS if fused else False
         again = numba.cfunc(loop._sig, error_model="numpy", fastmath=flags)(loop._pyfunc)  # noqa: SLF001
     return again._library.get_llvm_str(), again._library.get_asm_str()  # noqa: SLF001
-
-
-def driver_code(function: Any, dtype: Any) -> tuple[str, str]:
-    """LLVM and assembly text of a driver that has run on arrays of this type, compiled anew as `code` does."""
-    wanted = numba.from_dtype(np.dtype(dtype))
-    given = next(s for s in function.signatures if getattr(s[0], "dtype", None) == wanted)
-    again = numba.njit(nogil=True, error_model="numpy", fastmath=FORMULA_FLAGS)(function.py_func)
-    again.compile(given)
-    return again.inspect_llvm(given), again.inspect_asm(given)
 
 
 def array_type(dtype: Any, dimensions: int = 1, *, readonly: bool = False) -> Any:

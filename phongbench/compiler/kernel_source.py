@@ -1,12 +1,46 @@
-"""What a scalar body says in its source: its statements, what its names mean, and where it stands."""
+"""The kernel language as it is written: how helpers are marked, and what a scalar body says in its source."""
 
 import ast
 import inspect
 import textwrap
 from collections.abc import Callable, Mapping
-from typing import Any
+from functools import cache
+from typing import Any, TypeVar
 
+from phongbench.compiler import jit
+from phongbench.compiler.precisions import Array
 from phongbench.errors import KernelError
+
+Body = Callable[..., Any]
+F = TypeVar("F", bound=Body)
+#: annotation of a kernel argument that is a one-dimensional table in the working precision
+Table = Array
+
+
+def primitive(**implementations: Body) -> Callable[[F], F]:
+    """Mark a body as primitive: compiled code uses the implementation named after the precision.
+
+    The decorated plain body stays the definition, and the oracle. An emulated precision uses its carrier's
+    implementation, rounded once.
+    """
+
+    def mark(body: F) -> F:
+        body.__implementations__ = implementations  # type: ignore[attr-defined]
+        return body
+
+    return mark
+
+
+def native(function: F) -> F:
+    """An implementation of a primitive whose types are spelled out: it is compiled as it is, not lowered."""
+    function.__compiled__ = True  # type: ignore[attr-defined]
+    return jit.inline(function)
+
+
+@cache
+def known_arguments(body: Body) -> tuple[str, ...]:
+    """Names of the arguments that must be known when compiling: those annotated int."""
+    return tuple(n for n, p in inspect.signature(body).parameters.items() if p.annotation in (int, "int"))
 
 
 class BodyText:
@@ -16,7 +50,7 @@ class BodyText:
     Raises KernelError for what has no source, or is no plain function.
     """
 
-    def __init__(self, body: Callable[..., Any]) -> None:
+    def __init__(self, body: Body) -> None:
         self.body = body
         try:
             lines, self._first_line = inspect.getsourcelines(body)

@@ -17,36 +17,23 @@ import ast
 import inspect
 import linecache
 import textwrap
-from collections.abc import Callable
 from functools import cache
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from phongbench.compiler import intrinsics, jit
-from phongbench.compiler.kernel_source import BodyText
-from phongbench.compiler.precisions import (
-    BFLOAT16,
-    FLOAT16,
-    FLOAT32,
-    FLOAT64,
-    PRECISIONS,
-    FixedPoint,
-    Precision,
-    precision_named,
-)
+from phongbench.compiler.kernel_source import Body, BodyText, Table, known_arguments, native, primitive
+from phongbench.compiler.precisions import FLOAT16, FLOAT32, FLOAT64, PRECISIONS, Precision, precision_named
 from phongbench.errors import KernelError
 
-#: what a working precision is stands in precisions.py; who lowers needs both
+#: precisions and the marks of the language stand in modules of their own; who lowers needs all three
 __all__ = [
-    "BFLOAT16",
     "FLOAT16",
     "FLOAT32",
     "FLOAT64",
     "PRECISIONS",
     "Body",
-    "FixedPoint",
     "Precision",
     "Table",
     "known_arguments",
@@ -55,31 +42,6 @@ __all__ = [
     "precision_named",
     "primitive",
 ]
-
-Body = Callable[..., Any]
-F = TypeVar("F", bound=Body)
-#: annotation of a kernel argument that is a one-dimensional table in the working precision
-Table = NDArray[Any]
-
-
-def primitive(**implementations: Body) -> Callable[[F], F]:
-    """Mark a body as primitive: compiled code uses the implementation named after the precision.
-
-    The decorated plain body stays the definition, and the oracle. An emulated precision uses its carrier's
-    implementation, rounded once.
-    """
-
-    def mark(body: F) -> F:
-        body.__implementations__ = implementations  # type: ignore[attr-defined]
-        return body
-
-    return mark
-
-
-def native(function: F) -> F:
-    """An implementation of a primitive whose types are spelled out: it is compiled as it is, not lowered."""
-    function.__compiled__ = True  # type: ignore[attr-defined]
-    return jit.inline(function)
 
 
 @cache
@@ -92,12 +54,6 @@ def lower(body: Body, precision: Precision, **known: int) -> Body:
     Raises KernelError naming the file and line of what cannot be lowered.
     """
     return _Lowering(body, precision, known).function()
-
-
-@cache
-def known_arguments(body: Body) -> tuple[str, ...]:
-    """Names of the arguments that must be known when compiling: those annotated int."""
-    return tuple(n for n, p in inspect.signature(body).parameters.items() if p.annotation in (int, "int"))
 
 
 class _Lowering:

@@ -15,6 +15,7 @@ from phongbench.errors import InputError
 from phongbench.formulas import curves
 from phongbench.formulas.formula import Formula, Registry
 from phongbench.formulas.kernel import Kernel
+from phongbench.formulas.registry import guarded
 from phongbench.formulas.shader_code import export
 from phongbench.formulas.spec import Approximation
 from phongbench.formulas.user_files import extended, installed
@@ -58,7 +59,7 @@ def specular(
     if threads < 1:
         raise InputError(f"{threads} threads", "threads", "give 1 or more")
     precision = computed_in(one, other)
-    by_rows = all(v.T.flags.c_contiguous for v in (one, other))
+    by_rows = all(v.T.flags.c_contiguous for v in (one, other) if len(v) > 1)
     pair = [_repeated(np.require(v.T if by_rows else v, precision.carrier, ("C", "A")), count) for v in (one, other)]
     values = (
         np.empty(count, precision.carrier) if out is None else _checked(out, count, precision.carrier, (one, other))
@@ -86,14 +87,14 @@ def curve(
     >>> float(pb.curve("lyon:dot:8", alpha=10)["error"].abs().max().round(4))
     0.0073
     """
-    wanted, registry = chosen(formula, own)
+    chosen, registry = formula_of(formula, own)
     alpha = number(alpha, "alpha")
-    wanted.check(alpha, registry)
+    chosen.check(alpha, registry)
     angle = np.linspace(0, 90, 361) if degrees is None else np.asarray(degrees, dtype=np.float64)
     if angle.ndim != 1:
         raise InputError(f"degrees of shape {angle.shape}", "degrees", "give angles in one dimension")
     value, exact = curves.against_exact(
-        wanted.spec(registry), wanted.lambda_form, wanted.setting(alpha), angle, precision_named(precision)
+        chosen.spec(registry), chosen.lambda_form, chosen.setting(alpha), angle, precision_named(precision)
     )
     return pd.DataFrame({"angle_degrees": angle, "value": value, "exact": exact, "error": value - exact})
 
@@ -107,11 +108,11 @@ def shader(formula: str | Formula, *, alpha: float, language: str = "glsl", own:
     >>> print(pb.shader("blinn", alpha=50).splitlines()[-1])
     }
     """
-    wanted, registry = chosen(formula, own)
-    return export.shader(wanted, number(alpha, "alpha"), language, registry=registry).text
+    chosen, registry = formula_of(formula, own)
+    return export.shader(chosen, number(alpha, "alpha"), language, registry=registry).text
 
 
-def chosen(formula: str | Formula, own: Sequence[Approximation]) -> tuple[Formula, Registry]:
+def formula_of(formula: str | Formula, own: Sequence[Approximation]) -> tuple[Formula, Registry]:
     """The formula of a spelling, and the registry that holds it: ours, the plug-ins' and the caller's own."""
     registry = extended(own, installed()) if own else installed()
     if not isinstance(formula, str | Formula):
@@ -123,9 +124,11 @@ def chosen(formula: str | Formula, own: Sequence[Approximation]) -> tuple[Formul
 def _kernel(
     formula: str | Formula, alpha: float, precision: Precision, layout: str, own: tuple[Approximation, ...]
 ) -> Kernel:
-    wanted, registry = chosen(formula, own)
-    wanted.check(alpha, registry)
-    return Kernel.of_pairs(wanted.spec(registry), wanted.lambda_form, wanted.setting(alpha), precision, layout)
+    chosen, registry = formula_of(formula, own)
+    spec = chosen.spec(registry)
+    with guarded(spec):
+        chosen.check(alpha, registry)
+        return Kernel.of_pairs(spec, chosen.lambda_form, chosen.setting(alpha), precision, layout)
 
 
 def numbers(name: str, given: ArrayLike) -> Array:

@@ -1,7 +1,7 @@
 """The reflection model over points and lights, and ray-traced pictures of scenes."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -11,13 +11,13 @@ from numpy.typing import ArrayLike
 
 from phongbench.compiler.precisions import Array
 from phongbench.errors import InputError
-from phongbench.face.highlight import chosen, computed_in, numbers
+from phongbench.face.highlight import computed_in, formula_of, numbers
 from phongbench.formulas.formula import Formula
 from phongbench.formulas.spec import Approximation
-from phongbench.scenes import images
 from phongbench.scenes.render import render as draw
 from phongbench.scenes.scene_files import read_scene
 from phongbench.shading.requests import shading_request
+from phongbench.support import image_files
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,11 +35,11 @@ class Picture:
 
     def save(self, path: str | Path) -> None:
         """Write .png as 8-bit sRGB, .npy or .exr as linear float32; the file is there whole or not at all."""
-        images.check_writable(Path(path))
-        images.save(Path(path), self.array)
+        image_files.check_writable(Path(path))
+        image_files.save(Path(path), self.array)
 
     def _repr_png_(self) -> bytes:
-        return images.png(self.array)
+        return image_files.png(self.array)
 
 
 def shade(
@@ -70,13 +70,12 @@ def shade(
     ...          viewer={"direction": [0, 0, 1]}, specular="lyon:dot:8")
     array([[1.5, 1.5, 1.5]])
     """
-    formula, registry = chosen(specular, own)
-    given = {"approximation": formula.approximation, "lambda": formula.lambda_form, "gamma": formula.gamma}
-    document = {"material": material, "lights": lights, "viewer": viewer, "specular": given | {"beta": formula.slope}}
+    formula, registry = formula_of(specular, own)
+    document = _plain({"material": material, "lights": lights, "viewer": viewer} | more)
     vectors = numbers("points", points), numbers("normals", normals)
     dtype = computed_in(*vectors).dtype
-    request = shading_request(_plain(document | more), (vectors[0].astype(dtype), vectors[1].astype(dtype)), registry)
-    return request.shade(threads=threads).colours
+    request = shading_request(document, (vectors[0].astype(dtype), vectors[1].astype(dtype)), registry)
+    return replace(request, arguments={**request.arguments, "specular": formula}).shade(threads=threads).colours
 
 
 def render(
@@ -99,7 +98,7 @@ def render(
     >>> pb.render("chequerboard", size=(32, 18)).array.shape
     (18, 32, 3)
     """
-    formula, registry = chosen(specular, own)
+    formula, registry = formula_of(specular, own)
     done = draw(read_scene(scene, registry), specular=formula, size=size, threads=threads, registry=registry, **more)
     return Picture(done.picture, pd.DataFrame([line.as_dict() for line in done.ledger]), done.seconds)
 

@@ -122,7 +122,7 @@ def front(run: Run | str | Path = "latest", *, alpha: float | str, **options: An
     alpha    an exponent, or text with several or a range: "10,50", "10..200"; an error is then the worst over them
     options  metric, stratum, precision, working_set, space, as for `phongbench front`
     returns  name (the formula's spelling), what it consists of, error, ns, ratio and its interval, state: on, off or
-             unresolved. `.attrs` has what was asked
+             unresolved. `.attrs` has the question
     Raises InputError for a run without times or exponents that it did not measure.
 
     >>> pb.front("latest", alpha=10)["state"].isin(["on", "off", "unresolved"]).all()
@@ -140,7 +140,7 @@ def recommend(
     max_error  largest absolute error, e.g. 1/255
     run        which answers  [default: the newest with times; without any, the closed-form laws]
     options    length_error, precision, space, working_set, as for `phongbench recommend`
-    returns    a row for each choice, with its reason (`why`). `.attrs` has what was asked, `basis` ("run" or "laws"),
+    returns    a row for each choice, with its reason (`why`). `.attrs` has the question, `basis` ("run" or "laws"),
                `nearest_miss` and `notes`
     Raises InputError for numbers out of range and for what the run did not measure.
 

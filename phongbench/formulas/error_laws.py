@@ -97,24 +97,14 @@ def gaussian_classic(alpha: Numbers) -> Numbers:
 
 
 def minimax_offset(exponent: Numbers) -> Numbers:
-    """c(n) of the minimax slope: how far it shifts an exponent before the quotient is taken; see `minimax_beta`.
+    """Law 5: c(n) of the slope with the smallest largest error, (alpha + c(alpha)) / (gamma + c(gamma)); `dot` form.
 
-    exponent  float >= 2   n: alpha or gamma
+    exponent  float >= 2   n: alpha >= 10, or gamma
     returns   float        0.6626 + 0.268/n
-    """
-    return 0.6626 + 0.268 / exponent
-
-
-def minimax_beta(alpha: Numbers, gamma: Numbers) -> Numbers:
-    """Law 5: slope with the smallest largest error; `dot` form.
-
-    alpha    float >= 10   exact exponent
-    gamma    float >= 2    exponent of the approximation
-    returns  float > 0     (alpha + c(alpha)) / (gamma + c(gamma))
 
     Tolerance  of the slope against the numeric optimum: 1e-4 for gamma >= 8, 1e-3 at 4, 6e-3 at 2.
     """
-    return (alpha + minimax_offset(alpha)) / (gamma + minimax_offset(gamma))
+    return 0.6626 + 0.268 / exponent
 
 
 def dot_peak(alpha: Numbers, gamma: Numbers, e: Numbers, d: Numbers) -> Numbers:

@@ -3,7 +3,7 @@
 Two truths: `angle`, Phong of the true angle between the directions, lengths ignored; `given`, max(0, a.b)^alpha of the
 vectors as they are. Both start from the inputs as exact numbers, in float64: the oracle of the narrower precisions. How
 far that may be off is stated by `angle_error` and `given_error`, and re-checked in every run against the slow obvious
-twins at the end of this file, at 50 digits.
+bodies at the end of this file, at 50 digits.
 """
 
 import math
@@ -140,30 +140,7 @@ def given_error(exact: float, cosine: float, size: float, alpha: float, half_spa
     return float(steep + exact * (32 + 4 * alpha * abs(math.log(cosine))) * _U + _DARK)
 
 
-def exact_angle(
-    a: Sequence[Any] | NDArray[Any],
-    b: Sequence[Any] | NDArray[Any],
-    alpha: float,
-    half_space: bool = False,
-    digits: int = 50,
-) -> Any:
-    """Phong of the true angle between two given vectors, by mpmath: the slow obvious twin.
-
-    a, b     three numbers each   taken as they are in float64, of any length
-    digits   decimal digits       that are computed with
-    returns  mpmath number        in [0, 1]; NaN where an angle is undefined: a zero, infinite or NaN vector
-    """
-    import mpmath  # late: the twins alone use it, and every command would wait for it
-
-    with mpmath.workdps(digits):
-        u, v = [mpmath.mpf(float(c)) for c in a], [mpmath.mpf(float(c)) for c in b]
-        length = mpmath.sqrt(product(u, u)) * mpmath.sqrt(product(v, v))
-        if not (mpmath.isfinite(length) and length > 0):
-            return mpmath.nan
-        return phong_of_angle(u, v, alpha, half_space)
-
-
-# the twins' bodies, for numbers of any kind that keep enough digits
+# the slow obvious bodies, for numbers of any kind that keep enough digits
 
 
 def product(u: Sequence[Any], v: Sequence[Any]) -> Any:

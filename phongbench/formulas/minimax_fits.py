@@ -20,8 +20,8 @@ def parabola(exponent: float, gamma: int) -> tuple[float, float]:
     """
     taylor, low = 0.5 * (1.0 - gamma / exponent), 0.25 / (1.0 - 0.02 ** (1.0 / gamma))
     starts = [np.array([exponent / gamma, max(-2.0, start)]) for start in (taylor, min(taylor, low))]
-    found = [_descend(exponent, gamma, start) for start in starts]
-    beta, curvature = min(found, key=lambda pair: float(np.abs(_error(exponent, gamma, pair)[0]).max()))
+    fits = [_descend(exponent, gamma, start) for start in starts]
+    beta, curvature = min(fits, key=lambda pair: float(np.abs(_error(exponent, gamma, pair)[0]).max()))
     return float(beta), float(curvature)
 
 

@@ -45,7 +45,7 @@ class Cause:
 
     @property
     def length_error(self) -> float:
-        """The largest relative length error that the cause makes, signed, to four digits: found by running it."""
+        """The largest relative length error that the cause makes, signed, to four digits: computed by running it."""
         return _largest(self)
 
     def at_worst(self) -> float:

@@ -1,6 +1,6 @@
 """The pairs (a, b) of the strata: seeded and addressable.
 
-Pair i of a stratum is a pure function of (seed, i): it is the same wherever, whenever and in whatever company it is
+Pair i of a stratum is a pure function of (seed, i): it is the same wherever, whenever and with whatever else it is
 computed, so work can be split freely and a worst input is remembered by its index. Strata share their random numbers,
 so that cells differ by what is studied and not by luck.
 """
@@ -100,6 +100,7 @@ _exp2 = lower(elementary.EXP2_64, FLOAT64)
 _GRAZING = float(np.cos(np.radians(80)))
 
 
+# ten arguments, for compiled code takes no objects
 @jit.driver
 def _pairs(
     law: int,

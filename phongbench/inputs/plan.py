@@ -79,7 +79,7 @@ class Plan:
     gammas          powers of two
     lambda_forms    of vectors.LAMBDA_FORMS
     approximations  names in the registry; exact Phong is always measured too
-    slopes          beta policies; an approximation without a wanted policy uses its own first one
+    slopes          beta policies; an approximation without any of them uses its own first one
     spaces          reflect (R, V), half (N, H)
     length_spaces   spaces in which wrong lengths are studied too
     precisions      float16, bfloat16, float32, float64, and fixed point as qI.F
@@ -183,7 +183,7 @@ class Plan:
             raise InputError("a mesh is given, but the probe that measures it is left out", None, "add --probe meshes")
         names = [load(path).name for path in dict.fromkeys(self.meshes)]
         if twice := sorted({n for n in names if names.count(n) > 1} | {n for n in names if n in TESSELLATIONS}):
-            raise InputError(f"two meshes are named {twice[0]}", None, "rename one: rows are told apart by the name")
+            raise InputError(f"two meshes are named {twice[0]}", None, "rename one: rows are distinguished by the name")
 
     def _check_sizes(self) -> None:
         if self.samples < 1 or self.samples > 1 << 40:

@@ -50,7 +50,7 @@ class Stratum:
 
     @property
     def largest_length_error(self) -> float:
-        """The largest relative length error, signed; a cause's is found by running it."""
+        """The largest relative length error, signed; a cause's is computed by running it."""
         return self.length_error if self.cause is None else self.cause.length_error
 
     @property

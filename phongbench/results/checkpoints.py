@@ -19,14 +19,14 @@ PARTS = "parts"
 
 
 def append_part(path: Path, number: int, frame: pd.DataFrame) -> None:
-    """Keep finished work of a sweep that still runs."""
+    """Write finished work of a sweep that still runs."""
     with storage(path):
         (path / PARTS).mkdir(exist_ok=True)
     write_whole(path / PARTS / f"{number:06d}.parquet", lambda p: frame.to_parquet(p, engine="pyarrow", index=False))
 
 
 def read_parts(path: Path) -> list[pd.DataFrame]:
-    """The parts kept so far, in order. CorruptRunError names one that cannot be read."""
+    """The parts written so far, in order. CorruptRunError names one that cannot be read."""
     frames = []
     for file in sorted((path / PARTS).glob("[0-9]*.parquet")):
         try:
@@ -36,10 +36,10 @@ def read_parts(path: Path) -> list[pd.DataFrame]:
     return frames
 
 
-def keep_probe(path: Path, probe: str, tables: Mapping[str, pd.DataFrame], told: Mapping[str, Any]) -> None:
-    """Keep what a finished probe found, whole: a resumed run does not ask again.
+def write_probe(path: Path, probe: str, tables: Mapping[str, pd.DataFrame], facts: Mapping[str, Any]) -> None:
+    """Write what a finished probe has measured, whole: a resumed run does not measure it again.
 
-    told  what it told beside its tables, as plain data for JSON
+    facts  what it says beside its tables, as plain data for JSON
     """
     with storage(path):
         (path / PARTS).mkdir(exist_ok=True)
@@ -47,18 +47,18 @@ def keep_probe(path: Path, probe: str, tables: Mapping[str, pd.DataFrame], told:
     for name, frame in tables.items():
         file = Path(str(box).format(name))
         write_whole(file, partial(frame.to_parquet, engine="pyarrow", index=False))
-    done = json.dumps({"tables": sorted(tables), "told": told})
+    done = json.dumps({"tables": sorted(tables), "facts": facts})
     write_whole(path / PARTS / f"{probe}.json", lambda p: write_text(p, done))
 
 
-def kept_probe(path: Path, probe: str) -> tuple[dict[str, pd.DataFrame], dict[str, Any]] | None:
-    """The tables and what else was told that `keep_probe` kept; None if the probe has not finished."""
+def read_probe(path: Path, probe: str) -> tuple[dict[str, pd.DataFrame], dict[str, Any]] | None:
+    """The tables and facts that `write_probe` wrote; None if the probe has not finished."""
     note = path / PARTS / f"{probe}.json"
     if not note.is_file():
         return None
     try:
         done = json.loads(note.read_text(encoding="utf-8"))
         tables = {name: pd.read_parquet(path / PARTS / f"{probe}.{name}.parquet") for name in done["tables"]}
-        return tables, done["told"]
+        return tables, done["facts"]
     except (OSError, ValueError, KeyError) as problem:
         raise CorruptRunError(f"cannot be read: {problem}", str(note), "start over with --fresh") from problem

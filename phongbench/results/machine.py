@@ -70,14 +70,14 @@ def machine() -> Machine:
 @cache
 def cache_sizes(folder: Path = _SYSTEM / "cache") -> Caches:
     """Sizes of the data caches, from the system where it tells them, else a cautious guess."""
-    found: dict[int, int] = {}
+    sizes: dict[int, int] = {}
     for index in sorted(folder.glob("index*")):
         level, size = _text(index / "level"), _bytes(_text(index / "size"))
         if level and level.isdigit() and size and _text(index / "type") != "Instruction":
-            found[int(level)] = size
+            sizes[int(level)] = size
     guess = Caches()
-    l1, l2 = found.get(1, guess.l1), found.get(2, guess.l2)
-    return Caches(l1, l2, found[max(found)] if found and max(found) > 1 else max(guess.last, l2))
+    l1, l2 = sizes.get(1, guess.l1), sizes.get(2, guess.l2)
+    return Caches(l1, l2, sizes[max(sizes)] if sizes and max(sizes) > 1 else max(guess.last, l2))
 
 
 def _bytes(text: str | None) -> int | None:

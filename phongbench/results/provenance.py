@@ -137,14 +137,14 @@ def _digest(parts: Iterable[bytes]) -> str:
 @cache
 def versions() -> Versions:
     """Releases of what is installed; metadata is read, nothing is imported but phongbench."""
-    found: dict[str, str | None] = {}
+    releases: dict[str, str | None] = {}
     for name in _PACKAGES:
         try:
-            found[name] = version(name)
+            releases[name] = version(name)
         except PackageNotFoundError:
-            found[name] = None
-    found["phongbench"] = getattr(sys.modules["phongbench"], "__version__", found["phongbench"])
-    return Versions(python=platform.python_version(), **found)
+            releases[name] = None
+    releases["phongbench"] = getattr(sys.modules["phongbench"], "__version__", releases["phongbench"])
+    return Versions(python=platform.python_version(), **releases)
 
 
 def flags() -> Flags:

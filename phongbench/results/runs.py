@@ -208,7 +208,7 @@ def locked(path: Path) -> Iterator[None]:
     with storage(path):
         try:
             lock.acquire()
-        except filelock.Timeout as problem:  # an OSError itself, so it is told apart here
+        except filelock.Timeout as problem:  # an OSError itself, so it is caught apart
             fix = "wait for it, or give another --out"
             raise LockedError("another phongbench run is writing here", str(path), fix) from problem
     try:

@@ -3,8 +3,6 @@
 Units: "1" is the scale of highlight factors and colours, which lie in 0..1; "codes" are steps of an 8-bit channel.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any

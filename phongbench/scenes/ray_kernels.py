@@ -15,8 +15,6 @@ from phongbench.compiler.precisions import Array
 LIFT = np.float32(4e-5)
 #: distance of what no ray hits
 FAR = np.float32(np.inf)
-#: share of its terms' sizes that a cosine may be wrong by
-ROUNDING = np.float32(1e-5)
 _ZERO, _ONE, _TWO = np.float32(0), np.float32(1), np.float32(2)
 _TINY = np.float32(1e-20)
 
@@ -85,81 +83,8 @@ def _plane(height: Any, slope: Any) -> Any:
     return select(t > _ZERO, t, FAR)
 
 
-@jit.driver
-def shadow_rays(
-    points: Array, normals: Array, light: Array, far: bool, reach: Any, rays: Array, limit: Array, point_of: Array
-) -> int:
-    """Rays from the points that a light can light at all towards it; returns how many.
-
-    points, normals  float32 (n, 3)
-    light            float32 (3,) or more where it is, or, if `far`, the unit direction towards it
-    reach            float32              how far it shines; negative: rays from all points
-    rays             float32 (6, n)       out: origin, a little above the surface, and unit direction
-    limit            float32 (n,)         out: how far the light is
-    point_of         int32 (n,)           out: the point each ray comes from
-    """
-    count = 0
-    for i in range(len(points)):
-        lx, ly, lz = light[0], light[1], light[2]
-        if not far:
-            lx, ly, lz = lx - points[i, 0], ly - points[i, 1], lz - points[i, 2]
-        squared = lx * lx + ly * ly + lz * lz
-        px, py, pz = lx * normals[i, 0], ly * normals[i, 1], lz * normals[i, 2]
-        # the shading's own cosine is rounded elsewhere: what is nearly 0 counts as facing the light
-        faces = px + py + pz > -ROUNDING * (np.abs(px) + np.abs(py) + np.abs(pz))
-        if reach < _ZERO or ((far or squared <= reach * reach) and faces):
-            x, y, z = _lifted(points, normals, i)
-            distance = FAR
-            if not far:
-                lx, ly, lz = light[0] - x, light[1] - y, light[2] - z
-                distance = np.sqrt(lx * lx + ly * ly + lz * lz)
-                scale = _ONE / (distance + _TINY)
-                lx, ly, lz = lx * scale, ly * scale, lz * scale
-            rays[0, count], rays[1, count], rays[2, count] = x, y, z
-            rays[3, count], rays[4, count], rays[5, count] = lx, ly, lz
-            limit[count] = distance
-            point_of[count] = i
-            count += 1
-    return count
-
-
-@jit.driver
-def hide(t: Array, limit: Array, point_of: Array, count: int, visible: Array) -> None:
-    """Which points see a light: all but those whose shadow ray hits something, at t, nearer than the light.
-
-    visible  bool (n,)  out
-    """
-    for i in range(len(visible)):
-        visible[i] = True
-    for i in range(count):
-        visible[point_of[i]] = t[i] >= limit[i]
-
-
-@jit.driver
-def shadows(
-    points: Array, normals: Array, lights: Array, spans: Array, wave: Any, solids: Any, hits: Any, visible: Array
-) -> int:
-    """Which points see which light past spheres and planes; returns how many rays that took.
-
-    lights        float32 (l, 4)  place or unit direction of each, and 1 if it is far away
-    spans         float32 (l,)    `reach` of shadow_rays for each
-    wave          rays, limit and point_of of shadow_rays
-    solids, hits  of nearest
-    visible       bool (l, n)     out
-    One call for all lights: a call costs some microseconds.
-    """
-    rays, limit, point_of = wave
-    total = 0
-    for k in range(len(lights)):
-        count = shadow_rays(points, normals, lights[k], lights[k, 3] > _ZERO, spans[k], rays, limit, point_of)
-        nearest(rays, count, solids, hits)
-        hide(hits[0], limit, point_of, count, visible[k])
-        total += count
-    return total
-
-
 @jit.inline
-def _lifted(points: Array, normals: Array, i: Any) -> Any:
+def lifted(points: Array, normals: Array, i: Any) -> Any:
     """A little above the surface, so that a ray from there does not find it again."""
     x, y, z = points[i, 0], points[i, 1], points[i, 2]
     lift = LIFT * (np.abs(x) + np.abs(y) + np.abs(z) + _ONE)
@@ -237,17 +162,16 @@ def gather(rays: Array, count: int, hits: Any, solids: Any, group: Array, starts
             if nx * dx + ny * dy + nz * dz > _ZERO:
                 nx, ny, nz = -nx, -ny, -nz
         else:
-            nx, ny, nz = _interpolated(hit - s - p, uv[0, i], uv[1, i], corners, vertex_normals, modes, dx, dy, dz)
+            nx, ny, nz = _interpolated(hit - s - p, uv[0, i], uv[1, i], corners, vertex_normals, modes, (dx, dy, dz))
         points[slot, 0], points[slot, 1], points[slot, 2] = x, y, z
         normals[slot, 0], normals[slot, 1], normals[slot, 2] = nx, ny, nz
         seen[slot, 0], seen[slot, 1], seen[slot, 2] = -dx, -dy, -dz
 
 
 @jit.inline
-def _interpolated(
-    k: Any, u: Any, v: Any, corners: Array, normals: Array, modes: Array, dx: Any, dy: Any, dz: Any
-) -> Any:
+def _interpolated(k: Any, u: Any, v: Any, corners: Array, normals: Array, modes: Array, direction: Any) -> Any:
     """The shading normal inside a triangle, on the side that the ray comes from."""
+    dx, dy, dz = direction
     ax, ay, az = corners[3, k] - corners[0, k], corners[4, k] - corners[1, k], corners[5, k] - corners[2, k]
     bx, by, bz = corners[6, k] - corners[0, k], corners[7, k] - corners[1, k], corners[8, k] - corners[2, k]
     fx, fy, fz = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
@@ -309,7 +233,7 @@ def reflect(surface: Any, first: int, count: int, share: Any, least: Any, here: 
             nx, ny, nz = nx * scale, ny * scale, nz * scale
             vx, vy, vz = seen[i, 0], seen[i, 1], seen[i, 2]
             twice = _TWO * (nx * vx + ny * vy + nz * vz)
-            rays[0, filled], rays[1, filled], rays[2, filled] = _lifted(points, normals, i)
+            rays[0, filled], rays[1, filled], rays[2, filled] = lifted(points, normals, i)
             rays[3, filled], rays[4, filled], rays[5, filled] = twice * nx - vx, twice * ny - vy, twice * nz - vz
             new_weights[filled] = weight
             new_pixels[filled] = pixels[ray]

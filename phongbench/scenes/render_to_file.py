@@ -15,6 +15,7 @@ from phongbench.scenes.scene import Scene
 from phongbench.scenes.scene_files import examples, read_scene
 from phongbench.scenes.skips import SceneSkips
 from phongbench.shading.specular_term import EXACT
+from phongbench.support import image_files
 from phongbench.support.progress import Progress
 
 _SILENT = Progress()
@@ -87,7 +88,7 @@ def draw(options: RenderOptions, progress: Progress = _SILENT) -> dict[str, Any]
     """
     scene = options.read()
     out = options.out or Path(f"{scene.name}.png")
-    images.check_writable(out)
+    image_files.check_writable(out)
     if options.compare and out.suffix.lower() != ".png":
         raise InputError("a comparison is three pictures to look at", str(out), "write it as .png")
     formula = options.formula
@@ -105,10 +106,10 @@ def draw(options: RenderOptions, progress: Progress = _SILENT) -> dict[str, Any]
     facts["seconds"] = {"preparing": preparing, **facts["seconds"]}
     facts["mrays_per_second"] = round(done.rays / done.seconds["total"] / 1e6, 3)
     if not options.compare:
-        images.save(out, done.picture)
+        image_files.save(out, done.picture)
         return facts
     exact = render(scene.exact(), skips=options.skips, progress=progress, **options.arguments())
     facts["error"] = images.compare(exact.picture, done.picture).as_dict()
     facts["amplification"] = images.amplification(exact.picture, done.picture)
-    images.save(out, images.triple(exact.picture, done.picture))
+    image_files.save(out, images.triple(exact.picture, done.picture))
     return facts

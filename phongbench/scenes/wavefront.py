@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from phongbench.compiler.precisions import Array
-from phongbench.scenes import camera, ray_kernels
+from phongbench.scenes import camera, ray_kernels, shadow_kernels
 from phongbench.scenes.geometry import Geometry
 from phongbench.scenes.scene import Scene
 from phongbench.scenes.skips import SceneSkips, Tally
@@ -211,14 +211,16 @@ class Worker:
         hits = self.t_shadow, self.which_shadow, self.spare
         if g.embree is None:
             args = self.lights, self.spans, wave, self.solids, hits, visible
-            count = int(ray_kernels.shadows(points, normals, *args))
+            count = int(shadow_kernels.shadows(points, normals, *args))
         else:
             count = 0
             for row, light, span in zip(visible, self.lights, self.spans, strict=True):
-                mine = int(ray_kernels.shadow_rays(points, normals, light, bool(light[3]), span, rays, limit, point_of))
+                mine = int(
+                    shadow_kernels.shadow_rays(points, normals, light, bool(light[3]), span, rays, limit, point_of)
+                )
                 ray_kernels.nearest(rays, mine, self.solids, hits)
                 self._hidden_by_triangles(mine)
-                ray_kernels.hide(self.t_shadow, limit, point_of, mine, row)
+                shadow_kernels.hide(self.t_shadow, limit, point_of, mine, row)
                 count += mine
         tally.shadow_rays += len(self.lights) * len(points)
         tally.shadow_rays_saved += len(self.lights) * len(points) - count

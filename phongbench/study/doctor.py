@@ -2,7 +2,7 @@
 
 import importlib
 import shutil
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -22,26 +22,18 @@ DISK_WANTED = 500 * 2**20
 
 def examine() -> list[dict[str, str]]:
     """The checks: name, state ("good", "poor" or "bad"), detail."""
-    return list(_checks())
-
-
-def _checks() -> Iterator[dict[str, str]]:
-    about = versions()
-    yield _check(
-        "versions",
-        "good",
-        f"phongbench {about.phongbench}, python {about.python}, numpy {about.numpy}, numba {about.numba}",
-    )
-    host = machine()
-    yield _check("machine", "good" if host.cores > 1 else "poor", f"{host.cpu}, {host.cores} cores")
-    bits = flags().vector_bits
-    yield _check("vector width", "good" if bits and bits >= 256 else "poor", f"{bits} bits, for CPU {flags().cpu_name}")
-    yield _attempt("compiler", _compiles)
-    yield _attempt("kernel cache", _cache)
-    free = shutil.disk_usage(Path.cwd()).free
-    yield _check("disk", "good" if free > DISK_WANTED else "bad", f"{free / 2**30:.1f} GiB free here")
-    for package in ("phongbench_reports", "matplotlib", "jinja2", "pyarrow"):
-        yield _attempt(package, partial(_present, package))
+    about, host, bits, free = versions(), machine(), flags().vector_bits, shutil.disk_usage(Path.cwd()).free
+    found = f"phongbench {about.phongbench}, python {about.python}, numpy {about.numpy}, numba {about.numba}"
+    packages = ("phongbench_reports", "matplotlib", "jinja2", "pyarrow")
+    return [
+        _check("versions", "good", found),
+        _check("machine", "good" if host.cores > 1 else "poor", f"{host.cpu}, {host.cores} cores"),
+        _check("vector width", "good" if bits and bits >= 256 else "poor", f"{bits} bits, for CPU {flags().cpu_name}"),
+        _attempt("compiler", _compiles),
+        _attempt("kernel cache", _cache),
+        _check("disk", "good" if free > DISK_WANTED else "bad", f"{free / 2**30:.1f} GiB free here"),
+        *(_attempt(package, partial(_present, package)) for package in packages),
+    ]
 
 
 def _present(package: str) -> str:

@@ -1,11 +1,10 @@
 """What a plan would take, from a short trial of the real sweep; nothing is stored."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any
 
-from phongbench.accuracy import probes
-from phongbench.accuracy import sweep as engine
+from phongbench.accuracy import probes, sweep
 from phongbench.formulas.registry import REGISTRY
 from phongbench.formulas.spec import Approximation
 from phongbench.inputs.plan import Plan
@@ -28,13 +27,7 @@ class Forecast:
 
     def as_dict(self) -> dict[str, Any]:
         """Plain data for JSON."""
-        return {
-            "cells": self.cells,
-            "rows": self.rows,
-            "evaluations": self.evaluations,
-            "bytes": self.bytes,
-            "seconds": {k: round(v, 1) for k, v in self.seconds.items()},
-        }
+        return asdict(self) | {"seconds": {stage: round(value, 1) for stage, value in self.seconds.items()}}
 
 
 def forecast(
@@ -47,17 +40,17 @@ def forecast(
 
     The trial compiles what the run will then find in the cache, so the seconds are those of a run on a warm cache.
     """
-    progress = progress or Progress()
-    sweep = engine.prepare(plan, registry)
-    rows_expected = sum(len(c.cells) * c.truths for c in sweep.batches)
+    progress, jobs = progress or Progress(), jobs or cores()
+    prepared = sweep.prepare(plan, registry)
+    rows = sum(len(batch.cells) * batch.truths for batch in prepared.batches)
     progress.stage("compiling", 1.0)
-    loaded = engine.compile_kernels(sweep, progress.share)
+    loaded = sweep.compile_kernels(prepared, progress.share)
     progress.stage("trying every stratum")
-    rate = engine.trial_rates(sweep)
-    sweeping = sum(c.evaluations / rate[c.stratum.name] for c in sweep.batches) / (jobs or cores())
+    rates = sweep.trial_rates(prepared)
+    sweeping = sum(batch.evaluations / rates[batch.stratum.name] for batch in prepared.batches) / jobs
     seconds = {
-        "accuracy": LOAD_SECONDS * loaded + sweeping + ROW_SECONDS * rows_expected,
-        "stability": sum(p.seconds(plan, jobs or cores()) for p in probes.chosen(plan)),
+        "accuracy": LOAD_SECONDS * loaded + sweeping + ROW_SECONDS * rows,
+        "stability": sum(probe.seconds(plan, jobs) for probe in probes.chosen(plan)),
         "timing": plan.timing_budget if plan.timing else 0.0,
     }
-    return Forecast(len(sweep.cells), rows_expected, sweep.evaluations, 90 * rows_expected + 200_000, seconds)
+    return Forecast(len(prepared.cells), rows, prepared.evaluations, 90 * rows + 200_000, seconds)

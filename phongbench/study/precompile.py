@@ -12,7 +12,7 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from phongbench.accuracy import sweep as engine
+from phongbench.accuracy import sweep
 from phongbench.compiler import jit
 from phongbench.inputs.plan import Plan
 from phongbench.support.process import seldom_collected
@@ -62,10 +62,10 @@ def compile_for(plan: Plan) -> None:
 
     A user's are compiled where they are loaded.
     """
-    sweep = engine.prepare(plan)
-    engine.compile_drivers(sweep)
+    prepared = sweep.prepare(plan)
+    sweep.compile_drivers(prepared)
     if plan.timing:
-        compile_all(timed_formulas(sweep.cells, sweep.registry), lit=skip_kernels.LIT if plan.skipping else ())
+        compile_all(timed_formulas(prepared.cells, prepared.registry), lit=skip_kernels.LIT if plan.skipping else ())
 
 
 if __name__ == "__main__":

@@ -1,10 +1,11 @@
-"""A whole study: prepare, sweep, time, store, report; resumable at every step.
+"""A whole study: prepare, accuracy, probes, timing, store, report; resumable at every step.
 
 This is what `phongbench run` calls. It writes results and speaks through a Progress; drawing the report is a function
 it is given, so that measuring does not depend on drawing.
 """
 
 import time
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -13,12 +14,11 @@ from typing import Any
 
 import pandas as pd
 
-from phongbench.accuracy import probes
-from phongbench.accuracy import sweep as engine
-from phongbench.accuracy import tables as rows
-from phongbench.accuracy.probes import consistency
+from phongbench.accuracy import probes, sweep, tables
+from phongbench.accuracy.probes import Probe, consistency
 from phongbench.accuracy.probes.probe import ProbeContext
-from phongbench.errors import BudgetError, InputError, InterruptedStudyError
+from phongbench.accuracy.sweep import Measured, Sweep
+from phongbench.errors import InputError, InterruptedStudyError
 from phongbench.formulas.registry import REGISTRY
 from phongbench.formulas.spec import Approximation
 from phongbench.inputs.plan import Plan
@@ -26,18 +26,13 @@ from phongbench.results import checkpoints, runs
 from phongbench.results.provenance import collect, fingerprint_code
 from phongbench.results.runs import Run
 from phongbench.study import precompile
+from phongbench.study.kernel_timing import time_kernels
 from phongbench.support import process
 from phongbench.support.process import seldom_collected
 from phongbench.support.progress import Progress
-from phongbench.timing import skip_kernels
-from phongbench.timing.measure import Timing
-from phongbench.timing.processes import measure_in_processes
-from phongbench.timing.timed_kernels import timed_formulas
 
 #: finished batches are written down after so many seconds, or so many rows, which bounds the memory
 CHECKPOINT_SECONDS, CHECKPOINT_ROWS = 5.0, 10_000
-#: a timing budget that is too short is replaced by so much more than what it takes
-STRETCH = 1.5
 
 
 @dataclass
@@ -76,11 +71,6 @@ class Outcome:
         }
 
 
-def default_jobs() -> int:
-    """The cores this process may use."""
-    return process.cores()
-
-
 @seldom_collected()
 def run_study(
     plan: Plan,
@@ -107,82 +97,60 @@ def run_study(
     files         names of the user's own files behind the registry, for the commands a report shows
     Raises LockedError, StorageError, InputError (the folder holds another run), CorruptRunError, InterruptedStudyError.
     """
-    progress = progress or Progress()
-    started = time.perf_counter()
     run_id = runs.new_run_id(plan)
     path = out or runs.DEFAULT_ROOT / run_id
-    with runs.locked(path), _resumable(path), process.heeded() as check, precompile.beside(plan) as helper:
-        progress = _Checked(progress, check)
-        parts = _begin(path, plan, fresh=fresh, resume=resume)
-        manifest: dict[str, Any] = {
-            "schema": runs.SCHEMA,
-            "run": _stored_id(path) or (path.name if runs.RUN_ID.match(path.name) else run_id),
-            "state": "partial",
-            "plan": plan.as_dict(),
-            "seed": plan.seed,
-            "with": list(files),
-            "code": fingerprint_code(),
-            "provenance": collect(plan.seed, command).as_dict(),
-            "files": {},
-        }
-        runs.write_manifest(path, manifest)
-        sweep = engine.prepare(plan, registry)
-        _sweep(sweep, path, parts, jobs or default_jobs(), progress)
-        progress.stage("making the accuracy rows")
-        outcome = Outcome(Run(path, manifest), len(sweep.cells), sweep.evaluations)
-        for message in sweep.failures.values():
-            outcome.failures[message] = outcome.failures.get(message, 0) + 1
-        context = ProbeContext(
-            sweep, rows.accuracy(sweep, parts), rows.worst(sweep, parts), jobs or default_jobs(), note=progress.note
-        )
-        outcome.seconds["accuracy"] = time.perf_counter() - started
-        clock = time.perf_counter()
-        tables = _probe(context, path, progress)
-        outcome.violations = [*context.violations, *consistency.violations(tables["accuracy"])]
-        progress.stage("writing the tables")
-        stored: dict[str, Any] = {}
-        manifest["files"] = stored
-        for name, frame in tables.items():
-            stored[f"{name}.parquet"] = runs.write_table(path, name, frame)
-        outcome.seconds["stability"] = time.perf_counter() - clock
-        clock = time.perf_counter()
-        precompile.stop(helper, at_once=not plan.timing)
-        if plan.timing:
-            stored["timing.parquet"] = runs.write_table(path, "timing", _time(sweep, progress))
-        outcome.seconds["timing"] = time.perf_counter() - clock
-        manifest["state"] = "complete"
-        manifest["failures"] = outcome.failures
-        manifest["violations"] = outcome.violations
-        manifest["probes"] = context.facts
-        manifest["seconds"] = {k: round(v, 3) for k, v in outcome.seconds.items()}
-        runs.write_manifest(path, manifest)
-        runs.clear(path, [checkpoints.PARTS])
-        clock = time.perf_counter()
-        if build_report:
-            progress.stage("drawing the report")
-            outcome.report = build_report(outcome.run, path / "report")
-        outcome.seconds["report"] = time.perf_counter() - clock
-    outcome.seconds["total"] = time.perf_counter() - started
+    seconds: dict[str, float] = {}
+    with (
+        _clocked(seconds, "total"),
+        runs.locked(path),
+        _resumable(path),
+        process.heeded() as check,
+        precompile.beside(plan) as helper,
+    ):
+        with _clocked(seconds, "accuracy"):
+            parts = _prepare_folder(path, plan, fresh=fresh, resume=resume)
+            manifest = _manifest(path, run_id, plan, command, files)
+            checked = _Checked(progress or Progress(), check)
+            study = _Study(sweep.prepare(plan, registry), path, manifest, jobs or process.cores(), checked)
+            context = study.accuracy(parts)
+        with _clocked(seconds, "stability"):
+            study.store(study.probes(context))
+        with _clocked(seconds, "timing"):
+            precompile.stop(helper, at_once=not plan.timing)
+            if plan.timing:
+                study.store({"timing": time_kernels(study.sweep, checked)})
+        outcome = study.complete(context, seconds)
+        with _clocked(seconds, "report"):
+            if build_report:
+                checked.stage("drawing the report")
+                outcome.report = build_report(outcome.run, path / "report")
     return outcome
+
+
+@contextmanager
+def _clocked(seconds: dict[str, float], stage: str) -> Iterator[None]:
+    started = time.perf_counter()
+    yield
+    seconds[stage] = time.perf_counter() - started
 
 
 @dataclass(frozen=True)
 class _Checked(Progress):
     """A progress that looks for the user's interruption before every step."""
 
-    told: Progress
+    progress: Progress
     check: Callable[[], None]
 
     def stage(self, text: str, total: float | None = None) -> None:
         self.check()
-        self.told.stage(text, total)
+        self.progress.stage(text, total)
 
     def advance(self, steps: float = 1) -> None:
         self.check()
-        self.told.advance(steps)
+        self.progress.advance(steps)
 
     def note(self, text: str) -> None:
-        self.told.note(text)
+        self.progress.note(text)
 
 
 @contextmanager
@@ -195,138 +163,135 @@ def _resumable(path: Path) -> Iterator[None]:
         raise InterruptedStudyError("interrupted; what is done is kept", None, fix) from stop
 
 
-def _begin(path: Path, plan: Plan, *, fresh: bool, resume: bool) -> list[pd.DataFrame]:
+def _prepare_folder(path: Path, plan: Plan, *, fresh: bool, resume: bool) -> list[pd.DataFrame]:
     """Make the folder ready; the parts a resumed run can keep."""
     if fresh:
         runs.clear(path)
     if not (path / runs.MANIFEST).exists():
         if resume:
-            raise InputError(
-                "there is nothing to resume", str(path), "leave out --resume, or give the folder of the interrupted run"
-            )
+            fix = "leave out --resume, or give the folder of the interrupted run"
+            raise InputError("there is nothing to resume", str(path), fix)
         return []
     before = runs.load(path)
-    if before.complete and resume:
-        raise InputError(
-            "the run here is complete", str(path), "`phongbench report` draws its report anew, --fresh measures it anew"
-        )
     if not resume:
         raise InputError("the folder already holds a run", str(path), "--resume goes on with it, --fresh discards it")
+    if before.complete:
+        fix = "`phongbench report` draws its report anew, --fresh measures it anew"
+        raise InputError("the run here is complete", str(path), fix)
     if before.plan != plan:
         raise InputError("the run here has another plan", str(path), "give the options it was started with, or --fresh")
     if before.manifest["code"] != fingerprint_code():
-        raise InputError(
-            "the run here was started by other code", str(path), "its rows could differ in the last bits: use --fresh"
-        )
+        fix = "its rows could differ in the last bits: use --fresh"
+        raise InputError("the run here was started by other code", str(path), fix)
     return checkpoints.read_parts(path)
 
 
-def _stored_id(path: Path) -> str | None:
-    return runs.load(path).id if (path / runs.MANIFEST).exists() else None
-
-
-def _sweep(sweep: engine.Sweep, path: Path, parts: list[pd.DataFrame], jobs: int, progress: Progress) -> None:
-    """Run what is left of the sweep, appending to `parts` in memory and on disk."""
-    progress.stage("compiling", 1.0)
-    engine.compile_kernels(sweep, progress.share)
-    done = {int(index) for frame in parts for index in frame["batch"].unique()}
-    progress.stage("accuracy", float(sweep.evaluations))
-    progress.advance(float(sum(c.evaluations for c in sweep.batches if c.index in done)))
-    fresh: list[engine.Measured] = []
-    written = time.monotonic()
-    try:
-        for measured in engine.run(sweep, jobs=jobs, done=done, progress=progress.advance):
-            fresh.append(measured)
-            if time.monotonic() - written > CHECKPOINT_SECONDS or sum(m.rows for m in fresh) > CHECKPOINT_ROWS:
-                _keep(path, parts, fresh)
-                written = time.monotonic()
-    finally:
-        _keep(path, parts, fresh)
-
-
-def _probe(context: ProbeContext, path: Path, progress: Progress) -> dict[str, pd.DataFrame]:
-    """Ask every probe of the plan, or take what an interrupted run kept of it; every table but the timing."""
-    found: dict[str, pd.DataFrame] = {}
-    for probe in probes.chosen(context.plan):
-        progress.stage(probe.title, 1.0)
-        context.advance, context.note = progress.advance, progress.note
-        kept = checkpoints.kept_probe(path, probe.name)
-        if kept is None:
-            before = len(context.violations)
-            tables = dict(probe.measure(context))
-            told = {"violations": context.violations[before:], "facts": context.facts.get(probe.name)}
-            checkpoints.keep_probe(path, probe.name, tables, told)
-        else:
-            tables, told = kept
-            context.violations += told["violations"]
-            if told["facts"] is not None:
-                context.facts[probe.name] = told["facts"]
-        for name, frame in tables.items():
-            if name in ("accuracy", "worst"):
-                swept = getattr(context, name)
-                setattr(context, name, pd.concat([swept, frame], ignore_index=True).astype(swept.dtypes))
-            else:
-                found[name] = frame
-    return {"accuracy": context.accuracy, "worst": context.worst, **found}
-
-
-def _keep(path: Path, parts: list[pd.DataFrame], fresh: list[engine.Measured]) -> None:
-    if fresh:
-        frame = rows.part(fresh)
-        checkpoints.append_part(path, len(list((path / checkpoints.PARTS).glob("[0-9]*"))), frame)
-        parts.append(frame)
-        fresh.clear()
-
-
-def _time(sweep: engine.Sweep, progress: Progress) -> pd.DataFrame:
-    """Time every kernel of the plan that differs in time, once."""
-    specs, plan = sweep.registry, sweep.plan
-    cells = (
-        cell
-        for position, cell in enumerate(sweep.cells)
-        if cell.gated and position not in sweep.failures and cell.formula.space == specs[cell.approximation].spaces[0]
-    )
-
-    def measured(seconds: float) -> Timing:
-        progress.stage("timing", 1.0)
-        return measure_in_processes(
-            timed,
-            processes=plan.processes,
-            budget_seconds=seconds,
-            seed=plan.seed,
-            threads=(1, 2) if process.cores() > 1 else (1,),
-            lit=skip_kernels.LIT if plan.skipping else (),
-            progress=_Steps(progress),
-        )
-
-    timed = timed_formulas(cells, specs)
-    try:
-        timing = measured(plan.timing_budget)
-    except BudgetError as short:  # known only after the sweep, which must not be lost: so the budget gives way
-        enough = STRETCH * short.needed
-        progress.note(f"{short.what}; it may take {enough:.0f} s")
-        timing = measured(enough)
-    for note in (*timing.notes, *(f"not timed: {problem}" for problem in timing.problems)):
-        progress.note(note)
-    return _in_every_space(timing.rows, specs)
+def _manifest(path: Path, run_id: str, plan: Plan, command: Sequence[str], files: Sequence[str]) -> dict[str, Any]:
+    """What the folder says of a run that begins, or goes on under the name that it has."""
+    if (path / runs.MANIFEST).exists():
+        run_id = runs.load(path).id
+    elif runs.RUN_ID.match(path.name):
+        run_id = path.name
+    manifest: dict[str, Any] = {
+        "schema": runs.SCHEMA,
+        "run": run_id,
+        "state": "partial",
+        "plan": plan.as_dict(),
+        "seed": plan.seed,
+        "with": list(files),
+        "code": fingerprint_code(),
+        "provenance": collect(plan.seed, command).as_dict(),
+        "files": {},
+    }
+    runs.write_manifest(path, manifest)
+    return manifest
 
 
 @dataclass
-class _Steps:
-    """Tells a progress whose whole is 1 how far a timing is."""
+class _Study:
+    """A study under way: its stages, each of which leaves what it did in the run's folder."""
 
+    sweep: Sweep
+    path: Path
+    manifest: dict[str, Any]
+    jobs: int
     progress: Progress
-    last: float = 0.0
 
-    def __call__(self, done: int, total: int, text: str) -> None:
-        share = done / max(total, 1)
-        self.progress.advance(share - self.last)
-        self.last = share
+    def accuracy(self, parts: list[pd.DataFrame]) -> ProbeContext:
+        """Run what is left of the sweep, appending to `parts` in memory and on disk; the rows of all of it."""
+        self.progress.stage("compiling", 1.0)
+        sweep.compile_kernels(self.sweep, self.progress.share)
+        done = {int(index) for frame in parts for index in frame["batch"].unique()}
+        self.progress.stage("accuracy", float(self.sweep.evaluations))
+        self.progress.advance(float(sum(b.evaluations for b in self.sweep.batches if b.index in done)))
+        fresh: list[Measured] = []
+        written = time.monotonic()
+        try:
+            for measured in sweep.run(self.sweep, jobs=self.jobs, done=done, progress=self.progress.advance):
+                fresh.append(measured)
+                if time.monotonic() - written > CHECKPOINT_SECONDS or sum(m.rows for m in fresh) > CHECKPOINT_ROWS:
+                    self._append(parts, fresh)
+                    written = time.monotonic()
+        finally:
+            self._append(parts, fresh)
+        self.progress.stage("making the accuracy rows")
+        rows, worst = tables.accuracy(self.sweep, parts), tables.worst(self.sweep, parts)
+        return ProbeContext(self.sweep, rows, worst, self.jobs, note=self.progress.note)
 
+    def _append(self, parts: list[pd.DataFrame], fresh: list[Measured]) -> None:
+        if fresh:
+            frame = tables.part(fresh)
+            checkpoints.append_part(self.path, len(list((self.path / checkpoints.PARTS).glob("[0-9]*"))), frame)
+            parts.append(frame)
+            fresh.clear()
 
-def _in_every_space(frame: pd.DataFrame, specs: Mapping[str, Approximation]) -> pd.DataFrame:
-    """The rows with those of further spaces added: on (N, H) the same code runs as on (R, V), so it was timed once."""
-    frames = [frame]
-    for spec in specs.values():
-        frames += [frame[frame["approximation"] == spec.name].assign(space=space) for space in spec.spaces[1:]]
-    return pd.concat(frames, ignore_index=True).astype(frame.dtypes)
+    def probes(self, context: ProbeContext) -> dict[str, pd.DataFrame]:
+        """Run every probe of the plan, or take what an interrupted run kept of it; every table but the timing."""
+        frames: dict[str, pd.DataFrame] = {}
+        for probe in probes.chosen(context.plan):
+            self.progress.stage(probe.title, 1.0)
+            context.advance = self.progress.advance
+            for name, frame in self._probed(probe, context).items():
+                if name in ("accuracy", "worst"):
+                    swept = getattr(context, name)
+                    setattr(context, name, pd.concat([swept, frame], ignore_index=True).astype(swept.dtypes))
+                else:
+                    frames[name] = frame
+        context.violations += consistency.violations(context.accuracy)
+        self.progress.stage("writing the tables")
+        return {"accuracy": context.accuracy, "worst": context.worst, **frames}
+
+    def _probed(self, probe: Probe, context: ProbeContext) -> dict[str, pd.DataFrame]:
+        """The tables of a probe; what it said beside them is in the context."""
+        kept = checkpoints.read_probe(self.path, probe.name)
+        if kept is None:
+            before = len(context.violations)
+            frames = dict(probe.measure(context))
+            said = {"violations": context.violations[before:], "facts": context.facts.get(probe.name)}
+            checkpoints.write_probe(self.path, probe.name, frames, said)
+            return frames
+        frames, said = kept
+        context.violations += said["violations"]
+        if said["facts"] is not None:
+            context.facts[probe.name] = said["facts"]
+        return frames
+
+    def store(self, frames: Mapping[str, pd.DataFrame]) -> None:
+        """Write tables into the folder."""
+        for name, frame in frames.items():
+            self.manifest["files"][f"{name}.parquet"] = runs.write_table(self.path, name, frame)
+
+    def complete(self, context: ProbeContext, seconds: dict[str, float]) -> Outcome:
+        """Say in the manifest that all is there, and clear what only a resumed run needs."""
+        failures = dict(Counter(self.sweep.failures.values()))
+        self.manifest |= {
+            "state": "complete",
+            "failures": failures,
+            "violations": context.violations,
+            "probes": context.facts,
+            "seconds": {stage: round(value, 3) for stage, value in seconds.items()},
+        }
+        runs.write_manifest(self.path, self.manifest)
+        runs.clear(self.path, [checkpoints.PARTS])
+        run = Run(self.path, self.manifest)
+        return Outcome(run, len(self.sweep.cells), self.sweep.evaluations, seconds, failures, context.violations)

@@ -15,14 +15,12 @@ from phongbench.compiler.lowering import Precision
 from phongbench.compiler.precisions import Array
 from phongbench.errors import MeasurementError
 from phongbench.formulas.kernel import read_only
-from phongbench.inputs import pairs
-from phongbench.inputs.strata import STRATA
 from phongbench.results.machine import MEMORY_CAP, Caches, cache_sizes
 from phongbench.results.schema import COPY, TRIAD
-from phongbench.timing import epoch_loop, timed_kernels
+from phongbench.timing import epoch_loop
 from phongbench.timing.interference import Witness, disturbed
 from phongbench.timing.rounds import EPOCH_NS, Epoch, agreed, repeats_for
-from phongbench.timing.timed_kernels import TimedKernel
+from phongbench.timing.timed_kernels import ROWS, TimedKernel, highlight_pairs
 
 #: (precision, seed, count) -> a, b of shape (3, count)
 Inputs = Callable[[Precision, int, int], tuple[Array, Array]]
@@ -45,7 +43,7 @@ def elements_of(total_bytes: float, precision: Precision) -> int:
     A row is an odd multiple of 512 bytes: no two rows share their cache sets, no store is mistaken for a load 4096
     bytes away, and every vector width divides it.
     """
-    lines = max(1, 2 * round((total_bytes / timed_kernels.ROWS / 512 - 1) / 2) + 1)
+    lines = max(1, 2 * round((total_bytes / ROWS / 512 - 1) / 2) + 1)
     return lines * 512 // precision.carrier.itemsize
 
 
@@ -66,10 +64,14 @@ def block_bytes() -> dict[str, int]:
     return {"l1": caches.l1 // 2, "l2": caches.l2 // 2, "memory": memory_sizes(caches)[-1]}
 
 
-def highlight_pairs(precision: Precision, seed: int, count: int) -> tuple[Array, Array]:
-    """Pairs of the highlight stratum at shininess ALPHA: what kernels are timed on."""
-    stratum = next(s for s in STRATA if s.name == "highlight")
-    return pairs.pairs(stratum, precision, seed=seed, start=0, count=count, scale=1 / timed_kernels.ALPHA)
+def aligned_rows(a: Array, b: Array) -> Array:
+    """A copy of these inputs in the first six of ROWS rows of one aligned piece of memory; the last is for results."""
+    count, row = a.shape[1], a.shape[1] * a.itemsize
+    raw = np.zeros(ROWS * row + 64, np.uint8)
+    start = -raw.ctypes.data % 64
+    rows = raw[start : start + ROWS * row].view(a.dtype).reshape(ROWS, count)
+    rows[:3], rows[3:6] = a, b
+    return rows
 
 
 @dataclass(frozen=True)
@@ -84,13 +86,9 @@ class Share:
     @staticmethod
     def of(a: Array, b: Array) -> "Share":
         """A share with a copy of these inputs."""
-        row = a.shape[1] * a.itemsize
-        raw = np.zeros(timed_kernels.ROWS * row + 64, np.uint8)
-        start = -raw.ctypes.data % 64
-        rows = raw[start : start + timed_kernels.ROWS * row].view(a.dtype).reshape(timed_kernels.ROWS, a.shape[1])
-        rows[:3], rows[3:6] = a, b
-        left, right = read_only(rows[:3]), read_only(rows[3:6])
-        return Share(left, right, rows[6], np.zeros(epoch_loop.SCRATCH, np.int64))
+        rows = aligned_rows(a, b)
+        scratch = np.zeros(epoch_loop.SCRATCH, np.int64)
+        return Share(read_only(rows[:3]), read_only(rows[3:6]), rows[6], scratch)
 
     def digest(self) -> int:
         """Checksum of the output."""

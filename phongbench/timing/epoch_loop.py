@@ -42,6 +42,7 @@ def spin(scratch: Any) -> Any:
     return intrinsics.nanoseconds(scratch) - started
 
 
+# eleven arguments: compiled code takes arrays and numbers, no objects that hold them
 @jit.driver
 def run(
     kernel: Any,

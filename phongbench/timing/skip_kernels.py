@@ -23,8 +23,6 @@ from phongbench.formulas import coordinate_kernels, lambda_forms, pair_kernels
 from phongbench.formulas.formula import Formula
 from phongbench.formulas.kernel import Kernel, known_values, limit
 from phongbench.formulas.spec import MAX_COEFFICIENTS, Approximation, Setting
-from phongbench.inputs import pairs
-from phongbench.inputs.strata import STRATA
 from phongbench.timing import timed_kernels
 from phongbench.timing.timed_kernels import ALPHA, TimedFormula, TimedKernel
 
@@ -63,14 +61,8 @@ def _skip_kernel(bound: Body, coordinate: Body, form: str, precision: Precision)
             if lit != none:
                 for j in range(width):
                     i = start + j
-                    px, py, pz, qx, qy, qz = (
-                        entry(ax, i),
-                        entry(ay, i),
-                        entry(az, i),
-                        entry(bx, i),
-                        entry(by, i),
-                        entry(bz, i),
-                    )
+                    px, py, pz = entry(ax, i), entry(ay, i), entry(az, i)
+                    qx, qy, qz = entry(bx, i), entry(by, i), entry(bz, i)
                     value = bound(coordinate(px, py, pz, qx, qy, qz), c0, c1, c2, c3, local)
                     put(out, i, value if cosine(px, py, pz, qx, qy, qz) > zero else zero)
             else:
@@ -110,8 +102,7 @@ def inputs(lit: float) -> Callable[[Precision, int, int], tuple[Array, Array]]:
 
 
 def _pairs(lit: float, precision: Precision, seed: int, count: int) -> tuple[Array, Array]:
-    stratum = next(s for s in STRATA if s.name == "highlight")
-    a, b = pairs.pairs(stratum, precision, seed=seed, start=0, count=count, scale=0.5 / ALPHA)
+    a, b = timed_kernels.highlight_pairs(precision, seed, count, scale=0.5 / ALPHA)
     run = math.ceil(lit * count)
     first = (count - run) // 2
     b[:, :first], b[:, first + run :] = -b[:, :first], -b[:, first + run :]

@@ -21,7 +21,9 @@ from phongbench.formulas.formula import Formula, Registry
 from phongbench.formulas.kernel import Kernel
 from phongbench.formulas.registry import REGISTRY
 from phongbench.formulas.spec import MAX_COEFFICIENTS, Approximation, Setting
+from phongbench.inputs import pairs
 from phongbench.inputs.plan import Cell
+from phongbench.inputs.strata import STRATA
 from phongbench.results.schema import BASELINE, COPY, DOT, FMA, LIBM, TRIAD, TWIN
 
 #: fused multiply-adds of the row `fma`, one after the other for each element: as much arithmetic as a short formula has
@@ -34,6 +36,12 @@ ALPHA, FURTHER_ALPHAS = 50.0, (64.0, 1000.0)
 ROWS = 7
 #: what tells rows apart: name, lambda form, space, gamma, precision
 Key = tuple[str, str, str, int | None, str]
+
+
+def highlight_pairs(precision: Precision, seed: int, count: int, scale: float = 1 / ALPHA) -> tuple[Array, Array]:
+    """Pairs of the highlight stratum, by default at shininess ALPHA: what kernels are timed on."""
+    stratum = next(s for s in STRATA if s.name == "highlight")
+    return pairs.pairs(stratum, precision, seed=seed, start=0, count=count, scale=scale)
 
 
 @dataclass(frozen=True)

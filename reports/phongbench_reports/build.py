@@ -20,7 +20,7 @@ from phongbench_reports.figures.pictures import SECTIONS
 from phongbench_reports.page import Links, Section, render, style_sheet
 from phongbench_reports.plots import Plate, ink, svg_pair
 from phongbench_reports.second_process import Drawn, Figures, beside, drawn
-from phongbench_reports.table import Absent
+from phongbench_reports.table import Absent, Part
 from phongbench_reports.tables.behaviour import hostile, smoothness
 from phongbench_reports.tables.claims import claims
 from phongbench_reports.tables.mesh_edges import mesh_edges
@@ -35,8 +35,21 @@ if TYPE_CHECKING:
 
 #: what a second process draws, if there is one: the last figures, as many as are left when it is ready
 LATER = tuple(entry.name for entry in FIGURES[-5:])
-#: figure -> name, heading and maker of the folded table that follows it
-BESIDE = {"meshes": ("mesh_edges", "How wide edges may be", mesh_edges)}
+#: figure -> the folded table that follows it
+BESIDE = {"meshes": Part("mesh_edges", "How wide edges may be", mesh_edges, True)}
+#: the tables after the figures, and those at the end of the page
+BEHAVIOUR = (
+    Part("census", "Values above 1, negative, not finite", census),
+    Part("hostile", "Hostile inputs", hostile),
+    Part("smoothness", "Smoothness of the lobes", smoothness),
+)
+CLAIMS = Part("claims", "The textbook claims", claims)
+LAST = (
+    Part("skipped", "Skipping what is dark", skipped),
+    Part("sureness", "How sure the numbers are", sureness),
+    Part("worst", "Worst inputs", worst),
+    Part("formulas", "The formulas", formulas, True),
+)
 
 
 def sections_of(
@@ -46,59 +59,57 @@ def sections_of(
 
     theirs  waits for the figures LATER, which another process draws, and gives those that came
     """
-    answer = _answers(study)
-    strange = Section("census", "Values above 1, negative, not finite", census(study))
-    bad = Section("hostile", "Hostile inputs", hostile(study))
-    smooth = Section("smoothness", "Smoothness of the lobes", smoothness(study))
-    judged = Section("claims", "The textbook claims", claims(study))
-    sure = Section("sureness", "How sure the numbers are", sureness(study))
-    inputs = Section("worst", "Worst inputs", worst(study))
-    names = Section("formulas", "The formulas", formulas(study), True)
-    dark = Section("skipped", "Skipping what is dark", skipped(study))
+    # the tables first: meanwhile the other process gets ready
+    answers, judged = _answers(study), section_of(CLAIMS, study)
+    behaviour, last = ([section_of(part, study) for part in parts] for parts in (BEHAVIOUR, LAST))
     with ink():
         figures, pictures = _figures(study, theirs)
-        seen = [Section(part.name, part.title, part.make(study), part.folded) for part in SECTIONS]
-        for section in seen:
-            if isinstance(section.content, Plate):
-                pictures[section.name] = svg_pair(section.content.figure, section.name)
-    if all(isinstance(section.content, Absent) for section in seen):
-        seen = [Section("pictures", "Pictures of scenes", seen[0].content)]
+        scenes = [section_of(part, study) for part in SECTIONS]
+        pictures |= {
+            one.name: svg_pair(one.content.figure, one.name) for one in scenes if isinstance(one.content, Plate)
+        }
+    if all(isinstance(section.content, Absent) for section in scenes):
+        scenes = [Section("pictures", "Pictures of scenes", scenes[0].content)]
     speed = figures.pop("speed")
-    return [*answer, *figures.values(), strange, bad, smooth, *seen, judged, speed, dark, sure, inputs, names], pictures
+    return [*answers, *figures.values(), *behaviour, *scenes, judged, speed, *last], pictures
+
+
+def section_of(part: Part, study: Rows) -> Section:
+    """The section that this part is for a run."""
+    return Section(part.name, part.title, part.make(study), part.folded)
 
 
 def _answers(study: Rows) -> list[Section]:
     """The verdicts: for both budgets, and for the other precisions."""
     (code, code_name), (fine, fine_name) = BUDGETS
-    first = study.precision
-    answer = [Section("verdict", f"The answer, within {code_name}", verdict(study, first, code, code_name))]
-    answer.append(
-        Section("verdict_fine", f"The answer, within {fine_name}", verdict(study, first, fine, fine_name), True)
-    )
-    for other in study.precisions[1:]:
-        table = verdict(study, other, code, code_name)
-        answer.append(Section(f"verdict_{other}", f"The answer in {other}, within {code_name}", table, True))
-    return answer
+    first, *others = study.precisions
+    return [
+        Section("verdict", f"The answer, within {code_name}", verdict(study, first, code, code_name)),
+        Section("verdict_fine", f"The answer, within {fine_name}", verdict(study, first, fine, fine_name), True),
+        *(
+            Section(f"verdict_{p}", f"The answer in {p}, within {code_name}", verdict(study, p, code, code_name), True)
+            for p in others
+        ),
+    ]
 
 
 def _figures(
     study: Rows, theirs: Callable[[], Figures] | None
 ) -> tuple[dict[str, Section], dict[str, tuple[bytes, bytes]]]:
     """The figures in page order, with the tables beside them, and their SVGs."""
-    figures: dict[str, Drawn] = {}
+    plates: dict[str, Drawn] = {}
     if theirs is not None:
-        figures = {entry.name: drawn(study, entry) for entry in FIGURES if entry.name not in LATER}
-        figures |= theirs()
+        plates = {part.name: drawn(study, part) for part in FIGURES if part.name not in LATER}
+        plates |= theirs()
     sections: dict[str, Section] = {}
     pictures: dict[str, tuple[bytes, bytes]] = {}
-    for entry in FIGURES:
-        one = figures.get(entry.name) or drawn(study, entry)
-        sections[entry.name] = Section(entry.name, entry.title, one.content)
-        if entry.name in BESIDE:
-            name, heading, table_of = BESIDE[entry.name]
-            sections[name] = Section(name, heading, table_of(study), True)
+    for part in FIGURES:
+        one = plates.get(part.name) or drawn(study, part)
+        sections[part.name] = Section(part.name, part.title, one.content)
+        if part.name in BESIDE:
+            sections[BESIDE[part.name].name] = section_of(BESIDE[part.name], study)
         if one.pair:
-            pictures[entry.name] = one.pair
+            pictures[part.name] = one.pair
     return sections, pictures
 
 

@@ -2,19 +2,12 @@
 
 from __future__ import annotations
 
+from phongbench.formulas.registry import REGISTRY
+
 
 def title(name: str) -> tuple[str, str, str, str]:
     """Title, kind, formula and citation of an approximation; a name the registry lacks is titled as it is."""
-    from phongbench.formulas.registry import REGISTRY  # late: with it come the kernels
-
     if name not in REGISTRY:
         return name, "user's own", "–", "–"
     spec = REGISTRY[name]
     return str(spec.title), str(spec.kind), str(spec.formula), str(spec.source.citation)
-
-
-def known_names() -> list[str]:
-    """All registered names, sorted."""
-    from phongbench.formulas.registry import REGISTRY
-
-    return sorted(REGISTRY)

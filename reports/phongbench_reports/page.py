@@ -10,7 +10,7 @@ from typing import Any
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from phongbench.analysis.rows import Rows
-from phongbench_reports.names import known_names
+from phongbench.formulas.registry import REGISTRY
 from phongbench_reports.plots import Plate
 from phongbench_reports.table import Absent, Table
 from phongbench_reports.tables.claims import ClaimTable
@@ -91,7 +91,7 @@ def unmeasured(study: Rows) -> list[str]:
     strata = [name for name in STRATA if name not in set(rows["stratum"].unique())]
     if strata:
         sentences.append(f"Inputs of the {'stratum' if len(strata) == 1 else 'strata'} {listed(strata)}.")
-    names = sorted(set(known_names()) - set(rows["approximation"].unique()))
+    names = sorted(set(REGISTRY) - set(rows["approximation"].unique()))
     if names:
         sentences.append(f"Formulas {listed(names)}.")
     if study.timing.empty:

@@ -18,12 +18,10 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 from matplotlib.axes import Axes
-from matplotlib.axis import Axis
 from matplotlib.figure import Figure
-from matplotlib.lines import TICKDOWN, TICKLEFT, Line2D  # type: ignore[attr-defined]
-from matplotlib.ticker import FixedLocator, FuncFormatter, LogLocator, NullFormatter, NullLocator
 
-from phongbench_reports.text import BUDGETS, power_of_ten
+from phongbench_reports.text import BUDGETS
+from phongbench_reports.ticks import merge_minor_ticks
 
 Vector = npt.NDArray[np.float64]
 
@@ -56,26 +54,18 @@ STYLES: tuple[tuple[str, str, Any], ...] = (
 FORMS = {"dot": STYLES[0], "difference": STYLES[1], "cross": STYLES[2], "tan2": STYLES[3], "none": STYLES[6]}
 
 SETTINGS: dict[str, Any] = {
+    **dict.fromkeys(("text.color", "axes.labelcolor", "xtick.labelcolor", "ytick.labelcolor"), INK),
+    **dict.fromkeys(("axes.edgecolor", "xtick.color", "ytick.color"), MUTED),
+    **dict.fromkeys(("axes.facecolor", "figure.facecolor", "savefig.facecolor"), SURFACE),
+    **dict.fromkeys(("axes.spines.top", "axes.spines.right", "xtick.minor.visible", "legend.frameon"), False),
     "font.family": ["sans-serif"],
     "font.sans-serif": ["DejaVu Sans", "Verdana", "sans-serif"],
     "font.size": 9.0,
     "svg.fonttype": "none",
-    "text.color": INK,
-    "axes.labelcolor": INK,
-    "axes.edgecolor": MUTED,
-    "xtick.color": MUTED,
-    "ytick.color": MUTED,
-    "xtick.labelcolor": INK,
-    "ytick.labelcolor": INK,
-    "axes.facecolor": SURFACE,
-    "figure.facecolor": SURFACE,
-    "savefig.facecolor": SURFACE,
     "axes.grid": True,
     "grid.color": GRID,
     "grid.linewidth": 0.7,
     "axes.axisbelow": True,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
     "axes.titlesize": 9.5,
     "axes.titlelocation": "left",
     "axes.titleweight": "bold",
@@ -84,8 +74,6 @@ SETTINGS: dict[str, Any] = {
     "axes.unicode_minus": True,
     "lines.linewidth": 1.5,
     "lines.markersize": 5.0,
-    "xtick.minor.visible": False,
-    "legend.frameon": False,
 }
 
 
@@ -130,37 +118,6 @@ def sheet(height: float, rows: int = 1, columns: int = 1, **spacing: Any) -> tup
     return figure, [one for row in axes for one in row]
 
 
-def log_axis(axis: Any, *, labels: int = 20) -> None:
-    """Log scale: at most `labels` labelled decades; unlabelled ticks at 2 to 9, or at decades where crowded."""
-    axis.axes.set(**{f"{axis.axis_name}scale": "log"})
-    crowded = labels < 20
-    axis.set_major_locator(LogLocator(10.0, numticks=labels))
-    axis.set_minor_locator(LogLocator(10.0, subs=(1.0,) if crowded else tuple(range(2, 10)), numticks=40))
-    axis.set_major_formatter(FuncFormatter(power_of_ten))
-    axis.set_minor_formatter(NullFormatter())
-
-
-def named_ticks(axis: Any, values: Sequence[float], *, minor: Sequence[float] = ()) -> None:
-    """Log scale whose labelled ticks are exactly these values, with unlabelled ones at `minor`."""
-    axis.axes.set(**{f"{axis.axis_name}scale": "log"})
-    axis.set_ticks(list(values), labels=[f"{value:g}" for value in values])
-    axis.set_minor_locator(FixedLocator([value for value in minor if value not in values]))
-    axis.set_minor_formatter(NullFormatter())
-
-
-def octaves(low: float, high: float) -> list[float]:
-    """Powers of two from `low` to `high`, both ends included when they are one."""
-    first, last = int(np.ceil(np.log2(low) - 1e-9)), int(np.floor(np.log2(high) + 1e-9))
-    return [2.0**exponent for exponent in range(first, last + 1)]
-
-
-def steps_of_ten(low: float, high: float, digits: Sequence[float]) -> list[float]:
-    """The values digit * 10^k from `low` to `high`: 1, 2, 5, 10, ... for digits (1, 2, 5)."""
-    first, last = int(np.floor(np.log10(low))), int(np.ceil(np.log10(high)))
-    values = [digit * 10.0**exponent for exponent in range(first, last + 1) for digit in digits]
-    return [value for value in values if low <= value <= high]
-
-
 def budget_lines(axes: Axes, *, vertical: bool = False, named: bool = True, side: str = "left") -> None:
     """One code of 8 and of 10 bits as thin lines across the error axis, named at the top or at a `side`."""
     for (value, name), outward in zip(BUDGETS, ("left", "right"), strict=True):
@@ -170,7 +127,7 @@ def budget_lines(axes: Axes, *, vertical: bool = False, named: bool = True, side
         if named and vertical:
             axes.text(value, 1.0, f" {name} ", transform=axes.get_xaxis_transform(), va="top", ha=outward, **look)
         elif named:
-            at = 0.004 if side == "left" else 0.996
+            at = 0.012 if side == "left" else 0.996
             axes.text(at, value, name, transform=axes.get_yaxis_transform(), va="bottom", ha=side, **look)
 
 
@@ -218,44 +175,6 @@ def end_labels(axes: Axes, ends: Sequence[tuple[float, float, str, str]], *, gap
 def footnote(figure: Figure, text: str) -> None:
     """What the marks rest on, small, at the bottom left: a figure that travels alone keeps its sample count."""
     figure.text(0.006, 0.012, text, fontsize=7.5, color=MUTED, ha="left", va="bottom")
-
-
-def merge_minor_ticks(figure: Figure) -> None:
-    """Turn the minor ticks of every axis, whose limits are final, into one line of marks that looks the same.
-
-    To matplotlib each tick is five artists, and a figure of nine log-log panels has a thousand: a second to draw.
-    """
-    ticked = [axis for axes in figure.axes if axes.axison for axis in (axes.xaxis, axes.yaxis)]
-    places = [_minor_places(axis) for axis in ticked]
-    for axis in ticked:  # all places first: panels that share an axis share its locator
-        axis.set_minor_locator(NullLocator())
-    for axis, here in zip(ticked, places, strict=True):
-        if len(here):
-            axis.axes.add_artist(_marks(axis, here))
-
-
-def _minor_places(axis: Axis) -> Vector:
-    low, high = sorted(axis.get_view_interval())
-    places = axis.get_minorticklocs()
-    return np.asarray(places[(places >= low) & (places <= high)])
-
-
-def _marks(axis: Any, places: Vector) -> Line2D:
-    """Minor ticks at these places as matplotlib would draw them."""
-    upright, edge = axis.axis_name == "x", np.zeros(len(places))
-    look: Any = mpl.rcParams
-    size, width, colour = (look[f"{axis.axis_name}tick.{name}"] for name in ("minor.size", "minor.width", "color"))
-    return Line2D(
-        *((places, edge) if upright else (edge, places)),
-        linestyle="none",
-        marker=TICKDOWN if upright else TICKLEFT,
-        markersize=size,
-        markeredgewidth=width,
-        color=colour,
-        clip_on=False,
-        zorder=axis.get_zorder(),
-        transform=axis.axes.get_xaxis_transform("tick1") if upright else axis.axes.get_yaxis_transform("tick1"),
-    )
 
 
 def svg_pair(figure: Figure, name: str) -> tuple[bytes, bytes]:

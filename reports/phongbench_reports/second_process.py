@@ -18,9 +18,9 @@ from matplotlib.figure import Figure
 
 from phongbench.analysis.rows import Rows
 from phongbench.results import runs
-from phongbench_reports.figures import FIGURES, Drawing
+from phongbench_reports.figures import FIGURES
 from phongbench_reports.plots import Plate, ink, svg_pair
-from phongbench_reports.table import Absent
+from phongbench_reports.table import Absent, Part
 
 #: not `-m`: what is pickled would be of __main__, which is another module over here
 _CHILD = f"import sys; from {__name__} import answer; sys.stdout.buffer.write(answer(*sys.argv[1:]))"
@@ -40,9 +40,9 @@ class Drawn:
     pair: tuple[bytes, bytes] | None
 
 
-def drawn(study: Rows, entry: Drawing) -> Drawn:
+def drawn(study: Rows, entry: Part) -> Drawn:
     """One figure of a study; call it inside `ink`."""
-    content = entry.draw(study)
+    content = entry.make(study)
     return Drawn(content, svg_pair(content.figure, entry.name) if isinstance(content, Plate) else None)
 
 

@@ -1,8 +1,14 @@
 """A table of a report: its columns, rows and notes; or why a section has nothing to show."""
 
+from __future__ import annotations
+
+from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import Any
 
 import pandas as pd
+
+from phongbench.analysis.rows import Rows
 
 
 @dataclass(frozen=True)
@@ -35,3 +41,19 @@ class Absent:
 
     reason: str
     fix: str
+
+
+@dataclass(frozen=True)
+class Part:
+    """A section before its run is known.
+
+    name    str        its anchor, and file name of its figure and CSV
+    title   str        heading on the page
+    make    function   Rows -> Plate, Table or ClaimTable; Absent where the run has no rows for it
+    folded  bool       behind a fold that opens by a click
+    """
+
+    name: str
+    title: str
+    make: Callable[[Rows], Any]
+    folded: bool = False

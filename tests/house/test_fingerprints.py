@@ -37,6 +37,7 @@ PLAIN = (
     "benchmarks/false_alarms.py",
     "study/forecast.py",
     "cli/main.py",
+    "face/run.py",
 )
 
 

@@ -6,10 +6,12 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import mpmath
 import pandas as pd
 import pytest
 
 from phongbench.accuracy import sweep, tables
+from phongbench.formulas.exact import phong_of_angle, product
 from phongbench.inputs.plan import Plan, preset
 from phongbench.results import runs
 from phongbench.results.schema import TIMING
@@ -139,6 +141,24 @@ def stored(small_plan: Plan, small_rows: pd.DataFrame, tmp_path: Path) -> Callab
         return runs.load(folder)
 
     return store
+
+
+@pytest.fixture(scope="session")
+def exact_angle() -> Callable[..., Any]:
+    """Phong of the true angle between two vectors as they are in float64, at 50 digits: (a, b, alpha, half_space).
+
+    NaN where an angle is undefined: a zero, infinite or NaN vector.
+    """
+
+    def exact(a: Any, b: Any, alpha: float, half_space: bool = False) -> Any:
+        with mpmath.workdps(50):
+            u, v = [mpmath.mpf(float(c)) for c in a], [mpmath.mpf(float(c)) for c in b]
+            lengths = product(u, u), product(v, v)
+            if not all(mpmath.isfinite(length) and length > 0 for length in lengths):
+                return mpmath.nan
+            return phong_of_angle(u, v, alpha, half_space)
+
+    return exact
 
 
 #: a scene that each test changes: what it says about `camera` and so on stands in tables of that name

@@ -105,7 +105,7 @@ def _drawn(run: Run, stem: str) -> bytes:
     from phongbench_reports.figures import FIGURES
     from phongbench_reports.plots import Plate, ink
 
-    draw = next((figure.draw for figure in FIGURES if figure.name == stem), None)
+    draw = next((figure.make for figure in FIGURES if figure.name == stem), None)
     if draw is None:
         raise NotFoundError("this figure exists as SVG only")
     with ink():

@@ -14,10 +14,11 @@ from phongbench.formulas.lambda_forms import LAMBDA_FORMS
 from phongbench.formulas.registry import REGISTRY
 from phongbench.formulas.spec import GAMMA
 from phongbench.inputs import meshes
-from phongbench.scenes import images, scene
+from phongbench.scenes import scene
 from phongbench.scenes.mesh_objects import COARSEST, FINEST_UNTRUSTED, SMOOTH
 from phongbench.scenes.requests import SKIPS, Drawn, RenderRequest, render_request
 from phongbench.scenes.scene_files import BRIGHTEST, examples
+from phongbench.support import image_files
 from phongbench.support.documents import LARGEST
 from phongbench_api.http import arrays, media
 from phongbench_api.http.openapi import described, object_schema
@@ -203,7 +204,7 @@ class Rendering:
         if self.media_type == media.NPY:
             response = arrays.binary(drawn.done.picture, media.NPY, spans)
         else:
-            response = media.response(images.png(drawn.picture), media.PNG, spans)
+            response = media.response(image_files.png(drawn.picture), media.PNG, spans)
         skipped = {line.name: line.skipped for line in drawn.done.ledger}
         response.headers["phongbench-skipped"] = orjson.dumps(skipped).decode()
         return response

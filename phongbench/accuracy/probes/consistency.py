@@ -29,8 +29,8 @@ UNIT_STRATA = ("uniform", "highlight", "peak", "cutoff", "grazing")
 VECTORS = "vectors"
 #: maxima that only grow when more inputs are looked at
 MAXIMA = ("max_abs", "max_above", "max_below", "model_max", "rounding_max", "above_one", "negative")
-#: sentences told; a bug that shows everywhere needs no more
-TOLD = 20
+#: sentences reported; a bug that shows everywhere needs no more
+REPORTED = 20
 
 _CELL = ["approximation", "lambda_form", "space", "beta_policy", "alpha", "gamma"]
 
@@ -39,9 +39,9 @@ def violations(accuracy: pd.DataFrame) -> list[str]:
     """Sentences on rows of accuracy that contradict each other; empty if all is well."""
     if accuracy.empty:
         return []
-    found = list(_by_coverage(accuracy)) + list(_searched(accuracy)) + list(_certified(accuracy))
-    more = len(found) - TOLD
-    return found[:TOLD] + ([f"and {more} more contradictions of coverage"] if more > 0 else [])
+    contradictions = list(_by_coverage(accuracy)) + list(_searched(accuracy)) + list(_certified(accuracy))
+    more = len(contradictions) - REPORTED
+    return contradictions[:REPORTED] + ([f"and {more} more contradictions of coverage"] if more > 0 else [])
 
 
 def slack(alpha: float | NDArray[np.float64]) -> float | NDArray[np.float64]:

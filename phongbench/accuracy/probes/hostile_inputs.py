@@ -1,7 +1,7 @@
 """What a formula makes of input that should never arrive but does: zero, subnormal, huge, infinite and NaN vectors,
 opposite directions, an undefined half vector, and exponents outside of any range.
 
-Each formula, lambda form, space, precision and gating is asked once per case, at the setting of the plan nearest to
+Each formula, lambda form, space, precision and gating is evaluated once per case, at the setting of the plan nearest to
 alpha = 50 and gamma = 8 with the formula's first slope policy: what happens here does not depend on them, but for the
 cases about alpha, which bring their own.
 """
@@ -26,12 +26,11 @@ from phongbench.formulas.spec import ALPHA, Approximation, Setting
 from phongbench.inputs.plan import Cell, Plan
 from phongbench.results.schema import BEHAVIOUR
 
-OUTCOMES = ("value", "saturates", "nan", "infinite", "above-one", "negative", "refused")
 #: the setting that cells are chosen near
 USUAL = Setting(50.0, 8)
 #: exponents that no range allows, or its end
 ALPHAS = {"alpha 0": 0.0, "alpha tiny": 1e-30, "alpha 1e5": 1e5, "alpha 1e30": 1e30}
-#: where they are asked: cosines between R and V
+#: where they are evaluated: cosines between R and V
 PLACES = {"at the peak": 1.0, "at 60 degrees": 0.5, "at 90 degrees": 0.0}
 #: directions that vectors are made along: the axes, their opposites, and two without a zero
 _DIRECTIONS = np.array([*np.eye(3), *-np.eye(3), (0.36, 0.48, 0.8), (-2 / 3, 1 / 3, -2 / 3)], np.float64).T.copy()
@@ -44,7 +43,7 @@ class Case:
     name   str           what the table calls it
     a, b   (3, n)        the pairs, before they are rounded to a precision
     exact  float         Phong of the angle between their directions; NaN where a direction is undefined
-    alpha  float | None  the exponent it is asked with; None for the cell's own
+    alpha  float | None  the exponent it is evaluated with; None for the cell's own
     """
 
     name: str
@@ -110,10 +109,10 @@ def outcome(values: Array, exact: float, top: float = 1.0) -> str:
 
 
 def setting_of(spec: Approximation, cell: Cell, case: Case) -> Setting | None:
-    """The setting a case asks for; None if the formula does not take it.
+    """The setting of a case; None if the formula does not take it.
 
     The general range of alpha is a rule of the command and the service, no shader keeps it: an alpha beyond its end is
-    asked all the same, unless the formula itself refuses the range's nearest end or cannot make its coefficients.
+    evaluated all the same, unless the formula itself refuses the range's nearest end or cannot make its coefficients.
     """
     if case.alpha is None:
         return cell.setting
@@ -131,20 +130,20 @@ def measure(context: ProbeContext) -> Mapping[str, pd.DataFrame]:
     """The table `behaviour`: for each case what every formula makes of it."""
     sweep = context.sweep
     chosen = [c for c in single_cells.spread(sweep.cells, USUAL) if c not in sweep.failures]
-    found: list[tuple[Any, ...]] = []
+    rows: list[tuple[Any, ...]] = []
     for position in chosen:
         cell = sweep.cells[position]
-        found += [(position, *row) for row in _asked(context.registry[cell.approximation], cell)]
+        rows += [(position, *row) for row in _outcomes(context.registry[cell.approximation], cell)]
         context.advance(1 / len(chosen))
     columns = ["cell", "own_alpha", "own_beta", "case", "outcome", "lowest", "highest", "exact"]
-    table = pd.DataFrame(found, columns=columns).astype({"own_alpha": float, "own_beta": float})
+    table = pd.DataFrame(rows, columns=columns).astype({"own_alpha": float, "own_beta": float})
     keys = tables.of_cells(sweep, table["cell"].to_numpy(np.int64))
     frame = pd.concat([keys, table.drop(columns="cell")], axis=1)
     frame["alpha"], frame["beta"] = table["own_alpha"].to_numpy(), table["own_beta"].to_numpy()
     return {"behaviour": frame[BEHAVIOUR.names]}
 
 
-def _asked(spec: Approximation, cell: Cell) -> Iterator[tuple[Any, ...]]:
+def _outcomes(spec: Approximation, cell: Cell) -> Iterator[tuple[Any, ...]]:
     """(alpha, beta, case, outcome, lowest, highest, exact) of each case."""
     precision = precision_named(cell.precision)
     top = float(precision.rounded(1.0))

@@ -4,7 +4,6 @@ Everything here is in float64 and of shape (3, n). Point i of a surface is a pur
 exponents share their points, so that rows differ by what is studied and not by luck.
 """
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -17,6 +16,7 @@ from phongbench.inputs.random_numbers import uniforms
 from phongbench.inputs.strata import HIGHLIGHT_REACH
 
 NORMALS = ("raw", "renormalised")
+#: R = 2(L.N)N - L, R = 2(N.L)N - (N.N)L, or (N, H)
 PAIRS = ("classic", "lengthwise", "half")
 #: one point in so many looks anywhere; the others look into the highlight
 ANYWHERE = 8
@@ -151,6 +151,3 @@ def _at(axis: Array, deficit: Array, towards: Array, n: Array) -> Array:
     """
     across = unit(towards - dots(towards, axis) * axis)
     return np.asarray((1 - deficit) * axis + np.sqrt(deficit * (2 - deficit)) * _above(across, n))
-
-
-MEANING: Mapping[str, str] = {"classic": "R = 2(L·N)N − L", "lengthwise": "R = 2(N·L)N − (N·N)L", "half": "(N, H)"}

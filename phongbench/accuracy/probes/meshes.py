@@ -5,23 +5,25 @@ made unit length first. For one exponent all of these see the same points, light
 """
 
 import itertools
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from phongbench.accuracy import tables
 from phongbench.accuracy.accumulators import METRICS, ErrorAccumulator
 from phongbench.accuracy.cell_arrays import CellArrays
+from phongbench.accuracy.coordinates import Piece
 from phongbench.accuracy.probes.interpolated_normals import NORMALS, PAIRS, Lit, lit, points
 from phongbench.accuracy.probes.probe import ProbeContext
-from phongbench.accuracy.reductions import measure_cells
+from phongbench.accuracy.sweep import Sweep
 from phongbench.compiler.lowering import FLOAT32, FLOAT64
-from phongbench.formulas import coordinate_kernels
+from phongbench.formulas.coordinate_kernels import FORM_ROW, coordinates
 from phongbench.formulas.exact import of_deficits
 from phongbench.formulas.spec import Approximation
 from phongbench.inputs import meshes
@@ -59,35 +61,28 @@ class Part:
     edge_degrees: float
 
 
-@dataclass(frozen=True)
-class _Group:
-    """Cells that see the same pairs: those of one exponent in one space.
-
-    cells   positions in the list of all
-    arrays  for one truth and for two
-    """
+class _Group(NamedTuple):
+    """Cells that see the same pairs: those of one exponent in one space, by their positions."""
 
     alpha: float
     space: str
     cells: tuple[int, ...]
-    arrays: tuple[CellArrays, CellArrays]
 
 
 def measure(context: ProbeContext) -> dict[str, pd.DataFrame]:
     """The rows of meshes.parquet, in the order of surfaces, edges, exponents, pairs and cells."""
     plan = context.plan
-    cells = list(_cells(plan, context))
-    if not cells:
-        context.note(f"no exponent in {ALPHAS[0]:g} .. {ALPHAS[1]:g} was asked for, so no mesh is measured")
+    sweep = Sweep(plan, context.registry, list(_cells(plan, context.registry)), [])
+    if not sweep.cells:
+        context.note(f"no exponent in {ALPHAS[0]:g} .. {ALPHAS[1]:g} is in the plan, so no mesh is measured")
         return {"meshes": MESHES.frame()}
-    work = _groups(cells, context)
     tasks = list(_tasks(plan, context.note))
-    share, measured = 1 / max(len(tasks), 1), []
+    measured = []
     with ThreadPoolExecutor(max_workers=context.jobs) as pool:
-        for numbers in pool.map(partial(_measure, work=work, plan=plan), tasks):
+        for numbers in pool.map(partial(_measure, sweep=sweep, groups=_groups(sweep.cells)), tasks):
             measured.append(numbers)
-            context.advance(share)
-    return {"meshes": _frame(pd.concat(measured, ignore_index=True), cells, context)}
+            context.advance(1 / len(tasks))
+    return {"meshes": _frame(sweep, pd.concat(measured, ignore_index=True))}
 
 
 def seconds(plan: Plan, jobs: int) -> float:
@@ -126,16 +121,16 @@ def _samples(plan: Plan) -> int:
 
 
 def _tasks(plan: Plan, note: Callable[[str], None]) -> Iterator[Callable[[], Part]]:
-    """What makes each part: tessellations are made when their turn comes, files are read and told about now."""
+    """What makes each part: tessellations are made when their turn comes, files are read and described now."""
     for tessellate in meshes.TESSELLATIONS.values():
         for degrees in _edges(plan):
             yield partial(_whole, tessellate, degrees)
     for path in plan.meshes:
         surface = load(path)
         parts, folded = file_parts(surface)
-        told = [*surface.remarks, *surface.notes]
-        told += [f"left out, edges wider than {WIDEST:g} degrees: {folded}"] if folded else []
-        note(f"{surface.name}: {len(surface.faces)} triangles" + "".join(f"; {sentence}" for sentence in told))
+        notes = [*surface.remarks, *surface.notes]
+        notes += [f"left out, edges wider than {WIDEST:g} degrees: {folded}"] if folded else []
+        note(f"{surface.name}: {len(surface.faces)} triangles" + "".join(f"; {sentence}" for sentence in notes))
         for part in parts:
             yield partial(_same, part)
 
@@ -149,124 +144,82 @@ def _same(part: Part) -> Part:
     return part
 
 
-def _cells(plan: Plan, context: ProbeContext) -> Iterator[Cell]:
+def _cells(plan: Plan, registry: Mapping[str, Approximation]) -> Iterator[Cell]:
     """Cells of the formulas that mesh questions are about, in float32 and with the plan's first slope."""
-    names, alphas = tuple(n for n in FORMULAS if n in plan.approximations), _alphas(plan)
-    narrowed = replace(plan, approximations=names, alphas=alphas, precisions=("float32",), slopes=plan.slopes[:1])
-    return (cell for cell in narrowed.cells(context.registry) if cell.gated)
+    names = tuple(n for n in FORMULAS if n in plan.approximations)
+    narrowed = replace(
+        plan, approximations=names, alphas=_alphas(plan), precisions=("float32",), slopes=plan.slopes[:1]
+    )
+    return (cell for cell in narrowed.cells(registry) if cell.gated)
 
 
-def _groups(cells: list[Cell], context: ProbeContext) -> dict[float, list[_Group]]:
-    """The cells of each exponent, by space."""
+def _groups(cells: Sequence[Cell]) -> dict[float, list[_Group]]:
+    """The groups of each exponent."""
     together: dict[tuple[float, str], list[int]] = {}
     for position, cell in enumerate(cells):
         together.setdefault((cell.alpha, cell.formula.space), []).append(position)
     groups: dict[float, list[_Group]] = {}
     for (alpha, space), positions in sorted(together.items()):
-        chosen: list[tuple[Cell, Approximation]] = [
-            (cells[p], context.registry[cells[p].approximation]) for p in positions
-        ]
-        one, two = (CellArrays.of(chosen, (alpha,), FLOAT32, truths) for truths in (1, 2))
-        groups.setdefault(alpha, []).append(_Group(alpha, space, tuple(positions), (one, two)))
+        groups.setdefault(alpha, []).append(_Group(alpha, space, tuple(positions)))
     return groups
 
 
-def _measure(task: Callable[[], Part], work: dict[float, list[_Group]], plan: Plan) -> pd.DataFrame:
+def _measure(task: Callable[[], Part], sweep: Sweep, groups: dict[float, list[_Group]]) -> pd.DataFrame:
     """Every cell over one part: positions and numbers, which `_frame` makes rows of."""
-    part = task()
-    found = points(part.surface, part.triangles, plan.seed, _samples(plan))
-    truths = 1 if found.true is None else 2
+    part, plan = task(), sweep.plan
+    at = points(part.surface, part.triangles, plan.seed, _samples(plan))
+    truths = 1 if at.true is None else 2
     sets: list[tuple[str, str, tuple[int, ...]]] = []
     accumulators: list[ErrorAccumulator] = []
-    for alpha, groups in work.items():
-        seen = lit(found, alpha)
-        for group, pair in itertools.product(groups, PAIRS):
-            if (pair == "half") != (group.space == "half"):
-                continue
-            for normals, errors in _errors(seen, group, pair, truths):
-                sets.append((normals, pair, group.cells))
-                accumulators.append(errors)
-    surface = part.surface
+    for alpha, alike in groups.items():
+        seen = lit(at, alpha)
+        for group, pair in itertools.product(alike, PAIRS):
+            if (pair == "half") == (group.space == "half"):
+                cells = sweep.arrays(group.cells, FLOAT32, truths)
+                for normals, errors in _errors(seen, pair, cells):
+                    sets.append((normals, pair, group.cells))
+                    accumulators.append(errors)
     return _numbers(sets, accumulators, truths).assign(
-        mesh=surface.name,
+        mesh=part.surface.name,
         edge_degrees=part.edge_degrees,
         triangles=len(part.triangles),
-        left_out=surface.left_out,
+        left_out=part.surface.left_out,
         samples=_samples(plan),
     )
 
 
-def _numbers(sets: list[tuple[str, str, tuple[int, ...]]], errors: list[ErrorAccumulator], truths: int) -> pd.DataFrame:
-    """The rows of all sets of pairs (normals, pair, cells) as one frame: a frame each took longer than measuring."""
-    if not sets:
-        return pd.DataFrame(columns=["cell", "truth", *_NUMBERS])
-    cells, sizes = [c for _, _, each in sets for c in each], [truths * len(each) for _, _, each in sets]
-    whole = ErrorAccumulator.stacked(errors)
-    columns: dict[str, Any] = {"cell": np.repeat(cells, truths), "truth": np.tile(np.arange(truths), len(cells))}
-    columns |= {name: METRICS[name](whole) for name in _NUMBERS}
-    columns["normals"], columns["pair"] = (
-        _taken(names, np.repeat(np.arange(len(sets)), sizes)) for names in ([s[0] for s in sets], [s[1] for s in sets])
-    )
-    return pd.DataFrame(columns)
-
-
-def _errors(seen: Lit, group: _Group, pair: str, truths: int) -> Iterator[tuple[str, ErrorAccumulator]]:
-    """The errors with raw normals, then with renormalised ones."""
-    count = seen.viewer.shape[1]
-    exact = np.empty((1, 2, count))
-    unit = coordinate_kernels.coordinates(FLOAT64, *(np.ascontiguousarray(v) for v in seen.true_pair(pair)))
-    exact[0, 0] = of_deficits(unit[coordinate_kernels.FORM_ROW["difference"]], group.alpha, pair == "half")
+def _errors(seen: Lit, pair: str, cells: CellArrays) -> Iterator[tuple[str, ErrorAccumulator]]:
+    """The errors of cells with raw normals, then with renormalised ones."""
+    (alpha,), half = cells.alphas, pair == "half"
+    unit = coordinates(FLOAT64, *(np.ascontiguousarray(v) for v in seen.true_pair(pair)))
+    exact = np.empty((1, 2, unit.shape[1]))
+    exact[0, 0] = of_deficits(unit[FORM_ROW["difference"]], alpha, half)
     deficit = seen.surface_deficit(pair)
     if deficit is not None:
-        exact[0, 1] = of_deficits(deficit, group.alpha, pair == "half")
-    cells = group.arrays[truths - 1]
+        exact[0, 1] = of_deficits(deficit, alpha, half)
     for normals in NORMALS:
         a, b = (np.ascontiguousarray(v, np.float32) for v in seen.pair(normals, pair))
-        held = coordinate_kernels.coordinates(FLOAT32, a, b)
-        given = coordinate_kernels.coordinates(FLOAT64, a.astype(np.float64), b.astype(np.float64))
-        errors = ErrorAccumulator(truths * len(group.cells))
-        measure_cells(
-            cells.rows,
-            cells.coefficients,
-            cells.coefficients_64,
-            cells.tables,
-            cells.tables_64,
-            a,
-            b,
-            held,
-            given,
-            unit,
-            exact,
-            errors.sums,
-            errors.counts,
-            errors.bins,
-            errors.worst,
-            truths,
-        )
-        errors.samples = count
+        errors = ErrorAccumulator(len(cells.rows) * cells.truths)
+        cells.measure(Piece.of(FLOAT32, a, b, exact, unit), errors)
         yield normals, errors
 
 
-def _frame(numbers: pd.DataFrame, cells: list[Cell], context: ProbeContext) -> pd.DataFrame:
+def _numbers(
+    sets: list[tuple[str, str, tuple[int, ...]]], accumulators: list[ErrorAccumulator], truths: int
+) -> pd.DataFrame:
+    """The rows of all sets of pairs (normals, pair, cells) as one frame: a frame each took longer than measuring."""
+    errors = ErrorAccumulator.stacked(accumulators)
+    cells = [cell for _, _, each in sets for cell in each]
+    which = np.repeat(np.arange(len(sets)), [truths * len(each) for _, _, each in sets])
+    columns: dict[str, Any] = {"cell": np.repeat(cells, truths), "truth": np.tile(np.arange(truths), len(cells))}
+    columns |= {name: METRICS[name](errors) for name in _NUMBERS}
+    columns["normals"] = tables.looked_up([normals for normals, _, _ in sets], which)
+    columns["pair"] = tables.looked_up([pair for _, pair, _ in sets], which)
+    return pd.DataFrame(columns)
+
+
+def _frame(sweep: Sweep, numbers: pd.DataFrame) -> pd.DataFrame:
     """Rows of the table: the key columns of each row's cell beside its numbers."""
-    position = numbers["cell"].to_numpy(np.int64)
-    settings = [c.setting for c in cells]
-    betas = [context.registry[c.approximation].coefficients(c.setting).get("beta", np.nan) for c in cells]
-    keys: dict[str, Any] = {
-        "approximation": [c.approximation for c in cells],
-        "lambda_form": [c.lambda_form for c in cells],
-        "space": [s.space for s in settings],
-        "beta_policy": [s.slope for s in settings],
-        "precision": [c.precision for c in cells],
-    }
-    frame = numbers.assign(**{name: _taken(values, position) for name, values in keys.items()})
-    frame["truth"] = _taken(TRUTHS, numbers["truth"].to_numpy(np.int64))
-    frame["alpha"] = np.array([s.alpha for s in settings], np.float64)[position]
-    frame["gamma"] = pd.array([s.gamma for s in settings], dtype="Int64")[position]
-    frame["beta"] = np.array(betas, np.float64)[position]
-    frame["gated"] = np.array([c.gated for c in cells], bool)[position]
-    return frame[MESHES.names]
-
-
-def _taken(values: Any, index: NDArray[np.int64]) -> Any:
-    return pd.array(np.array(values, dtype=object), dtype="str").take(index)
+    keys = tables.of_cells(sweep, numbers["cell"].to_numpy(np.int64))
+    numbers["truth"] = tables.looked_up(TRUTHS, numbers["truth"].to_numpy(np.int64))
+    return pd.concat([keys, numbers], axis=1)[MESHES.names]

@@ -1,4 +1,4 @@
-"""What a probe is given: the plan, the swept cells and their rows, and how to tell progress and violations."""
+"""What a probe is given: the plan, the swept cells and their rows, and how to report progress and violations."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -22,7 +22,7 @@ class ProbeContext:
     advance     called with the share (of 1) of this probe that was done since the last call
     note        called with a sentence that the user should read
     violations  sentences on results that contradict each other; any makes the run end with exit code 3
-    facts       what the manifest should tell of a probe, by its name: plain data for JSON
+    facts       what the manifest says of a probe, by its name: plain data for JSON
     """
 
     sweep: Sweep

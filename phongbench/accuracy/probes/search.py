@@ -1,8 +1,8 @@
 """The largest error that a search finds over all pairs of nearly unit vectors: a lower bound of the true maximum.
 
 Domain: pairs (a, b) of vectors that the precision holds, each with a length within one `eps` of 1, in the spaces in
-which the plan studies lengths; truth `angle`. Rounded unit vectors all lie in it, so what is found is at least what any
-stratum of unit vectors found by sampling.
+which the plan studies lengths; truth `angle`. Rounded unit vectors all lie in it, so the result is at least what any
+stratum of unit vectors shows by sampling.
 
 The six components hardly form boxes: almost no point of one is a unit vector. So the search has two stages.
 
@@ -27,6 +27,7 @@ import numpy as np
 import pandas as pd
 
 from phongbench.accuracy import tables
+from phongbench.accuracy.coordinates import coordinate_row
 from phongbench.accuracy.probes.consistency import VECTORS
 from phongbench.accuracy.probes.exhaustive import COSINES, exponents
 from phongbench.accuracy.probes.probe import ProbeContext
@@ -34,9 +35,8 @@ from phongbench.compiler import jit
 from phongbench.compiler.lowering import FLOAT32, FLOAT64, precision_named
 from phongbench.compiler.precisions import Array
 from phongbench.formulas import coordinate_kernels
-from phongbench.formulas.coordinate_kernels import coordinates_at, values_at
+from phongbench.formulas.coordinate_kernels import COORDINATE_ROWS, COSINE_ROW, coordinates_at, values_at
 from phongbench.formulas.exact import truth_at, truth_kernel
-from phongbench.formulas.kernel import coefficient_row, known_values, table_row
 from phongbench.inputs.pairs import hold
 from phongbench.inputs.plan import Cell, Plan
 from phongbench.results.schema import ACCURACY, WORST
@@ -52,7 +52,7 @@ SECONDS = 0.006
 
 
 @dataclass(frozen=True)
-class Found:
+class Worst:
     """The worst pair of a cell.
 
     position     of the cell in the sweep
@@ -76,21 +76,21 @@ def measure(context: ProbeContext) -> Mapping[str, pd.DataFrame]:
     families = _families(context)
     if not families:
         return {}
-    kept = _kept(context.worst)
+    stored = _stored(context.worst)
     random = np.random.default_rng(context.plan.seed).random((LEVELS, 4, BOXES * POINTS))
     total = sum(map(len, families))
 
-    def search(family: Sequence[int]) -> list[Found]:
-        found: list[Found] = []
+    def search(family: Sequence[int]) -> list[Worst]:
+        results: list[Worst] = []
         for position in family:
-            seeds = kept.get(_key(context.sweep.cells[position]), [])
-            found.append(_search(context, position, seeds, found[-1:], random))
+            seeds = stored.get(_key(context.sweep.cells[position]), [])
+            results.append(_search(context, position, seeds, results[-1:], random))
             context.advance(1 / total)
-        return found
+        return results
 
     with ThreadPoolExecutor(max_workers=context.jobs) as pool:
-        found = sorted((f for family in pool.map(search, families) for f in family), key=lambda f: f.position)
-    return {"accuracy": _accuracy(context, found), "worst": _worst(context, found)}
+        results = sorted((f for family in pool.map(search, families) for f in family), key=lambda f: f.position)
+    return {"accuracy": _accuracy(context, results), "worst": _worst(context, results)}
 
 
 def seconds(plan: Plan, jobs: int) -> float:
@@ -108,22 +108,22 @@ def _wanted(plan: Plan, cell: Cell, closely: Sequence[float]) -> bool:
 
 def _families(context: ProbeContext) -> list[list[int]]:
     """Positions of the cells that differ in alpha alone, ascending: each is seeded by the one before it."""
-    found: dict[tuple[Any, ...], list[int]] = {}
+    families: dict[tuple[Any, ...], list[int]] = {}
     closely = exponents(context.plan)
     for position, cell in enumerate(context.sweep.cells):
         if _wanted(context.plan, cell, closely) and position not in context.sweep.failures:
             key = (cell.formula, cell.precision)
-            found.setdefault(key, []).append(position)
-    return [sorted(family, key=lambda p: context.sweep.cells[p].alpha) for family in found.values()]
+            families.setdefault(key, []).append(position)
+    return [sorted(family, key=lambda p: context.sweep.cells[p].alpha) for family in families.values()]
 
 
 def _key(cell: Cell) -> tuple[Any, ...]:
-    """What tells a cell apart in the table of worst inputs."""
+    """What identifies a cell in the table of worst inputs."""
     f = cell.formula
     return f.approximation, f.lambda_form, f.space, f.slope, cell.alpha, f.gamma or 0, cell.precision, cell.gated
 
 
-def _kept(worst: pd.DataFrame) -> dict[tuple[Any, ...], list[Array]]:
+def _stored(worst: pd.DataFrame) -> dict[tuple[Any, ...], list[Array]]:
     """The stored worst inputs on unit vectors, by cell: (error, exact, value, a, b) each.
 
     Those of the stratum `cosines` are none of the domain's, but near one: they seed, and count for nothing (-1).
@@ -136,10 +136,10 @@ def _kept(worst: pd.DataFrame) -> dict[tuple[Any, ...], list[Array]]:
     numbers = np.array(unit[["error", "exact", "value"]], float)
     numbers[(unit["stratum"] == COSINES.name).to_numpy()] = -1.0
     pairs = np.array([[float.fromhex(x) for x in unit[c]] for c in ("ax", "ay", "az", "bx", "by", "bz")]).T
-    found: dict[tuple[Any, ...], list[Array]] = {}
+    inputs: dict[tuple[Any, ...], list[Array]] = {}
     for key, number, pair in zip(keys, numbers, pairs.reshape(-1, 6), strict=True):
-        found.setdefault(tuple(key), []).append(np.concatenate([number, pair]))
-    return found
+        inputs.setdefault(tuple(key), []).append(np.concatenate([number, pair]))
+    return inputs
 
 
 class _Cell:
@@ -147,19 +147,15 @@ class _Cell:
 
     def __init__(self, context: ProbeContext, position: int) -> None:
         cell = context.sweep.cells[position]
-        self.spec, self.setting = context.registry[cell.approximation], cell.setting
-        self.precision = precision_named(cell.precision)
+        self.precision, self.exponent = precision_named(cell.precision), cell.setting.exponent
+        self.kernel, self.row = context.sweep.kernels(position)[0], coordinate_row(cell)
         loops = (
             coordinate_kernels.coordinates_kernel(self.precision),
             coordinate_kernels.coordinates_kernel(FLOAT64),
-            truth_kernel(self.setting.space == "half", both=False),
-            coordinate_kernels.values_kernel(self.spec, self.precision, known_values(self.spec, self.setting)),
+            truth_kernel(cell.formula.space == "half", both=False),
         )
-        self.addresses = np.array([jit.address(loop) for loop in loops])
-        self.alpha = np.array([self.setting.alpha])
-        self.row = coefficient_row(self.spec, self.setting, self.precision)
-        self.table = table_row(self.spec, self.setting, self.precision)
-        self.form = coordinate_kernels.FORM_ROW.get(cell.lambda_form, coordinate_kernels.COSINE_ROW)
+        self.addresses = np.array([*(jit.address(loop) for loop in loops), self.kernel.address])
+        self.alpha = np.array([cell.alpha])
         self.best = np.full(9, -1.0)
         self.evaluations = 0
 
@@ -168,9 +164,8 @@ class _Cell:
         held = np.ascontiguousarray(pairs.T, dtype=self.precision.carrier)
         hold(self.precision, held)
         out = np.empty((3, len(pairs)))
-        _errors(
-            self.addresses, self.alpha, self.row, self.table, self.form, self.precision.eps, held[:3], held[3:], out
-        )
+        row, table = self.kernel.coefficients, self.kernel.table
+        _errors(self.addresses, self.alpha, row, table, self.row, self.precision.eps, held[:3], held[3:], out)
         self.evaluations += len(pairs)
         worst = int(np.argmax(out[0]))
         if out[0, worst] > self.best[0]:
@@ -179,16 +174,16 @@ class _Cell:
 
 
 def _search(
-    context: ProbeContext, position: int, kept: Sequence[Array], before: Sequence[Found], random: Array
-) -> Found:
+    context: ProbeContext, position: int, stored: Sequence[Array], before: Sequence[Worst], random: Array
+) -> Worst:
     cell = _Cell(context, position)
-    for candidate in kept:
+    for candidate in stored:
         if candidate[0] > cell.best[0]:
             cell.best[:] = candidate
     place, ends = _boxes(cell, before[0].place if before else None, random)
-    _leaves(cell, np.array([*ends, *(candidate[3:] for candidate in kept), *(f.pair for f in before)]))
+    _leaves(cell, np.array([*ends, *(candidate[3:] for candidate in stored), *(f.pair for f in before)]))
     error, exact, value = (float(x) for x in cell.best[:3])
-    return Found(position, error, exact, value, cell.best[3:].copy(), place, cell.evaluations)
+    return Worst(position, error, exact, value, cell.best[3:].copy(), place, cell.evaluations)
 
 
 def _boxes(cell: _Cell, place: Array | None, random: Array) -> tuple[Array, Array]:
@@ -202,13 +197,13 @@ def _boxes(cell: _Cell, place: Array | None, random: Array) -> tuple[Array, Arra
     for level in random:
         points = np.repeat(middles, POINTS, axis=1) + width * (2 * level - 1)
         points = np.clip(points, 0.0, 1.0)
-        errors = cell.errors(_pairs(points, cell.setting.exponent))
+        errors = cell.errors(_pairs(points, cell.exponent))
         each = errors.reshape(BOXES, POINTS)
         best_two = (np.argpartition(-each, 1, axis=1)[:, :2] + POINTS * np.arange(BOXES)[:, None]).ravel()
         middles = points[:, best_two[np.argsort(-errors[best_two], kind="stable")[:BOXES]]]
         width = width / 2
     best = np.argsort(-errors, kind="stable")[:LEAVES]
-    return points[:, best[0]], _pairs(points[:, best], cell.setting.exponent)
+    return points[:, best[0]], _pairs(points[:, best], cell.exponent)
 
 
 def _leaves(cell: _Cell, pairs: Array) -> None:
@@ -250,19 +245,17 @@ def _pairs(points: Array, exponent: float) -> Array:
     return np.stack([ax, ay, height, bx, by, (1 - deficit) * height - along * radius], axis=1)
 
 
+# nine arguments, for compiled code takes no objects
 @jit.driver
 def _errors(
     addresses: Any, alpha: Any, coefficients: Any, table: Any, form: int, eps: float, a: Any, b: Any, out: Any
 ) -> None:
     """Fill the rows of `out`: |value - exact| or -1, exact, value."""
     n = a.shape[1]
-    held, unit = (
-        np.empty((coordinate_kernels.COORDINATE_ROWS, n), a.dtype),
-        np.empty((coordinate_kernels.COORDINATE_ROWS, n)),
-    )
+    held, unit = np.empty((COORDINATE_ROWS, n), a.dtype), np.empty((COORDINATE_ROWS, n))
     a64, b64, values = np.empty((3, n)), np.empty((3, n)), np.empty(n, a.dtype)
     coordinates_at(addresses[0], a)(a, b, held)
-    values_at(addresses[3], held)(held[form], held[coordinate_kernels.COSINE_ROW], coefficients, table, values)
+    values_at(addresses[3], held)(held[form], held[COSINE_ROW], coefficients, table, values)
     for i in range(n):
         length_a = np.sqrt(np.float64(a[0, i]) ** 2 + np.float64(a[1, i]) ** 2 + np.float64(a[2, i]) ** 2)
         length_b = np.sqrt(np.float64(b[0, i]) ** 2 + np.float64(b[1, i]) ** 2 + np.float64(b[2, i]) ** 2)
@@ -277,28 +270,28 @@ def _errors(
         out[0, i] = error if out[0, i] <= eps and np.isfinite(error) else -1.0
 
 
-def _accuracy(context: ProbeContext, found: Sequence[Found]) -> pd.DataFrame:
-    frame = _keys(context, found)
-    errors = np.array([f.error for f in found])
-    frame["samples"] = [f.evaluations for f in found]
+def _accuracy(context: ProbeContext, results: Sequence[Worst]) -> pd.DataFrame:
+    frame = _keys(context, results)
+    errors = np.array([f.error for f in results])
+    frame["samples"] = [f.evaluations for f in results]
     frame["max_abs"], frame["codes_8bit"] = errors, 255 * errors
-    above = np.array([f.value > f.exact for f in found])
+    above = np.array([f.value > f.exact for f in results])
     frame["max_above"], frame["max_below"] = np.where(above, errors, np.nan), np.where(above, np.nan, errors)
     for count in ("nonfinite", "above_one", "negative", "excluded"):
         frame[count] = 0
     return frame.reindex(columns=ACCURACY.names)
 
 
-def _worst(context: ProbeContext, found: Sequence[Found]) -> pd.DataFrame:
-    frame = _keys(context, found)
+def _worst(context: ProbeContext, results: Sequence[Worst]) -> pd.DataFrame:
+    frame = _keys(context, results)
     frame["rank"] = 1
     for name in ("error", "exact", "value"):
-        frame[name] = [getattr(f, name) for f in found]
+        frame[name] = [getattr(f, name) for f in results]
     for k, name in enumerate(("ax", "ay", "az", "bx", "by", "bz")):
-        frame[name] = pd.Series([float(f.pair[k]).hex() for f in found], dtype="str")
+        frame[name] = pd.Series([float(f.pair[k]).hex() for f in results], dtype="str")
     return frame[WORST.names]
 
 
-def _keys(context: ProbeContext, found: Sequence[Found]) -> pd.DataFrame:
-    frame = tables.of_cells(context.sweep, np.array([f.position for f in found]))
+def _keys(context: ProbeContext, results: Sequence[Worst]) -> pd.DataFrame:
+    frame = tables.of_cells(context.sweep, np.array([f.position for f in results]))
     return frame.assign(stratum=VECTORS, perturbation="none", length_error=0.0, truth="angle", coverage="searched")

@@ -5,11 +5,11 @@ from typing import Any
 
 import numpy as np
 
-from phongbench.compiler import jit
+from phongbench.accuracy.coordinates import coordinate_row, gate_row
 from phongbench.compiler.lowering import Precision, precision_named
 from phongbench.compiler.precisions import Array
 from phongbench.formulas import coordinate_kernels
-from phongbench.formulas.kernel import coefficient_row, known_values, table_row
+from phongbench.formulas.kernel import Kernel
 from phongbench.formulas.spec import Approximation, Setting
 from phongbench.inputs.plan import Cell
 
@@ -24,19 +24,9 @@ def values(spec: Approximation, cell: Cell, block: Array, setting: Setting | Non
 
     setting  another than the cell's, which need not pass `spec.check`
     """
-    setting, precision = setting or cell.setting, precision_named(cell.precision)
-    out = np.empty(block.shape[1], block.dtype)
-    kernel = coordinate_kernels.values_kernel(spec, precision, known_values(spec, setting))
     with np.errstate(all="ignore"):  # infinite coefficients are what some settings ask for
-        row, table = coefficient_row(spec, setting, precision), table_row(spec, setting, precision)
-    gate = coordinate_kernels.COSINE_ROW if cell.gated else coordinate_kernels.OPEN_ROW
-    coordinate_kernels.fill_values(jit.address(kernel), coordinate(cell, block), block[gate], row, table, out)
-    return out
-
-
-def coordinate(cell: Cell, block: Array) -> Array:
-    """What the cell's formula is given: the row of its lambda form, or of the cosine."""
-    return np.asarray(block[coordinate_kernels.FORM_ROW.get(cell.lambda_form, coordinate_kernels.COSINE_ROW)])
+        kernel = Kernel.of(spec, setting or cell.setting, precision_named(cell.precision))
+    return kernel.values(block[coordinate_row(cell)], block[gate_row(cell)])
 
 
 def spread(cells: Sequence[Cell], wanted: Setting) -> list[int]:

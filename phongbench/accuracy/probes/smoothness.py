@@ -15,6 +15,7 @@ import numpy as np
 import pandas as pd
 
 from phongbench.accuracy import tables
+from phongbench.accuracy.coordinates import coordinate_row
 from phongbench.accuracy.probes import single_cells
 from phongbench.accuracy.probes.probe import ProbeContext
 from phongbench.compiler.lowering import FLOAT64, Precision, precision_named
@@ -102,7 +103,7 @@ def measure(context: ProbeContext) -> Mapping[str, pd.DataFrame]:
     """The table `smoothness`: one row for every cell of the sweep."""
     sweep = context.sweep
     chosen = [c for c in range(len(sweep.cells)) if c not in sweep.failures]
-    found: list[tuple[float, ...]] = []
+    shapes: list[tuple[float, ...]] = []
     edges: dict[Any, tuple[float, float]] = {}
     for position in chosen:
         cell = sweep.cells[position]
@@ -113,10 +114,10 @@ def measure(context: ProbeContext) -> Mapping[str, pd.DataFrame]:
         if key not in edges:  # the same in every precision
             edges[key] = kink(spec, cell)
         values = single_cells.values(spec, cell, block)
-        found.append((*rises(values), *edges[key], *strained(precision, single_cells.coordinate(cell, block), values)))
+        shapes.append((*rises(values), *edges[key], *strained(precision, block[coordinate_row(cell)], values)))
         context.advance(1 / len(chosen))
     circle.cache_clear()
-    table = pd.DataFrame(found, columns=list(SMOOTHNESS.names[-6:]))
+    table = pd.DataFrame(shapes, columns=list(SMOOTHNESS.names[-6:]))
     frame = pd.concat([tables.of_cells(sweep, np.array(chosen, np.int64)), table], axis=1)
     frame["samples"] = FINE + COARSE
     frame = frame.astype({"rises": "int64", "overflows": "int64", "subnormals": "int64"})

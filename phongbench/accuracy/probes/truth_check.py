@@ -10,6 +10,7 @@ violation. Left out are inputs whose squared length float64 cannot hold, which o
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 from importlib.util import find_spec
 from typing import Any
 
@@ -20,14 +21,15 @@ from phongbench.accuracy.probes.exhaustive import COSINES
 from phongbench.accuracy.probes.probe import ProbeContext
 from phongbench.accuracy.sweep import exact_values
 from phongbench.formulas.exact import TRUTHS, angle_error, given_error, phong_of_angle, phong_of_cosine, product
-from phongbench.inputs.pairs import HOSTILE_PAIRS, pairs
+from phongbench.formulas.formula import Formula
+from phongbench.inputs.pairs import HOSTILE_PAIRS
 from phongbench.inputs.plan import Plan
 
 #: random pairs, in so many draws from random batches
 RANDOM, DRAWS = 10_000, 100
 DIGITS = 50
-#: a disagreement is told in so many sentences at most
-TOLD = 5
+#: so many disagreements are reported one by one
+REPORTED = 5
 #: seconds a value takes with and without python-flint, for the forecast only; worst inputs are about five a cell
 SECONDS = {True: 4e-5, False: 4e-4}
 _PAIR = ["ax", "ay", "az", "bx", "by", "bz"]
@@ -35,7 +37,7 @@ _PAIR = ["ax", "ay", "az", "bx", "by", "bz"]
 
 @dataclass(frozen=True)
 class Value:
-    """An exact value as the float64 tier found it.
+    """An exact value as float64 arithmetic gives it.
 
     pair  six floats, a then b
     kind  angle, given, or cosine: the angle that the product a.b names
@@ -47,7 +49,7 @@ class Value:
     half: bool
     kind: str
     exact: float
-    what: str
+    what: Callable[[], str]
 
 
 def measure(context: ProbeContext) -> Mapping[str, pd.DataFrame]:
@@ -55,7 +57,7 @@ def measure(context: ProbeContext) -> Mapping[str, pd.DataFrame]:
     with_flint = find_spec("flint") is not None
     facts: dict[str, Any] = {"digits": DIGITS, "arithmetic": "python-flint" if with_flint else "mpmath"}
     for name, values in (("random", _random(context)), ("worst", _stored(context.worst))):
-        checked, largest, share, told = 0, 0.0, 0.0, []
+        checked, largest, share, sentences = 0, 0.0, 0.0, []
         with _digits(with_flint) as number:
             for value in values:
                 if not _holds(value.pair):
@@ -64,13 +66,15 @@ def measure(context: ProbeContext) -> Mapping[str, pd.DataFrame]:
                 checked, share = checked + 1, max(share, off / stated)
                 largest = max(largest, off / max(1.0, value.exact))
                 if not off <= stated:
-                    told.append(
-                        f"{value.what}: the exact value {value.exact!r} is off by {off:.3g}, stated {stated:.3g}"
+                    sentences.append(
+                        f"{value.what()}: the exact value {value.exact!r} is off by {off:.3g}, stated {stated:.3g}"
                     )
         facts |= {f"{name}_values": checked, f"{name}_disagreement": largest, f"{name}_share": share}
-        context.violations += told[:TOLD]
-        if len(told) > TOLD:
-            context.violations.append(f"and {len(told) - TOLD} more {name} exact values are off by more than stated")
+        context.violations += sentences[:REPORTED]
+        if len(sentences) > REPORTED:
+            context.violations.append(
+                f"and {len(sentences) - REPORTED} more {name} exact values are off by more than stated"
+            )
         context.advance(0.5)
     context.facts["recheck"] = facts
     return {}
@@ -88,7 +92,7 @@ def _disagreement(value: Value, number: Callable[[float], Any]) -> tuple[float, 
         again = phong_of_angle(u, v, value.alpha, value.half)
         return _distance(again, value.exact), angle_error(value.alpha, value.half)
     x = product(u, v)
-    if value.kind == "cosine":  # found from 1 - x, which float64 rounds
+    if value.kind == "cosine":  # made from 1 - x, which float64 rounds
         again = phong_of_cosine(x, value.alpha, value.half)
         return _distance(again, value.exact), angle_error(value.alpha, value.half)
     again = phong_of_cosine(x, value.alpha, value.half)
@@ -117,30 +121,29 @@ def _random(context: ProbeContext) -> Iterator[Value]:
         alpha = sweep.cells[batch.cells[random.integers(len(batch.cells))]].alpha
         last = HOSTILE_PAIRS if batch.stratum.name == "hostile" else 1 << 40
         start, half = int(random.integers(last - RANDOM // DRAWS)), batch.space == "half"
-        a, b = pairs(
-            batch.stratum,
-            batch.precision,
-            seed=context.plan.seed,
-            start=start,
-            count=RANDOM // DRAWS,
-            scale=batch.scale,
-            half_space=half,
-        )
+        a, b = batch.pairs(context.plan.seed, start, RANDOM // DRAWS)
         exact = exact_values(batch, alpha, a, b)
-        what = f"{batch.stratum.name} pair in {batch.precision.name}, alpha {alpha:g}"
+        what = f"{batch.stratum.name} pair in {batch.precision.name}, alpha {alpha:g}, {{}}, number {{}}"
         for row, kind in enumerate(TRUTHS[: batch.truths]):
             for i in np.flatnonzero(np.isfinite(exact[row])):
                 pair = (*map(float, a[:, i]), *map(float, b[:, i]))
-                yield Value(pair, alpha, half, kind, float(exact[row, i]), f"{what}, {kind}, number {start + i}")
+                yield Value(pair, alpha, half, kind, float(exact[row, i]), partial(what.format, kind, start + i))
 
 
 def _stored(worst: pd.DataFrame) -> Iterator[Value]:
     """The stored worst inputs. Where the input is a cosine, the truth is that of the product a.b, which is exact."""
-    names = ["alpha", "space", "truth", "exact", "stratum", "approximation", "precision", *_PAIR]
-    for alpha, space, kind, exact, stratum, name, precision, *pair in zip(*(worst[n] for n in names), strict=True):
+    names = ["alpha", "space", "truth", "exact", "stratum", *_PAIR]
+    rows = zip(*(worst[n] for n in names), strict=True)
+    for position, (alpha, space, kind, exact, stratum, *pair) in enumerate(rows):
         seen = "cosine" if stratum == COSINES.name else kind
-        what = f"worst {stratum} input of {name} in {precision}, alpha {alpha:g}, {seen}"
+        what = partial(_described, worst, position, seen)
         yield Value(tuple(map(float.fromhex, pair)), float(alpha), space == "half", seen, float(exact), what)
+
+
+def _described(worst: pd.DataFrame, position: int, seen: str) -> str:
+    row: dict[str, Any] = {str(name): value for name, value in worst.iloc[position].items()}
+    formula = Formula.of_row(row)
+    return f"worst {row['stratum']} input of {formula} in {row['precision']}, alpha {row['alpha']:g}, {seen}"
 
 
 @contextmanager

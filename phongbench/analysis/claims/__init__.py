@@ -3,8 +3,6 @@
 A verdict is computed by a stated rule, the docstring of the file's `judge`, and never written by hand.
 """
 
-from __future__ import annotations
-
 from importlib import import_module
 from typing import Any
 

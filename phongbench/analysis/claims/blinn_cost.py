@@ -1,7 +1,5 @@
 """Claim f: Blinn-Phong is cheaper with viewer and light at infinity."""
 
-from __future__ import annotations
-
 import pandas as pd
 
 from phongbench.analysis.claims.claim import UNMEASURED, Claim, Finding, LackingRowsError, Record, grade

@@ -1,7 +1,5 @@
 """Claim g: Blinn's exponent alpha' must be larger than alpha."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

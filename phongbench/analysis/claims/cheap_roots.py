@@ -1,7 +1,5 @@
 """Claim e: no accurate reciprocal square root is needed."""
 
-from __future__ import annotations
-
 import pandas as pd
 
 from phongbench.analysis.claims.claim import VISIBLE, Claim, Finding, LackingRowsError, Record, grade, reach

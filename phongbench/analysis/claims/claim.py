@@ -1,7 +1,5 @@
 """What a textbook claim is, and what judging it gives."""
 
-from __future__ import annotations
-
 import inspect
 import math
 from collections.abc import Callable, Mapping
@@ -78,7 +76,7 @@ class Claim:
         """The rule in words, on one line."""
         return " ".join((inspect.getdoc(self.rule) or "").split())
 
-    def judge(self, rows: Rows) -> Judgement:
+    def judge(self, rows: Rows) -> "Judgement":
         """The verdict on this claim; `not measured`, and what would measure it, where rows are missing."""
         try:
             return Judgement(self, self.rule(rows))

@@ -1,7 +1,5 @@
 """Claim d: R and V practically need no normalisation, except on very coarse meshes."""
 
-from __future__ import annotations
-
 import itertools
 import math
 

@@ -1,7 +1,5 @@
 """Claim c: the cross form is much less sensitive to normalisation."""
 
-from __future__ import annotations
-
 import pandas as pd
 
 from phongbench.analysis.claims.claim import VISIBLE, Claim, Finding, LackingRowsError, Record, grade

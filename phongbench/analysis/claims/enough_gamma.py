@@ -1,7 +1,5 @@
 """Claim a: a gamma of 4 or 8 is enough."""
 
-from __future__ import annotations
-
 import pandas as pd
 
 from phongbench.analysis.claims.claim import FINE, VISIBLE, Claim, Finding, LackingRowsError, Record, grade, reach

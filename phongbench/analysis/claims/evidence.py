@@ -1,7 +1,5 @@
 """Rows as evidence for a verdict."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import pandas as pd

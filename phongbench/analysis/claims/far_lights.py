@@ -1,7 +1,5 @@
 """Claim i: far away, L.N and V.R may be held constant over a polygon."""
 
-from __future__ import annotations
-
 import math
 
 import pandas as pd

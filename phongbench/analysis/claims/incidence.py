@@ -1,7 +1,5 @@
 """Claim k: specular reflection varies with the angle of incidence, so a constant ks is an approximation."""
 
-from __future__ import annotations
-
 import math
 
 from phongbench.analysis.claims.claim import VISIBLE, Claim, Finding, Record, grade

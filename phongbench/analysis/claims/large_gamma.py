@@ -1,7 +1,5 @@
 """Claim b: the approximation holds for a sufficiently large gamma."""
 
-from __future__ import annotations
-
 import pandas as pd
 
 from phongbench.analysis.claims.claim import VISIBLE, Claim, Finding, LackingRowsError, Record, grade

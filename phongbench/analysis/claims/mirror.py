@@ -1,7 +1,5 @@
 """Claim j: an exponent of 200 or more is a near-perfect reflector."""
 
-from __future__ import annotations
-
 import math
 
 from phongbench.analysis.claims.claim import Claim, Finding, Record, grade

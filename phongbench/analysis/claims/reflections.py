@@ -1,7 +1,5 @@
 """Claim l: stopping reflections when their contribution is small saves work."""
 
-from __future__ import annotations
-
 import pandas as pd
 
 from phongbench.analysis.claims.claim import VISIBLE, Claim, Finding, LackingRowsError, Record, grade

@@ -1,7 +1,5 @@
 """Claim h: a few multiplications replace a power."""
 
-from __future__ import annotations
-
 import pandas as pd
 
 from phongbench.analysis.claims.claim import Claim, Finding, LackingRowsError, Record, grade

@@ -8,6 +8,7 @@ operation; only the few primitives (powers, exponentials, bits of floats) are th
 import ast
 import inspect
 from collections.abc import Callable
+from itertools import count
 from typing import Any
 
 import numpy as np
@@ -87,10 +88,9 @@ class Speller:
             self._names[name] = name
 
     def _unused(self, name: str) -> str:
-        taken, number, found = {"highlight", *BUILT_IN, *self._names.values()}, 2, name
-        while found in taken:
-            found, number = f"{name}_{number}", number + 1
-        return found
+        taken = {"highlight", *BUILT_IN, *self._names.values()}
+        others = (f"{name}_{number}" for number in count(2))
+        return name if name not in taken else next(other for other in others if other not in taken)
 
     def _plain(self, body: Body, name: str, known: dict[str, int]) -> str:
         lowered: Any = lower(body, FLOAT32, **known)

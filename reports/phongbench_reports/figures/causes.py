@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import pandas as pd
 from matplotlib.axes import Axes
 
@@ -9,9 +11,10 @@ from phongbench.analysis.rows import STABILITY_ALPHA, Rows
 from phongbench.inputs.length_errors import BY_NAME
 from phongbench.results.schema import CELL
 from phongbench_reports.figures.measured import finished, lyon, setting_of
-from phongbench_reports.plots import FORMS, Plate, budget_lines, log_axis, sheet
+from phongbench_reports.plots import FORMS, Plate, budget_lines, sheet
 from phongbench_reports.table import Absent
 from phongbench_reports.text import BUDGETS, alpha_is, listed, number, percent, records
+from phongbench_reports.ticks import log_axis
 
 #: Columns of the panels: (column, truth, title).
 PANELS = (
@@ -71,19 +74,9 @@ def draw(study: Rows) -> Plate | Absent:
     panels[0].set_ylim(len(causes) - 0.4, -0.75)
     names = [f"{BY_NAME[name].text}\n{percent(largest[name])}" for name in causes]
     panels[0].set_yticks(range(len(causes)), names, fontsize=8)
-    handles, labels = panels[0].get_legend_handles_labels()
-    figure.legend(
-        handles,
-        labels,
-        loc="upper left",
-        bbox_to_anchor=(0.0, 1.0),
-        ncols=1,
-        fontsize=8,
-        title="lambda form",
-        title_fontsize=8,
-        labelcolor="linecolor",
-        borderaxespad=0.4,
-    )
+    marks = panels[0].get_legend_handles_labels()
+    look: dict[str, Any] = {"fontsize": 8, "title_fontsize": 8, "labelcolor": "linecolor", "borderaxespad": 0.4}
+    figure.legend(*marks, loc="upper left", bbox_to_anchor=(0.0, 1.0), title="lambda form", **look)
     figure.text(0.64, 0.065, "largest absolute error", ha="center", fontsize=9)
     note = f"{setting_of(study, data)}; under each cause its largest length error; marks at the left edge: smaller"
     return finished(study, figure, data, note, _sentence(data, causes), _alt(data, causes))
@@ -109,6 +102,6 @@ def _alt(data: pd.DataFrame, causes: list[str]) -> str:
     parts = []
     for cause in causes:
         mine = data[(data["perturbation"] == cause) & (data["truth"] == "angle")]
-        found = ", ".join(f"{row['lambda_form']} {number(row['length_max'])}" for row in records(mine))
-        parts.append(f"{BY_NAME[cause].text}: {found}")
+        sizes = ", ".join(f"{row['lambda_form']} {number(row['length_max'])}" for row in records(mine))
+        parts.append(f"{BY_NAME[cause].text}: {sizes}")
     return f"Dot charts of the error by cause and lambda form. Change by the lengths alone: {'; '.join(parts)}."

@@ -12,10 +12,11 @@ from phongbench.analysis.rows import Rows, at, near
 from phongbench.results.schema import CELL
 from phongbench_reports.figures.measured import values
 from phongbench_reports.names import title
-from phongbench_reports.plots import INK, MUTED, STYLES, Plate, budget_lines, footnote, log_axis, sheet
+from phongbench_reports.plots import INK, MUTED, STYLES, Plate, budget_lines, footnote, sheet
 from phongbench_reports.reproduce import reproduce
 from phongbench_reports.table import Absent
 from phongbench_reports.text import BUDGETS, alpha_is, label, listed, number, records
+from phongbench_reports.ticks import log_axis
 
 POINTS = 361
 #: Shown where the run has them; γ is the one nearest to 8. Then user-brought formulas, as far as styles last.
@@ -77,19 +78,9 @@ def _paint(signed: Axes, absolute: Axes, data: pd.DataFrame) -> None:
         lines[f"{name}\n{number(float(np.abs(error).max()))}"] = (drawn[0], float(np.abs(error).max()))
     # All errors end at 0, where names beside the lines would lie on one another: a key instead, worst on top.
     order = sorted(lines, key=lambda name: (-lines[name][1], name))
-    absolute.legend(
-        [lines[name][0] for name in order],
-        order,
-        loc="upper left",
-        bbox_to_anchor=(1.03, 1.03),
-        fontsize=8,
-        handlelength=3.2,
-        labelspacing=0.75,
-        borderaxespad=0.0,
-        title="largest error",
-        title_fontsize=8,
-        alignment="left",
-    )
+    key: dict[str, Any] = {"fontsize": 8, "handlelength": 3.2, "labelspacing": 0.75, "borderaxespad": 0.0}
+    key |= {"title": "largest error", "title_fontsize": 8, "alignment": "left"}
+    absolute.legend([lines[name][0] for name in order], order, loc="upper left", bbox_to_anchor=(1.03, 1.03), **key)
 
 
 def _range(data: pd.DataFrame) -> tuple[float, float]:

@@ -10,9 +10,10 @@ from phongbench.analysis.rows import Rows, nearest, ordered
 from phongbench.formulas import error_laws
 from phongbench.results.schema import CELL
 from phongbench_reports.figures.measured import finished, lyon
-from phongbench_reports.plots import STYLES, Plate, budget_lines, end_labels, log_axis, named_ticks, sheet
+from phongbench_reports.plots import STYLES, Plate, budget_lines, end_labels, sheet
 from phongbench_reports.table import Absent
 from phongbench_reports.text import BUDGETS, alpha_is, gamma_is, label, listed, number, share
+from phongbench_reports.ticks import log_axis, named_ticks
 
 #: Exponents drawn, the nearest ones of the run.
 ALPHAS = (10.0, 20.0, 50.0, 200.0, 1000.0)
@@ -70,7 +71,7 @@ def draw(study: Rows) -> Plate | Absent:
     swept = sorted(data["alpha"].unique())
     alphas = sorted({nearest(swept, wanted) for wanted in ALPHAS})
     forms = [form for form in FORMS if (data["lambda_form"] == form).any()]
-    figure, panels = sheet(4.1, 1, len(forms), left=0.07, right=0.885, wspace=0.1, bottom=0.165, sharey=True)
+    figure, panels = sheet(4.1, 1, len(forms), left=0.08, right=0.885, wspace=0.1, bottom=0.165, sharey=True)
     gammas = sorted(int(gamma) for gamma in data["gamma"].unique())
     for axes, form in zip(panels, forms, strict=True):
         log_axis(axes.yaxis)

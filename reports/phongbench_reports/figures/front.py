@@ -2,29 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 
 from phongbench.analysis.rows import Rows, at, nearest
 from phongbench_reports.figures.speed import SETS
-from phongbench_reports.plots import (
-    BLUE,
-    INK,
-    MUTED,
-    ORANGE,
-    SURFACE,
-    Plate,
-    budget_lines,
-    footnote,
-    log_axis,
-    named_ticks,
-    octaves,
-    sheet,
-)
+from phongbench_reports.plots import BLUE, INK, MUTED, ORANGE, SURFACE, Plate, budget_lines, footnote, sheet
 from phongbench_reports.reproduce import reproduce
 from phongbench_reports.table import Absent
 from phongbench_reports.text import BUDGETS, INTERVAL, alpha_is, basis, label, listed, number, records
+from phongbench_reports.ticks import log_axis, named_ticks, octaves
 
 #: Exponents drawn, the nearest ones of the run: a wide lobe, the classic middle, a tight one.
 ALPHAS = (10.0, 50.0, 200.0)
@@ -37,9 +27,9 @@ LETTER = 0.0078
 LOOKS = {"on": (BLUE, BLUE, "o", 5.5), "unresolved": (ORANGE, SURFACE, "D", 4.0), "off": (MUTED, SURFACE, "o", 3.2)}
 
 
-def cells(study: Rows) -> pd.DataFrame:
-    """Front cells of every drawn exponent, with alpha, and a name for each."""
-    alphas = sorted({nearest(study.alphas, wanted) for wanted in ALPHAS})
+def cells(study: Rows, wanted: Sequence[float]) -> pd.DataFrame:
+    """Front cells at the exponents nearest to these, with alpha, and a name for each."""
+    alphas = sorted({nearest(study.alphas, alpha) for alpha in wanted})
     frame = pd.concat([study.front(a, study.precision).assign(alpha=a) for a in alphas], ignore_index=True)
     return frame.assign(label=[label(row) for row in records(frame)])
 
@@ -103,11 +93,11 @@ def _name(axes: Axes, rows: pd.DataFrame) -> None:
         )
 
 
-def draw(study: Rows) -> Plate | Absent:
-    """One panel per exponent; error on a log axis, time as a ratio to exact Phong."""
+def draw(study: Rows, alphas: Sequence[float] = ALPHAS) -> Plate | Absent:
+    """One panel per exponent, the nearest ones of the run; error on a log axis, time as a ratio to exact Phong."""
     if study.timing.empty:
         return Absent("This run has no timing, so there is no front.", "Run again without --no-timing.")
-    data = cells(study) if (study.timing["precision"] == study.precision).any() else pd.DataFrame()
+    data = cells(study, alphas) if (study.timing["precision"] == study.precision).any() else pd.DataFrame()
     if data.empty:
         return Absent("No timed kernel matches a measured error.", "Run accuracy and timing at the same precision.")
     alphas = sorted(data["alpha"].unique())

@@ -7,19 +7,9 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from phongbench_reports.plots import (
-    BLUE,
-    INK,
-    VERMILION,
-    Vector,
-    budget_lines,
-    footnote,
-    ink,
-    log_axis,
-    sheet,
-    svg_pair,
-)
+from phongbench_reports.plots import BLUE, INK, VERMILION, Vector, budget_lines, footnote, ink, sheet, svg_pair
 from phongbench_reports.text import alpha_is, number
+from phongbench_reports.ticks import log_axis
 
 #: errors below this are rounding of the curve's own float64 evaluation
 FLOOR = 1e-7

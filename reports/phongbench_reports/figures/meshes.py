@@ -12,22 +12,11 @@ from matplotlib.axes import Axes
 from phongbench.analysis.mesh_edges import CODE, PAIRS, in_words, raw_lyon, reaches
 from phongbench.analysis.rows import STABILITY_ALPHA, Rows, nearest
 from phongbench.formulas.lambda_forms import LAMBDA_FORMS
-from phongbench_reports.plots import (
-    BLUE,
-    GREEN,
-    MUTED,
-    SURFACE,
-    VERMILION,
-    Plate,
-    end_labels,
-    footnote,
-    log_axis,
-    named_ticks,
-    sheet,
-)
+from phongbench_reports.plots import BLUE, GREEN, MUTED, SURFACE, VERMILION, Plate, end_labels, footnote, sheet
 from phongbench_reports.reproduce import reproduce
 from phongbench_reports.table import Absent
 from phongbench_reports.text import alpha_is, gamma_is, listed, number, records, span
+from phongbench_reports.ticks import log_axis, named_ticks
 
 #: exponents of the rows of panels, or the measured ones nearest to them
 ALPHAS = (10.0, STABILITY_ALPHA, 1000.0)
@@ -42,20 +31,9 @@ LIMITS = (0.01, 300.0)
 #: names of files of this length together do not fit below the figure
 LONG = 24
 COLUMNS = [
-    "mesh",
-    "edge_degrees",
-    "triangles",
-    "left_out",
-    "pair",
-    "lambda_form",
-    "space",
-    "alpha",
-    "gamma",
-    "samples",
-    "codes_changed",
-    "codes_raw",
-    "codes_renormalised",
-]
+    "mesh", "edge_degrees", "triangles", "left_out", "pair", "lambda_form", "space", "alpha", "gamma", "samples",
+    "codes_changed", "codes_raw", "codes_renormalised",
+]  # fmt: skip
 
 
 def rows_of(study: Rows) -> pd.DataFrame:
@@ -119,19 +97,9 @@ def draw(study: Rows) -> Plate | Absent:
     alphas = sorted(data["alpha"].unique())
     forms = [form for form in LAMBDA_FORMS if (data["lambda_form"] == form).any()]
     height = 1.0 + 2.0 * len(alphas)
-    figure, panels = sheet(
-        height,
-        len(alphas),
-        len(forms),
-        left=0.092,
-        right=0.835,
-        wspace=0.06,
-        hspace=0.1,
-        top=1 - 0.33 / height,
-        bottom=0.68 / height,
-        sharex=True,
-        sharey=True,
-    )
+    margins = {"left": 0.092, "right": 0.835, "wspace": 0.06, "hspace": 0.1}
+    margins |= {"top": 1 - 0.33 / height, "bottom": 0.68 / height}
+    figure, panels = sheet(height, len(alphas), len(forms), sharex=True, sharey=True, **margins)
     for index, axes in enumerate(panels):
         alpha, form = alphas[index // len(forms)], forms[index % len(forms)]
         log_axis(axes.yaxis)
@@ -182,12 +150,12 @@ def _basis(data: pd.DataFrame) -> str:
 
 def _sentence(study: Rows, data: pd.DataFrame) -> str:
     """How wide edges may be for one code at the middle exponent, for each form and pair."""
-    found = reaches(study.lyon_meshes)
+    widest = reaches(study.lyon_meshes)
     alpha = nearest(sorted(data["alpha"].unique()), STABILITY_ALPHA)
-    found = found[found["alpha"] == alpha]
+    widest = widest[widest["alpha"] == alpha]
     parts = []
-    for pair in (pair for pair in PAIRS if pair in set(found["pair"])):
-        mine = records(found[found["pair"] == pair])
+    for pair in (pair for pair in PAIRS if pair in set(widest["pair"])):
+        mine = records(widest[widest["pair"] == pair])
         wide = listed(f"{in_words(row['degrees'], row['relation'])} ({row['lambda_form']})" for row in mine)
         parts.append(f"{LOOKS[pair][0]}: {wide}")
     return (

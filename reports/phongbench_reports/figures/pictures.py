@@ -5,8 +5,6 @@ The rows are the run's; the pictures themselves are drawn anew, small, from the 
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
 import pandas as pd
@@ -16,24 +14,15 @@ from phongbench.analysis.rows import Rows, ordered
 from phongbench.errors import PhongbenchError
 from phongbench.formulas.formula import Formula
 from phongbench_reports.figures import scene_images
-from phongbench_reports.plots import INK, MUTED, STYLES, Plate, end_labels, footnote, log_axis, sheet
-from phongbench_reports.table import Absent, Table
+from phongbench_reports.plots import INK, MUTED, STYLES, Plate, end_labels, footnote, sheet
+from phongbench_reports.table import Absent, Part, Table
 from phongbench_reports.text import INTERVAL, label, listed, number, ratio, records, share
+from phongbench_reports.ticks import log_axis
 
 MISSING = Absent("No scene was drawn.", "Run with --scenes, or with --preset full.")
 #: pixels of a picture in the report: six of them and their page stay below 300 kB
 SIZE = (320, 180)
 COMMAND = "phongbench run --scenes"
-
-
-@dataclass(frozen=True)
-class Pictured:
-    """A section on pictures: its name, heading, and what makes it. Folded behind a click if it is long."""
-
-    name: str
-    title: str
-    make: Callable[[Rows], Plate | Table | Absent]
-    folded: bool = False
 
 
 def errors_of(study: Rows) -> pd.DataFrame:
@@ -170,12 +159,12 @@ def saved(study: Rows) -> Table | Absent:
 
 #: the sections, in page order
 SECTIONS = (
-    Pictured("differences", "Pictures: what an error looks like", differences),
-    Pictured("lobe_law", "A picture's error against the lobe's", lobe_law),
-    Pictured("reflections", "Reflections", reflections),
-    Pictured("interpolation", "Flat, Gouraud and Phong shading", interpolation),
-    Pictured("saved", "What pictures did not need", saved, True),
-    Pictured("pictured", "Error and time of pictures", errors, True),
+    Part("differences", "Pictures: what an error looks like", differences),
+    Part("lobe_law", "A picture's error against the lobe's", lobe_law),
+    Part("reflections", "Reflections", reflections),
+    Part("interpolation", "Flat, Gouraud and Phong shading", interpolation),
+    Part("saved", "What pictures did not need", saved, True),
+    Part("pictured", "Error and time of pictures", errors, True),
 )
 
 

@@ -23,6 +23,7 @@ from phongbench.scenes import images
 from phongbench.scenes.render import render
 from phongbench.scenes.scene import Mesh, Scene
 from phongbench.scenes.scene_files import read_scene
+from phongbench.support import image_files
 from phongbench_reports.plots import footnote, ink, sheet
 
 #: pixels of a picture in a figure, and how finely the figure is written
@@ -37,7 +38,7 @@ Codes = NDArray[np.uint8]
 class Sheet:
     """Pictures in rows.
 
-    found    pictures as codes
+    pictures codes, (height, width, 3) each
     titles   one above each
     columns  pictures in a row
     note     what they show, for the foot
@@ -45,7 +46,7 @@ class Sheet:
     height   inches of a row
     """
 
-    found: Sequence[Codes]
+    pictures: Sequence[Codes]
     titles: Sequence[str]
     columns: int
     note: str
@@ -60,45 +61,45 @@ def depths(scene_name: str = "chequerboard", deepest: int = 3, size: tuple[int, 
     titles = ["direct light only"]
     facts = [{"scene": scene.name, "reflections": 0, "rays": drawn[0].rays, "pixels_changed": 0.0}]
     for number, (before, after) in enumerate(pairwise(drawn), 1):
-        off = np.abs(images.codes(after.picture).astype(int) - images.codes(before.picture)).max(axis=2)
+        off = np.abs(image_files.codes(after.picture).astype(int) - image_files.codes(before.picture)).max(axis=2)
         share = float((off > 0).mean())
         titles.append(f"{number} reflection{'s' * (number > 1)}: {share:.1%} of the pixels change")
         facts.append({"scene": scene.name, "reflections": number, "rays": after.rays, "pixels_changed": share})
     note = f"scene {scene.name}, {size[0]} × {size[1]} pixels, 4 samples each; changes of one 8-bit sRGB code or more"
-    return Sheet([images.codes(d.picture) for d in drawn], titles, 2, note, facts)
+    return Sheet([image_files.codes(d.picture) for d in drawn], titles, 2, note, facts)
 
 
 def interpolation(degrees: Sequence[float] = (44.0, 21.0, 5.0)) -> Sheet:
     """Flat, Gouraud and Phong shading of one sphere in triangles from coarse to fine."""
     scene = read_scene("tessellation")
     kinds = (("none", "flat"), ("colours", "Gouraud"), ("normals", "Phong"))
-    found, titles = [], []
+    pictures, titles = [], []
     for smooth, name in kinds:
         for index in range(len(degrees)):
             alone = _alone(scene, index, smooth)
-            found.append(images.codes(render(alone, size=(270, 270), supersampling=2).picture))
+            pictures.append(image_files.codes(render(alone, size=(270, 270), supersampling=2).picture))
             titles.append(f"{name}, edges of {degrees[index]:g}°")
     highlight = scene.materials[0].reflection.shininess
     note = f"Gouraud shading mixes colours, Phong shading normals, made unit again; α = {highlight:g}, one far light"
-    return Sheet(found, titles, len(degrees), note, (), 3.1)
+    return Sheet(pictures, titles, len(degrees), note, (), 3.1)
 
 
 def formulas(scene_name: str = "test-card", size: tuple[int, int] = SIZE) -> Sheet:
     """Exact Phong, some formulas, and the difference of each, enlarged."""
     scene = read_scene(scene_name)
     exact = render(scene, size=size, specular=Formula()).picture
-    found, titles = [], []
+    pictures, titles = [], []
     facts: list[dict[str, Any]] = []
     for formula in SHOWN:
         other = render(scene, size=size, specular=formula).picture
         factor, error = images.amplification(exact, other), images.compare(exact, other, flip=False)
-        shown = np.clip(factor * np.abs(images.encoded(other) - images.encoded(exact)), 0, 1)
+        shown = np.clip(factor * np.abs(image_files.encoded(other) - image_files.encoded(exact)), 0, 1)
         name = str(formula)
         facts.append({"scene": scene.name, "formula": name, "amplification": factor, **error.as_dict()})
-        found += [images.codes(other), (255 * shown + 0.5).astype(np.uint8)]
+        pictures += [image_files.codes(other), (255 * shown + 0.5).astype(np.uint8)]
         titles += [name, f"difference to exact Phong × {factor:g}; at most {error.max_codes} codes"]
     note = f"scene {scene.name}: α doubles from 2 to 4096 in reading order; differences of sRGB values as shown"
-    return Sheet(found, titles, 2, note, facts)
+    return Sheet(pictures, titles, 2, note, facts)
 
 
 #: file name -> what draws it
@@ -123,13 +124,13 @@ def figure_of(sheet_of: Sheet, *, native: bool = False) -> Figure:
 
     native  for a page: the pixels as they are, which a reader's screen scales, and no note, which the page has itself
     """
-    columns, rows = sheet_of.columns, -(-len(sheet_of.found) // sheet_of.columns)
+    columns, rows = sheet_of.columns, -(-len(sheet_of.pictures) // sheet_of.columns)
     below = 0.05 if native else 0.35
     tall = sheet_of.height * rows + below - 0.05
     figure, axes = sheet(
         tall, rows, columns, left=0.01, right=0.99, top=1 - 0.3 / tall, bottom=below / tall, wspace=0.03, hspace=0.14
     )
-    for one, picture, title in zip(axes, sheet_of.found, sheet_of.titles, strict=True):
+    for one, picture, title in zip(axes, sheet_of.pictures, sheet_of.titles, strict=True):
         one.imshow(picture, interpolation="none" if columns == 3 or native else "antialiased")
         one.set_title(title, fontsize=9)
         one.set_axis_off()

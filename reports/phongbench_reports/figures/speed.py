@@ -2,31 +2,26 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 
 from phongbench.analysis.rows import Rows, at, near
 from phongbench.results.schema import CEILINGS, TWIN
-from phongbench_reports.plots import BLUE, MUTED, SURFACE, Plate, footnote, named_ticks, sheet, steps_of_ten
+from phongbench_reports.plots import BLUE, MUTED, SURFACE, Plate, footnote, sheet
 from phongbench_reports.table import Absent
 from phongbench_reports.text import label, listed, number, records, span
+from phongbench_reports.ticks import named_ticks, steps_of_ten
 
 SETS = {"l1": "in L1", "l2": "in L2", "memory": "beyond cache"}
 #: A kernel that moves this share of what a plain copy moves waits for memory, whatever its formula.
 BOUND = 0.85
 KEYS = ["approximation", "lambda_form", "space", "gamma", "precision", "working_set"]
 NUMBERS = [
-    "ns_min",
-    "ns_median",
-    "ratio",
-    "ratio_low",
-    "ratio_high",
-    "dot_ratio",
-    "bandwidth_fraction",
-    "rounds",
-    "threads",
-]
+    "ns_min", "ns_median", "ratio", "ratio_low", "ratio_high", "dot_ratio", "bandwidth_fraction", "rounds", "threads",
+]  # fmt: skip
 
 
 def rows_of(study: Rows) -> pd.DataFrame:
@@ -52,16 +47,9 @@ def _panel(axes: Axes, rows: pd.DataFrame, names: list[str]) -> None:
     ceilings = rows[rows["approximation"].isin(CEILINGS)].sort_values("ns_min", kind="stable")
     for index, row in enumerate(records(ceilings)):
         axes.axvline(row["ns_min"], color=MUTED, linewidth=0.9, linestyle=(0, (4, 3)), zorder=1)
-        axes.annotate(
-            str(row["approximation"]),
-            (row["ns_min"], len(names) - 0.42 + 0.62 * index),
-            (2, 0),
-            fontsize=7,
-            color=MUTED,
-            textcoords="offset points",
-            va="center",
-            annotation_clip=False,
-        )
+        place_of_name = (row["ns_min"], len(names) - 0.42 + 0.62 * index)
+        look: dict[str, Any] = {"fontsize": 7, "color": MUTED, "va": "center", "textcoords": "offset points"}
+        axes.annotate(str(row["approximation"]), place_of_name, (2, 0), annotation_clip=False, **look)
     axes.set_yticks([place[name] for name in names], names)
     axes.tick_params(axis="y", length=0)
     axes.grid(False, axis="y")

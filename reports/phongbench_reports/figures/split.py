@@ -9,9 +9,10 @@ from matplotlib.axes import Axes
 from phongbench.analysis.rows import Rows, at, near, ordered
 from phongbench.results.schema import CELL
 from phongbench_reports.figures.measured import finished
-from phongbench_reports.plots import BLUE, GREEN, GRID, VERMILION, Plate, Vector, budget_lines, log_axis, sheet
+from phongbench_reports.plots import BLUE, GREEN, GRID, VERMILION, Plate, Vector, budget_lines, sheet
 from phongbench_reports.table import Absent
 from phongbench_reports.text import alpha_is, label, listed, number, percent, records
+from phongbench_reports.ticks import log_axis
 
 PARTS = {
     "model_max": ("model", BLUE, "o"),
@@ -82,18 +83,9 @@ def draw(study: Rows) -> Plate | Absent:
     precisions = [name for name in study.precisions if (data["precision"] == name).any()][:SHOWN]
     names = order_of(data, precisions[0])
     height = 1.7 + 0.2 * len(names)
-    margins = {"bottom": 0.78 / height, "top": 1 - 0.67 / height}
-    figure, panels = sheet(
-        height,
-        1,
-        2 * len(precisions),
-        left=0.225,
-        right=0.985,
-        wspace=0.09,
-        sharey=True,
-        width_ratios=(2.4, 1) * len(precisions),
-        **margins,
-    )
+    margins = {"left": 0.225, "right": 0.985, "wspace": 0.09, "bottom": 0.78 / height, "top": 1 - 0.67 / height}
+    widths = (2.4, 1) * len(precisions)
+    figure, panels = sheet(height, 1, len(widths), sharey=True, width_ratios=widths, **margins)
     place = {name: len(names) - 1 - index for index, name in enumerate(names)}
     for index, name in enumerate(precisions):
         rows = data[data["precision"] == name]

@@ -12,9 +12,10 @@ from phongbench.analysis import length_sensitivity
 from phongbench.analysis.rows import STABILITY_ALPHA, Rows, nearest, ordered
 from phongbench.results.schema import CELL
 from phongbench_reports.figures.measured import finished, lyon, setting_of
-from phongbench_reports.plots import FORMS, MUTED, SURFACE, Plate, budget_lines, end_labels, log_axis, sheet
+from phongbench_reports.plots import FORMS, MUTED, SURFACE, Plate, budget_lines, end_labels, sheet
 from phongbench_reports.table import Absent
 from phongbench_reports.text import alpha_is, listed, number, records
+from phongbench_reports.ticks import log_axis
 
 #: How the lengths err, as the perturbation column names it, and in words.
 WAYS = {"a": "one vector", "both": "both alike", "opposite": "both, opposite"}
@@ -38,8 +39,8 @@ def rows_of(study: Rows) -> pd.DataFrame:
 
 def slopes(rows: pd.DataFrame) -> dict[str, tuple[float, float]]:
     """Form -> (fitted exponent, the law's fitted alike) of change ~ length error^p, for rows of one way."""
-    found = length_sensitivity.fits(rows.assign(stratum="lengths", truth="angle", gated=True))
-    return {str(row["lambda_form"]): (row["exponent"], row["law_exponent"]) for row in records(found)}
+    fitted = length_sensitivity.fits(rows.assign(stratum="lengths", truth="angle", gated=True))
+    return {str(row["lambda_form"]): (row["exponent"], row["law_exponent"]) for row in records(fitted)}
 
 
 def _series(axes: Axes, part: pd.DataFrame, column: str, look: tuple[str, str, Any], *, joined: bool) -> None:
@@ -85,19 +86,8 @@ def draw(study: Rows) -> Plate | Absent:
     if data.empty:
         return Absent("The run holds no lyon rows on vectors of the wrong length.", "Run with --only lyon.")
     ways = [way for way in WAYS if (data["perturbation"] == way).any()]
-    figure, panels = sheet(
-        6.4,
-        2,
-        len(ways),
-        left=0.075,
-        right=0.895,
-        wspace=0.08,
-        hspace=0.1,
-        top=0.905,
-        bottom=0.115,
-        sharex=True,
-        sharey="row",
-    )
+    margins = {"left": 0.075, "right": 0.895, "wspace": 0.08, "hspace": 0.1, "top": 0.905, "bottom": 0.115}
+    figure, panels = sheet(6.4, 2, len(ways), sharex=True, sharey="row", **margins)
     for column, way in enumerate(ways):
         upper, lower = panels[column], panels[len(ways) + column]
         log_axis(upper.xaxis)
@@ -125,15 +115,8 @@ def _name_slopes(axes: Axes, rows: pd.DataFrame) -> None:
         return
     measured = ", ".join(f"{form} {fitted[form][0]:.2f}" for form in forms)
     by_law = ", ".join(f"{fitted[form][1]:.2f}" for form in forms)
-    axes.text(
-        0.0,
-        1.02,
-        f"slopes: {measured}\nby the law: {by_law}",
-        transform=axes.transAxes,
-        fontsize=7.5,
-        color=MUTED,
-        va="bottom",
-    )
+    look: dict[str, Any] = {"fontsize": 7.5, "color": MUTED, "va": "bottom", "transform": axes.transAxes}
+    axes.text(0.0, 1.02, f"slopes: {measured}\nby the law: {by_law}", **look)
 
 
 def _sentence(data: pd.DataFrame) -> str:
@@ -158,8 +141,8 @@ def _alt(data: pd.DataFrame, ways: list[str]) -> str:
     for way in ways:
         rows = data[(data["perturbation"] == way) & (data["length_error"] > 0)]
         top = rows.sort_values("length_error", kind="stable").groupby("lambda_form", sort=True).tail(1)
-        found = ", ".join(
+        sizes = ", ".join(
             f"{row['lambda_form']} {number(row['max_abs'])}" for row in records(top.sort_values("lambda_form"))
         )
-        parts.append(f"{WAYS[way]}: {found} at {number(100 * float(rows['length_error'].max()))} %")
+        parts.append(f"{WAYS[way]}: {sizes} at {number(100 * float(rows['length_error'].max()))} %")
     return f"Log-log charts of error against relative length error per lambda form. Largest errors: {'; '.join(parts)}."

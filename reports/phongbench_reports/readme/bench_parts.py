@@ -109,15 +109,9 @@ def _tracers(rows: Sequence[Mapping[str, Any]], absent: Sequence[Mapping[str, st
         for row in rows
     ]
     headings = (
-        "tracer",
-        "draws",
-        "time",
-        "million pixels / s",
-        "million rays / s",
-        "time / ours drawing the same",
-        "pixels off by a code",
-        "pixels as far away",
-    )
+        "tracer", "draws", "time", "million pixels / s", "million rays / s", "time / ours drawing the same",
+        "pixels off by a code", "pixels as far away",
+    )  # fmt: skip
     notes = {row["tracer"]: f"- {row['tracer']} {row['version']}: {row['note']}." for row in rows}
     notes |= {row["tracer"]: f"- {row['tracer']} is absent: {row['why']}." for row in absent}
     return (

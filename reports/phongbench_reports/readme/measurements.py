@@ -61,7 +61,7 @@ def measure(programs: Path, say: Callable[[str], None], walls: Sequence[Wall] = 
     """Measure everything, one after the other.
 
     programs  the folder of the load program
-    say       is told what comes next
+    say       takes a line on what is measured next
     """
     say("peers, and the sweep against plain NumPy")
     compared = kernel_bench.bench(budget_seconds=PEER_SECONDS)

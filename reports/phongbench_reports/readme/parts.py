@@ -9,18 +9,8 @@ from pathlib import Path
 from phongbench.errors import InputError
 
 NAMES = (
-    "verdict",
-    "front",
-    "shader",
-    "claims",
-    "speed",
-    "peers",
-    "alarms",
-    "throughput",
-    "scenes",
-    "service",
-    "machine",
-)
+    "verdict", "front", "shader", "claims", "speed", "peers", "alarms", "throughput", "scenes", "service", "machine",
+)  # fmt: skip
 README = "README.md"
 #: bytes a picture may have: a repository keeps every version of it
 LARGEST_PICTURE = 100_000

@@ -3,11 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
-from pathlib import Path
-from typing import Any, cast
-
-import pandas as pd
+from typing import Any
 
 from phongbench.analysis.claims import judge
 from phongbench.analysis.claims.claim import UNMEASURED
@@ -30,17 +26,6 @@ from phongbench_reports.text import BUDGETS, INTERVAL, alpha_is, number, ratio, 
 ALPHAS = (10.0, 20.0, 50.0, 100.0, 200.0, 1000.0)
 _CACHES = (("L1", "l1"), ("L2", "l2"), ("last level", "last"))
 _PACKAGES = ("Python", "NumPy", "numba", "llvmlite", "phongbench")
-
-
-@dataclass(frozen=True)
-class _Cut:
-    """A run with other accuracy rows: the attributes of phongbench.results.runs.Run that figures read."""
-
-    path: Path
-    manifest: Mapping[str, Any]
-    accuracy: pd.DataFrame
-    timing: pd.DataFrame
-    worst: pd.DataFrame
 
 
 def verdict(study: Rows) -> str:
@@ -67,7 +52,7 @@ def shader(study: Rows) -> str:
 
 
 def claims(run: Run) -> str:
-    """The textbook claims that the run judges, with verdict and reason; how many it does not."""
+    """The textbook claims that the run judges, with verdict and reason, and how many it leaves open."""
     judged = judge(run)
     lines = [(f"{j.claim.key}) {j.claim.title}", j.verdict, j.because) for j in judged if j.verdict != UNMEASURED]
     left = len(judged) - len(lines)
@@ -77,11 +62,10 @@ def claims(run: Run) -> str:
 
 def front(study: Rows) -> tuple[str, dict[str, bytes]]:
     """The front at one exponent as a picture for light and dark pages, and the two files it shows."""
-    run, rows = study.run, at(study.accuracy, alpha=study.alpha)
     with ink():
-        plate = front_figure.draw(Rows(cast(Run, _Cut(run.path, run.manifest, rows, run.timing, run.worst))))
+        plate = front_figure.draw(study, (study.alpha,))
         if isinstance(plate, Absent):
-            raise InputError(plate.reason.rstrip("."), str(run.path), plate.fix.rstrip("."))
+            raise InputError(plate.reason.rstrip("."), str(study.run.path), plate.fix.rstrip("."))
         light, dark = map(slim, svg_pair(plate.figure, "front"))
     files = {"front.svg": light, "front-dark.svg": dark}
     return picture("front", plate), files

@@ -27,27 +27,9 @@ _VERBS = {
 }
 #: parts of a row's key that its formula does not hold
 _WHERE = (
-    "alpha",
-    "precision",
-    "mesh",
-    "edge_degrees",
-    "normals",
-    "pair",
-    "stratum",
-    "perturbation",
-    "length_error",
-    "working_set",
-    "coverage",
-    "scene",
-    "depth",
-    "kind",
-    "name",
-    "formula",
-    "setting",
-    "held",
-    "term",
-    "distance",
-)
+    "alpha", "precision", "mesh", "edge_degrees", "normals", "pair", "stratum", "perturbation", "length_error",
+    "working_set", "coverage", "scene", "depth", "kind", "name", "formula", "setting", "held", "term", "distance",
+)  # fmt: skip
 _UNSAID = (None, "none", 0.0)
 #: anchors that a claim may point to
 _SHOWN = {part.name for part in (*FIGURES, *SECTIONS)}

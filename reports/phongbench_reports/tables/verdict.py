@@ -60,11 +60,11 @@ def verdict(study: Rows, precision: str, budget: float, name: str) -> Table | Ab
     for alpha in sorted(candidates["alpha"].unique()):
         choice = choose(study.front(float(alpha), precision), budget)
         best = choice.best
-        gain, interval = _gain(best, withheld=withheld)
+        gain, ends = _gain(best, withheld=withheld)
         error, ns = (None, None) if best is None else (float(best["error"]), float(best["ns"]))
         formula = "nothing fits" if best is None else label(best)
         codes = "–" if error is None else number(255 * error)
-        rows.append((f"{alpha:g}", formula, codes, number(ns), gain, interval, _rival(choice, withheld=withheld)))
+        rows.append((f"{alpha:g}", formula, codes, number(ns), gain, ends, _rival(choice, withheld=withheld)))
         data.append(_verdict_row(alpha, choice))
     headings = ("α", "formula", "error, 8-bit codes", "ns / element", "faster than exact", INTERVAL, "runner-up")
     source = f"{basis(candidates)}; formulas of (N, H), right for coplanar vectors only, are left out"

@@ -19,6 +19,7 @@ from phongbench.scenes.render import TILE, render
 from phongbench.scenes.requests import render_request
 from phongbench.scenes.scene_files import examples, read_scene
 from phongbench.scenes.skips import SceneSkips
+from phongbench.support import image_files
 from phongbench_api.http import media
 from phongbench_api.http.problems import Cancelled
 from phongbench_api.routes.render import Rendering
@@ -69,7 +70,7 @@ def refused(answer: Any, status: int = 422) -> dict[str, Any]:
 def test_a_shipped_scene_is_the_librarys_picture(client: TestClient, name: str) -> None:
     answer = ask(client, name, specular="lyon:difference:8")
     expected = render(read_scene(name), size=SIZE, specular=LYON)
-    assert decoded(answer).tolist() == images.codes(expected.picture).tolist()
+    assert decoded(answer).tolist() == image_files.codes(expected.picture).tolist()
     skipped = json.loads(answer.headers["phongbench-skipped"])
     assert skipped == {line.name: line.skipped for line in expected.ledger}
     assert "kernel;dur=" in answer.headers["server-timing"]

@@ -124,7 +124,6 @@ def test_the_cheapest_cell_within_the_budget_names_its_rival_and_the_miss(
         ({"metric": "ulps"}, "max_abs"),
         ({"stratum": "highlights"}, "grazing"),
         ({"precision": "float8"}, "float32"),
-        ({"truth": "given"}, "angle"),
         ({"working_set": "l3"}, "l1"),
     ],
 )

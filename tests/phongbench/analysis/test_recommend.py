@@ -99,6 +99,18 @@ def test_a_sampled_maximum_is_called_a_lower_bound(stored: Stored) -> None:
     assert "surely slower" in best["why"]
 
 
+def test_of_samples_what_rounding_they_may_have_missed_is_within_the_budget_too(
+    stored: Stored, small_rows: pd.DataFrame
+) -> None:
+    best = recommend(stored(), alpha=50, max_error=0.05)["choices"][0]
+    assert best["bound"] == best["max_abs"] + rounding_bound(best["gamma"], 50, "float32")
+    # a budget between the two is not known to be met
+    tight = recommend(stored("other-run-1"), alpha=50, max_error=0.5 * (best["max_abs"] + best["bound"]))
+    assert best["name"] not in {choice["name"] for choice in tight["choices"]}
+    searched = recommend(stored("other-run-2", accuracy=proven(small_rows)), alpha=50, max_error=0.05)["choices"][0]
+    assert searched["bound"] == searched["max_abs"]
+
+
 def test_overlapping_intervals_are_not_called_faster(stored: Stored) -> None:
     found = recommend(stored(ratio=lambda row: 0.2), alpha=50, max_error=0.05)
     assert "not settled" in found["choices"][0]["why"]

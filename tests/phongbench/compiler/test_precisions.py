@@ -12,8 +12,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from phongbench.compiler import elementary, jit
-from phongbench.compiler.lowering import BFLOAT16, FLOAT16, FLOAT32, FLOAT64, FixedPoint, lower, precision_named
-from phongbench.compiler.precisions import in_order
+from phongbench.compiler.lowering import lower
+from phongbench.compiler.precisions import BFLOAT16, FLOAT16, FLOAT32, FLOAT64, FixedPoint, in_order, precision_named
 from phongbench.errors import InputError, UnknownNameError
 from phongbench.formulas.registry import REGISTRY
 from phongbench.testing import over

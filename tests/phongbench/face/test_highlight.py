@@ -65,6 +65,8 @@ def test_contiguous_arrays_are_used_as_they_are(by_rows: bool, monkeypatch: pyte
     pb.specular(a, b, FORMULA, alpha=ALPHA, out=np.empty(COUNT, np.float32))
     assert np.shares_memory(seen[0], a)
     assert np.shares_memory(seen[1], b)
+    pb.specular(b[:, 0] if by_rows else b[0], a, FORMULA, alpha=ALPHA)
+    assert np.shares_memory(seen[3], a)
 
 
 def test_read_only_arrays_are_taken() -> None:

@@ -2,6 +2,8 @@
 
 import itertools
 import math
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import pytest
@@ -9,7 +11,6 @@ import pytest
 from phongbench.compiler.precisions import FLOAT16, FLOAT32, FLOAT64
 from phongbench.formulas import error_laws
 from phongbench.formulas.curves import curve, cutoff_degrees, lobe
-from phongbench.formulas.exact import exact_angle
 from phongbench.formulas.registry import REGISTRY, get
 from phongbench.formulas.spec import Setting
 
@@ -39,7 +40,7 @@ def test_unit_vectors_in_double_precision_give_the_curve_of_the_angle(name: str,
 
 
 @pytest.mark.parametrize("space", ["reflect", "half"])
-def test_exact_is_of_the_true_angle_whatever_the_lengths(space: str) -> None:
+def test_exact_is_of_the_true_angle_whatever_the_lengths(space: str, exact_angle: Callable[..., Any]) -> None:
     setting = setting_of("lyon", space, alpha=20.0)
     degrees = np.array([0.0, 3.0, 20.0, 50.0])
     _, exact = lobe(get("lyon"), "cross", setting, degrees, perturbation="opposite", length_error=0.3)

@@ -108,6 +108,14 @@ def test_law_7_gives_the_extreme_error_of_the_classic_gaussian(alpha: float) -> 
     assert error_laws.gaussian_classic(alpha) == pytest.approx(measured, rel=0.01)
 
 
+def test_law_4_names_the_smallest_gamma_for_one_code() -> None:
+    gammas = 2.0 ** np.arange(1, 9)
+    wanted = {10: None, 20: 16, 32: 32, 64: 64, 128: 64, 256: 64, 1000: 128, 5000: 128}
+    for alpha, smallest in wanted.items():
+        within = gammas[abs(error_laws.lyon_taylor_dot(float(alpha), gammas)) <= 1 / 255]
+        assert (within[0] if len(within) else None) == smallest
+
+
 def best_slope(alpha: float, gamma: float) -> float:
     """Numeric minimax slope: where the two extremes balance, by bisection; a steeper lobe is darker everywhere."""
     lam = grid(alpha, 60_001)
@@ -123,13 +131,13 @@ def best_slope(alpha: float, gamma: float) -> float:
 @pytest.mark.parametrize(("gamma", "tolerance"), [(2.0, 6e-3), (4.0, 1e-3), (8.0, 1e-4), (16.0, 1e-4), (32.0, 1e-4)])
 @pytest.mark.parametrize("alpha", [50.0, 200.0, 1000.0])
 def test_law_5_gives_the_minimax_slope(alpha: float, gamma: float, tolerance: float) -> None:
-    assert error_laws.minimax_beta(alpha, gamma) == pytest.approx(best_slope(alpha, gamma), rel=tolerance)
+    assert slopes.beta("minimax", alpha, gamma) == pytest.approx(best_slope(alpha, gamma), rel=tolerance)
 
 
 @pytest.mark.parametrize(("alpha", "gamma", "error"), [(50, 8, 0.01363), (200, 16, 0.00734), (1000, 8, 0.01603)])
 def test_law_5_more_than_halves_the_error(alpha: float, gamma: float, error: float) -> None:
     lam = grid(alpha)
-    measured = abs(extreme(phong(lam, alpha) - lyon(lam, float(error_laws.minimax_beta(alpha, gamma)), gamma)))
+    measured = abs(extreme(phong(lam, alpha) - lyon(lam, slopes.beta("minimax", alpha, gamma), gamma)))
     assert measured == pytest.approx(error, rel=0.01)
     assert float(error_laws.lyon_taylor_dot(alpha, gamma)) / measured == pytest.approx(2.2, rel=0.03)
 
@@ -202,6 +210,6 @@ def test_difference_beats_cross_up_to_the_crossover_of_one_vector(alpha: float) 
 def test_laws_take_arrays() -> None:
     alpha = np.array([[10.0], [50.0]])
     gamma = np.array([4.0, 8.0, 16.0])
-    for law in (error_laws.lyon_taylor_dot, error_laws.lyon_taylor_cross, error_laws.minimax_beta):
+    for law in (error_laws.lyon_taylor_dot, error_laws.lyon_taylor_cross):
         assert np.shape(law(alpha, gamma)) == (2, 3)
     assert np.shape(error_laws.difference_length_change(alpha, gamma / 1e3, 0.0)) == (2, 3)

@@ -6,7 +6,7 @@ import pytest
 
 from phongbench.compiler import jit
 from phongbench.compiler.lowering import FLOAT64
-from phongbench.formulas.exact import exact_angle, phong_of_cosine, phong_of_deficit, product, truth_kernel
+from phongbench.formulas.exact import phong_of_cosine, phong_of_deficit, product, truth_kernel
 from phongbench.inputs.pairs import pairs
 from phongbench.inputs.strata import STRATA
 
@@ -34,7 +34,7 @@ def test_the_fast_truth_is_exact_to_a_few_units_in_the_last_place(alpha):
 
 
 @pytest.mark.parametrize("half", [False, True])
-def test_fast_and_slow_truth_agree_on_vectors(half):
+def test_fast_and_slow_truth_agree_on_vectors(half, exact_angle):
     a, b = pairs(STRATA[1], FLOAT64, seed=9, start=0, count=50, scale=1 / 50, half_space=half)
     for scale in (1.0, 1.02):
         x = (scale * a * b).sum(axis=0)
@@ -49,7 +49,7 @@ def test_fast_and_slow_truth_agree_on_vectors(half):
             assert abs(given[i] - wanted) < 5e-14 * max(1, wanted)
 
 
-def test_in_half_space_nothing_shines_behind_the_normal():
+def test_in_half_space_nothing_shines_behind_the_normal(exact_angle):
     """N.H = -1 is twice 180 degrees, which is none: the doubled angle would come round to the peak again."""
     deficit = np.array([0.0, 0.5, 1.0, 1.5, 2.0])
     angle, given = fast(deficit, 1 - deficit, 10.0, half=True)
@@ -65,7 +65,7 @@ def test_the_body_is_the_definition():
         assert abs(phong_of_deficit(0.2, 10.0) - 0.8**10) < 1e-15
 
 
-def test_an_undefined_angle_is_nan():
+def test_an_undefined_angle_is_nan(exact_angle):
     zero, up = np.zeros(3), np.array([0.0, 0.0, 1.0])
     assert mpmath.isnan(exact_angle(zero, up, 10.0))
     assert mpmath.isnan(exact_angle(np.array([np.inf, 0, 0]), up, 10.0))

@@ -125,11 +125,7 @@ MESH_WRONG = [
     ("degrees = 40", "scale = [1, 1, 0]", "singular"),
     ("degrees = 40", "matrix = [[1, 0, 0, 0], [2, 0, 0, 0], [0, 0, 1, 0]]", "singular"),
     ("degrees = 40", "matrix = [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 1, 1]]", "last row"),
-    (
-        "degrees = 40",
-        "matrix = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]",
-        ".matrix[0]: matrix[0] = [1, 0, 0] is not",
-    ),
+    ("degrees = 40", "matrix = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]", ".matrix[0]: matrix[0] = [1, 0, 0] is not"),
     ("degrees = 40", "matrix = [[1, 0, 0, 0], [0, nan, 0, 0], [0, 0, 1, 0]]", ".matrix[1][1]: matrix[1][1] = NaN"),
     ('surface = "icosphere"', 'file = "a\\u0000b"', "no file has such a name"),
     ('surface = "icosphere"', 'file = "."', "Is a directory"),

@@ -6,6 +6,7 @@ import re
 from dataclasses import fields, replace
 from typing import Any
 
+import numba
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
@@ -626,7 +627,11 @@ def test_the_loops_over_coordinates_compute_on_whole_vectors(space: str, form: s
 @pytest.mark.parametrize(("dtype", "suffix"), [(np.float32, "ps"), (np.float64, "pd")])
 def test_what_is_loaded_added_and_stored_is_whole_vectors_too(dtype: Any, suffix: str) -> None:
     shade(*cloud(10, dtype), **scene())
-    llvm, assembly = jit.driver_code(tile_loop.shade_tiles, dtype)
+    loop, wanted = tile_loop.shade_tiles, numba.from_dtype(np.dtype(dtype))
+    given = next(s for s in loop.signatures if getattr(s[0], "dtype", None) == wanted)
+    again = numba.njit(nogil=True, error_model="numpy", fastmath=jit.FORMULA_FLAGS)(loop.py_func)
+    again.compile(given)
+    llvm, assembly = again.inspect_llvm(given), again.inspect_asm(given)
     packed(assembly, suffix, most=40)
     assert re.search(rf"\bvsqrt{suffix}\s.*[yz]mm", assembly)
     assert re.search(r"\bvp?(erm|unpck|shuf)\w*\s.*[yz]mm", assembly)  # rows of three are sorted into components

@@ -18,7 +18,7 @@ import phongbench_reports
 from phongbench.analysis.front import front
 from phongbench.analysis.rows import Rows, at
 from phongbench.formulas import error_laws
-from phongbench_reports import figures, plots
+from phongbench_reports import figures, plots, ticks
 from phongbench_reports.build import csv_of
 from phongbench_reports.figures import FIGURES
 from phongbench_reports.plots import Plate, ink
@@ -39,14 +39,14 @@ SHARED = ("lobe", "measured", "pictures", "scene_images")
 @pytest.fixture(scope="module")
 def plates(study: Rows) -> dict[str, Plate]:
     with ink():
-        drawn = {figure.name: figure.draw(study) for figure in FIGURES}
+        drawn = {figure.name: figure.make(study) for figure in FIGURES}
     return {name: plate for name, plate in drawn.items() if isinstance(plate, Plate)}
 
 
 def test_the_list_and_the_folder_hold_the_same_figures() -> None:
     files = {path.stem for path in Path(figures.__file__).parent.glob("*.py")} - {"__init__", *SHARED}
     assert files == {figure.name for figure in FIGURES}
-    assert all(figure.draw.__module__ == f"phongbench_reports.figures.{figure.name}" for figure in FIGURES)
+    assert all(figure.make.__module__ == f"phongbench_reports.figures.{figure.name}" for figure in FIGURES)
 
 
 def test_every_figure_is_drawn_for_a_full_run(plates: dict[str, Plate]) -> None:
@@ -82,7 +82,7 @@ def test_a_users_matplotlibrc_does_not_show(study: Rows, plates: dict[str, Plate
     entry = next(figure for figure in FIGURES if figure.name == "error_gamma")
     with mpl.rc_context({"axes.facecolor": "red", "font.size": 20, "svg.hashsalt": "mine", "lines.linewidth": 9}):
         with ink():
-            plate = entry.draw(study)
+            plate = entry.make(study)
             assert isinstance(plate, Plate)
             assert plots.svg_pair(plate.figure, "error_gamma") == before
         assert mpl.rcParams["font.size"] == 20
@@ -204,12 +204,12 @@ def test_minor_ticks_drawn_as_one_line_look_as_before() -> None:
         figure, panels = plots.sheet(5.0, 2, 2, sharex=True, sharey="row")
         for index, axes in enumerate(panels):
             axes.plot([0.003, 40.0], [2e-6 * 10**index, 3.0])
-            plots.log_axis(axes.xaxis)
-            plots.log_axis(axes.yaxis, labels=5)
+            ticks.log_axis(axes.xaxis)
+            ticks.log_axis(axes.yaxis, labels=5)
         panels[2].set_axis_off()
-        plots.named_ticks(panels[0].yaxis, [0.01, 1.0], minor=[0.1, 0.5])
+        ticks.named_ticks(panels[0].yaxis, [0.01, 1.0], minor=[0.1, 0.5])
         before, many = _pixels(figure), sum(len(axes.xaxis.get_minor_ticks()) for axes in panels)
-        plots.merge_minor_ticks(figure)
+        ticks.merge_minor_ticks(figure)
         assert many > 30
         assert not any(len(axis.get_minorticklocs()) for axes in panels for axis in (axes.xaxis, axes.yaxis))
         assert np.abs(_pixels(figure) - before).max() <= 1

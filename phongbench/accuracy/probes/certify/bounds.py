@@ -3,7 +3,7 @@
 The error of a formula in exact arithmetic is a function of one number, the deficit d = 1 - cos(angle) of unit vectors.
 The kernel's own plain body and exact Phong's run on sets of numbers (sets.py): on intervals, and on Taylor series with
 ball coefficients, whose value at the middle of a box, with what its last coefficient leaves open, bounds the error over
-the box. Boxes are halved, the worst first, until the bound is within `TIGHT` of an error that was found, or below
+the box. Boxes are halved, the worst first, until the bound is within `TIGHT` of an error that occurs, or below
 `NOTHING`. Plain interval bisection needs some hundred times as many boxes around a flat maximum.
 
 Rows have coverage `certified` and precision `exact`: model_max and max_abs are the bound, an upper one, rounded up; all
@@ -22,17 +22,19 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from phongbench.accuracy import tables
 from phongbench.accuracy.probes.certify.sets import TooWideError, along, ends, every_path
 from phongbench.accuracy.probes.exhaustive import COSINES, exponents
 from phongbench.accuracy.probes.probe import ProbeContext
+from phongbench.accuracy.sweep import Sweep
 from phongbench.formulas.formula import Formula
 from phongbench.formulas.lambda_forms import deficit_of_angle
 from phongbench.formulas.registry import REGISTRY
 from phongbench.formulas.spec import Approximation, Setting
-from phongbench.inputs.plan import Plan
+from phongbench.inputs.plan import Cell, Plan
 from phongbench.results.schema import ACCURACY, EXACT
 
-#: a bound this close to a found error is tight: 0.2 %
+#: a bound this close to an error that occurs is tight: 0.2 %
 TIGHT = 1.002
 #: errors below this are nobody's concern: where a formula is Phong the bound cannot be relative
 NOTHING = 1e-9
@@ -51,24 +53,22 @@ def measure(context: ProbeContext) -> Mapping[str, pd.DataFrame]:
     if find_spec("flint") is None:
         context.note(ABSENT)
         return {}
-    wanted = list(laws(context.plan, context.registry, context))
+    cells = list(laws(context.plan, context.registry, context.sweep))
     known: dict[tuple[Formula, float], float] = {}
-    rows = []
-    for formula, alpha in wanted:
-        spec, setting = context.registry[formula.approximation], formula.setting(alpha)
+    bounded = []
+    for position, cell in enumerate(cells):
+        form, setting = cell.lambda_form, cell.setting
         # of unit vectors both forms are the same number
-        key = (replace(formula, lambda_form="dot") if formula.lambda_form == "difference" else formula, alpha)
+        key = (replace(cell.formula, lambda_form="dot") if form == "difference" else cell.formula, cell.alpha)
         if key not in known:
-            known[key] = largest(error_of(spec, formula.lambda_form, setting), setting.exponent)
+            known[key] = largest(error_of(context.registry[cell.approximation], form, setting), setting.exponent)
         if math.isfinite(known[key]):
-            rows.append(_row(formula, alpha, spec.coefficients(setting).get("beta", np.nan), known[key]))
-        context.advance(1 / len(wanted))
-    left = len(wanted) - len(rows)
+            bounded.append((position, known[key]))
+        context.advance(1 / len(cells))
+    left = len(cells) - len(bounded)
     if left:
-        context.note(
-            f"{left} of {len(wanted)} laws have no certified bound: their bodies take numbers apart bit by bit"
-        )
-    return {"accuracy": ACCURACY.frame(rows)} if rows else {}
+        context.note(f"{left} of {len(cells)} laws have no certified bound: their bodies take numbers apart bit by bit")
+    return {"accuracy": _rows(context.sweep, cells, bounded)} if bounded else {}
 
 
 def seconds(plan: Plan, jobs: int) -> float:
@@ -76,18 +76,16 @@ def seconds(plan: Plan, jobs: int) -> float:
     return 0.0 if find_spec("flint") is None else SECONDS * sum(1 for _ in laws(plan, REGISTRY))
 
 
-def laws(
-    plan: Plan, registry: Mapping[str, Approximation], context: ProbeContext | None = None
-) -> Iterator[tuple[Formula, float]]:
-    """Every formula and exponent whose error is a function of the angle; without cells that failed."""
-    sweep, closely = context.sweep if context else None, exponents(plan)
+def laws(plan: Plan, registry: Mapping[str, Approximation], sweep: Sweep | None = None) -> Iterator[Cell]:
+    """Every formula and exponent whose error is a function of the angle, as exact cells; without those that failed."""
     failed = {(sweep.cells[p].formula, sweep.cells[p].alpha) for p in sweep.failures} if sweep else set()
+    closely = exponents(plan)
     for spec in (registry[name] for name in plan.approximations):
         for formula, alpha in plan.formulas(spec) if spec.kind != "exact" else ():
             # quick looks at few of them, as with its cosines
-            closer = plan.preset != "quick" or (alpha in closely and formula.space == plan.spaces[0])
-            if closer and (formula, alpha) not in failed:
-                yield formula, alpha
+            chosen = plan.preset != "quick" or (alpha in closely and formula.space == plan.spaces[0])
+            if chosen and (formula, alpha) not in failed:
+                yield Cell(formula, alpha, EXACT)
 
 
 def error_of(spec: Approximation, form: str, setting: Setting) -> Callable[[Any], Any]:
@@ -107,24 +105,24 @@ def error_of(spec: Approximation, form: str, setting: Setting) -> Callable[[Any]
 
 
 def largest(error: Callable[[Any], Any], exponent: float) -> float:
-    """An upper bound of |error| over deficits in [0, 1]; infinite if none was found.
+    """An upper bound of |error| over deficits in [0, 1]; infinite if there is none.
 
     exponent  of the lobe, which says where to look first
     """
     cuts = sorted({min(1.0, u / exponent) for u in _cuts(exponent)})
-    found = max(_at(error, cut) for cut in cuts)
+    reached = max(_at(error, cut) for cut in cuts)
     boxes: list[tuple[float, float, float]] = []
 
     def add(low: float, high: float) -> None:
-        nonlocal found
-        found = max(found, _at(error, (low + high) / 2))
-        heapq.heappush(boxes, (-bound(error, low, high, found), low, high))
+        nonlocal reached
+        reached = max(reached, _at(error, (low + high) / 2))
+        heapq.heappush(boxes, (-bound(error, low, high, reached), low, high))
 
     for low, high in pairwise(cuts):
         add(low, high)
     for halvings in range(HALVINGS):
         worst = -boxes[0][0]
-        if worst <= max(TIGHT * found, NOTHING) or (halvings > HOPELESS and math.isinf(worst)):
+        if worst <= max(TIGHT * reached, NOTHING) or (halvings > HOPELESS and math.isinf(worst)):
             break
         _, low, high = heapq.heappop(boxes)
         add(low, (low + high) / 2)
@@ -179,24 +177,19 @@ def _bound_by_series(error: Callable[[Any], Any], low: float, high: float) -> fl
     return max(sizes)
 
 
-def _row(formula: Formula, alpha: float, beta: float, largest_error: float) -> dict[str, Any]:
-    cell = {
-        "approximation": formula.approximation,
-        "lambda_form": formula.lambda_form,
-        "space": formula.space,
-        "beta_policy": formula.slope,
-        "alpha": alpha,
-        "gamma": formula.gamma,
-        "beta": beta,
-        "precision": EXACT,
-        "gated": True,
-        "stratum": COSINES.name,
-        "perturbation": COSINES.perturbation,
-        "length_error": 0.0,
-        "truth": "angle",
-        "samples": 0,
-        "coverage": "certified",
-    }
-    counts = dict.fromkeys(("nonfinite", "above_one", "negative", "excluded"), 0)
-    metrics = {"max_abs": largest_error, "model_max": largest_error, "codes_8bit": 255 * largest_error}
-    return dict.fromkeys(ACCURACY.names, np.nan) | cell | counts | metrics
+def _rows(sweep: Sweep, cells: list[Cell], bounded: list[tuple[int, float]]) -> pd.DataFrame:
+    """Rows of accuracy for the bounded ones of these cells: (position, largest error)."""
+    positions, errors = np.array([p for p, _ in bounded]), np.array([error for _, error in bounded])
+    frame = tables.of_cells(Sweep(sweep.plan, sweep.registry, cells, []), positions).assign(
+        stratum=COSINES.name,
+        perturbation=COSINES.perturbation,
+        length_error=0.0,
+        truth="angle",
+        samples=0,
+        coverage="certified",
+        max_abs=errors,
+        model_max=errors,
+        codes_8bit=255 * errors,
+    )
+    frame[["nonfinite", "above_one", "negative", "excluded"]] = 0
+    return frame.reindex(columns=ACCURACY.names)

@@ -70,7 +70,7 @@ def test_a_bound_below_what_was_measured_is_told(run):
     rows = run.accuracy.copy()
     rows.loc[rows["coverage"] == "certified", "model_max"] *= 0.99
     told = consistency.violations(rows)
-    assert len(told) == consistency.TOLD + 1
+    assert len(told) == consistency.REPORTED + 1
     assert "more contradictions" in told[-1]
 
 

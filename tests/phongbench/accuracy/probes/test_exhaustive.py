@@ -10,7 +10,7 @@ from phongbench import testing
 from phongbench.accuracy import sweep
 from phongbench.accuracy.probes import exhaustive
 from phongbench.accuracy.probes.probe import ProbeContext
-from phongbench.compiler.lowering import BFLOAT16, FLOAT16, FLOAT32, precision_named
+from phongbench.compiler.precisions import BFLOAT16, FLOAT16, FLOAT32, precision_named
 from phongbench.formulas.spec import Setting
 from phongbench.inputs.plan import preset
 from phongbench.results.schema import ACCURACY, CASE, WORST

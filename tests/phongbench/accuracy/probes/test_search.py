@@ -10,7 +10,6 @@ from phongbench.accuracy import sweep, tables
 from phongbench.accuracy.probes import consistency, search
 from phongbench.accuracy.probes.probe import ProbeContext
 from phongbench.compiler.lowering import precision_named
-from phongbench.formulas import exact as truth
 from phongbench.inputs.plan import preset
 from phongbench.results.schema import ACCURACY, WORST
 
@@ -62,13 +61,13 @@ def test_it_finds_no_less_than_the_samples(context, found):
     assert (both["max_abs"] > both["max_abs_sampled"]).mean() > 0.8
 
 
-def test_every_find_reproduces_and_lies_in_the_domain(found):
+def test_every_find_reproduces_and_lies_in_the_domain(found, exact_angle):
     for _, row in found["worst"].iterrows():
         pair = np.array([float.fromhex(row[name]) for name in PAIR])
         np.testing.assert_array_equal(pair, pair.astype(np.float32))
         assert abs(np.linalg.norm(pair[:3]) - 1) <= 2.0**-23
         assert abs(np.linalg.norm(pair[3:]) - 1) <= 2.0**-23
-        exact = float(truth.exact_angle(pair[:3], pair[3:], row["alpha"]))
+        exact = float(exact_angle(pair[:3], pair[3:], row["alpha"]))
         assert row["exact"] == pytest.approx(exact, abs=1e-12)
         assert row["error"] == abs(row["value"] - row["exact"])
 
@@ -91,7 +90,7 @@ def test_the_worst_cosine_seeds_the_search_but_counts_for_nothing(context):
     cosine = context.worst.query("gated and rank == 1").assign(stratum="cosines", coverage="exhaustive", error=7.0)
     worst = pd.concat([context.worst, cosine], ignore_index=True)
     cell = next(c for c in context.sweep.cells if c.gated)
-    kept = search._kept(worst)[search._key(cell)]
+    kept = search._stored(worst)[search._key(cell)]
     assert sorted(candidate[0] for candidate in kept)[:1] == [-1.0]
     again = search.measure(replace(context, worst=worst))["accuracy"]
     assert (again["max_abs"] < 1).all()

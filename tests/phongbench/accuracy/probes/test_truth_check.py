@@ -67,7 +67,7 @@ def test_a_wrong_exact_value_is_told_with_its_input(context, stratum):
 def test_many_wrong_values_are_summed_up(context):
     asked = replace(context, worst=context.worst.assign(exact=context.worst["exact"] + 0.1), violations=[], facts={})
     truth_check.measure(asked)
-    assert len(asked.violations) == truth_check.TOLD + 1
+    assert len(asked.violations) == truth_check.REPORTED + 1
     assert "more worst exact values" in asked.violations[-1]
 
 

@@ -1,0 +1,64 @@
+"""The timing of a study: every kernel of its plan that differs in time, once."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import pandas as pd
+
+from phongbench.accuracy.sweep import Sweep
+from phongbench.errors import BudgetError
+from phongbench.formulas.spec import Approximation
+from phongbench.support.process import cores
+from phongbench.support.progress import Progress
+from phongbench.timing import skip_kernels
+from phongbench.timing.processes import measure_in_processes
+from phongbench.timing.timed_kernels import timed_formulas
+
+#: a budget that is too short is replaced by so much more than what it takes
+STRETCH = 1.5
+
+
+@dataclass
+class _Steps:
+    """Tells a progress whose whole is 1 how far a timing is."""
+
+    progress: Progress
+    last: float = 0.0
+
+    def __call__(self, done: int, total: int, text: str) -> None:
+        share = done / max(total, 1)
+        self.progress.advance(share - self.last)
+        self.last = share
+
+
+def time_kernels(sweep: Sweep, progress: Progress) -> pd.DataFrame:
+    """The rows of timing.parquet; what could not be timed, and a budget that had to grow, are notes of the progress."""
+    plan, specs = sweep.plan, sweep.registry
+    cells = [cell for at, cell in enumerate(sweep.cells) if cell.gated and at not in sweep.failures]
+    timed = timed_formulas((c for c in cells if c.formula.space == specs[c.approximation].spaces[0]), specs)
+    options: dict[str, Any] = {
+        "processes": plan.processes,
+        "seed": plan.seed,
+        "threads": (1, 2) if cores() > 1 else (1,),
+        "lit": skip_kernels.LIT if plan.skipping else (),
+    }
+    progress.stage("timing", 1.0)
+    try:
+        timing = measure_in_processes(timed, budget_seconds=plan.timing_budget, progress=_Steps(progress), **options)
+    except BudgetError as short:  # known only after the sweep, which must not be lost: so the budget gives way
+        enough = STRETCH * short.needed
+        progress.note(f"{short.what}; it may take {enough:.0f} s")
+        progress.stage("timing", 1.0)
+        timing = measure_in_processes(timed, budget_seconds=enough, progress=_Steps(progress), **options)
+    for note in (*timing.notes, *(f"not timed: {problem}" for problem in timing.problems)):
+        progress.note(note)
+    return _in_every_space(timing.rows, specs)
+
+
+def _in_every_space(rows: pd.DataFrame, specs: Mapping[str, Approximation]) -> pd.DataFrame:
+    """The rows with those of further spaces added: on (N, H) the same code runs as on (R, V), so it was timed once."""
+    frames = [rows]
+    for spec in specs.values():
+        frames += [rows[rows["approximation"] == spec.name].assign(space=space) for space in spec.spaces[1:]]
+    return pd.concat(frames, ignore_index=True).astype(rows.dtypes)
