@@ -101,7 +101,7 @@ def test_json_may_be_answered_by_npy(client: TestClient) -> None:
         ({"normals": []}, "normals"),
         ({"points": [[0, 0]]}, "points[0]"),
         ({"normalise": 1}, "normalise"),
-        ({"surprise": 1}, "request"),
+        ({"surprise": 1}, "(unknown)"),
     ],
 )
 def test_what_is_wrong_is_named_by_its_path(client: TestClient, change: dict[str, Any], field: str) -> None:

@@ -192,7 +192,7 @@ def test_a_mesh_without_faces_is_refused(small: str, written: Written, tmp_path:
         written(small + MESH.replace('surface = "icosphere"', 'file = "cloud.obj"'))
 
 
-def test_a_document_from_afar_names_no_files(small: str) -> None:
+def test_a_document_that_was_sent_names_no_files(small: str) -> None:
     data = tomllib.loads(small + MESH.replace('surface = "icosphere"', 'file = "secret.obj"'))
     with pytest.raises(InputError, match="cannot name files") as refused:
         scene_of(Table(data), "posted")
