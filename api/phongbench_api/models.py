@@ -15,6 +15,7 @@ from phongbench.formulas.spec import ALPHA, GAMMA, SPACES
 from phongbench.inputs.strata import STRATUM_NAMES
 from phongbench.results.schema import ERROR_METRICS
 from phongbench.timing.blocks import WORKING_SETS
+from phongbench_api.http.openapi import object_schema
 
 
 class OneOf:
@@ -158,3 +159,18 @@ class PageParameters(Parameters):
 
     limit: int = Field(50, ge=1, le=1000, description="entries of an answer")
     cursor: str | None = Field(None, max_length=200, description="`next` of the answer before")
+
+
+#: a formula inside a JSON body: its spelling, or its parts
+SPELLING_SCHEMA: dict[str, Any] = {
+    "type": "string",
+    "description": "NAME[:FORM][:GAMMA][:SLOPE][@RECIPE]",
+    "examples": ["lyon:difference:8"],
+}
+_PARTS: dict[str, Any] = {
+    "approximation": {"type": "string", "enum": list(REGISTRY)},
+    "lambda": {"type": ["string", "null"], "enum": [*LAMBDA_FORMS, "none", None]},
+    "gamma": {"type": ["integer", "null"], "minimum": int(GAMMA.low), "maximum": int(GAMMA.high)},
+    "beta": {"type": ["string", "number", "null"], "description": "a policy, or the slope itself"},
+}
+FORMULA_SCHEMA = {"anyOf": [SPELLING_SCHEMA, object_schema(_PARTS)]}

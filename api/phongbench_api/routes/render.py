@@ -10,9 +10,6 @@ from starlette.responses import Response
 
 from phongbench.errors import CancelledError
 from phongbench.formulas.formula import MODELS
-from phongbench.formulas.lambda_forms import LAMBDA_FORMS
-from phongbench.formulas.registry import REGISTRY
-from phongbench.formulas.spec import GAMMA
 from phongbench.inputs import meshes
 from phongbench.scenes import scene
 from phongbench.scenes.mesh_objects import COARSEST, FINEST_UNTRUSTED, SMOOTH
@@ -23,6 +20,7 @@ from phongbench.support.documents import LARGEST
 from phongbench_api.http import arrays, media
 from phongbench_api.http.openapi import described, object_schema
 from phongbench_api.http.problems import Cancelled, TooLargeError, request_errors
+from phongbench_api.models import FORMULA_SCHEMA, SPELLING_SCHEMA
 from phongbench_api.service import Service, service
 from phongbench_api.settings import Settings
 from phongbench_api.work import render_cost, request_bodies
@@ -60,15 +58,6 @@ _THREE, _COLOUR, _FLAG = _list(3, _number()), _list(3, _number(0, 1)), {"type": 
 _TEXT, _LENGTH = {"type": "string", "minLength": 1}, _number(1e-6)
 _SIZE = _list(2, _whole(1, scene.MOST_PIXELS))
 _DEPTH, _SAMPLES = _whole(0, scene.MOST_DEPTH), _whole(1, scene.MOST_SUPERSAMPLING)
-_FORMULA = {"type": "string", "description": "NAME, NAME:FORM or NAME:FORM:GAMMA", "examples": ["lyon:difference:8"]}
-_SPECULAR = object_schema(
-    {
-        "approximation": _named(*REGISTRY),
-        "lambda": _named(*LAMBDA_FORMS, "none"),
-        "gamma": _whole(int(GAMMA.low), int(GAMMA.high)),
-        "beta": {"type": ["string", "number"], "description": "a policy, or the slope itself"},
-    }
-)
 _CAMERA = object_schema(
     {"position": _THREE, "target": _THREE, "up": _THREE, "field_of_view": _number(1, 170)}, "position", "target"
 )
@@ -80,7 +69,7 @@ _MATERIAL = object_schema(
         "specular": _COLOUR,
         "shininess": _number(0, 1e5),
         "reflectivity": _number(0, 1),
-        "approximation": _FORMULA,
+        "approximation": SPELLING_SCHEMA,
     }
 )
 _BOARD = object_schema({"chequerboard": _list(2, _TEXT), "side": _LENGTH}, "chequerboard")
@@ -149,7 +138,7 @@ _REQUEST = object_schema(
         "depth": _DEPTH,
         "supersampling": _SAMPLES,
         "shadows": _FLAG,
-        "specular": {"anyOf": [_FORMULA, _SPECULAR]},
+        "specular": FORMULA_SCHEMA,
         "model": _named(*MODELS),
         "skip": _named(*SKIPS) | {"description": "what may be left out; exact: what changes no bit"},
         "compare": _FLAG | {"description": "draw exact Phong too"},

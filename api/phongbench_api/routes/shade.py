@@ -9,15 +9,14 @@ from fastapi import APIRouter, Request
 from starlette.responses import Response
 
 from phongbench.errors import CancelledError
-from phongbench.formulas.lambda_forms import LAMBDA_FORMS
-from phongbench.formulas.registry import REGISTRY
-from phongbench.formulas.spec import ALPHA, GAMMA
+from phongbench.formulas.spec import ALPHA
 from phongbench.shading.requests import ShadingRequest, shading_request
 from phongbench.shading.shade import Shaded
 from phongbench.support.document_paths import UNTRUSTED
 from phongbench_api.http import arrays, media, multipart
 from phongbench_api.http.openapi import described, object_schema
 from phongbench_api.http.problems import Cancelled, TooLargeError, request_errors
+from phongbench_api.models import FORMULA_SCHEMA
 from phongbench_api.service import Service, service
 from phongbench_api.work import request_bodies
 
@@ -43,14 +42,6 @@ _COLOUR = {"type": "array", "items": {"type": "number", "minimum": 0}, "minItems
 _VECTORS = {"type": "array", "items": _THREE}
 
 
-_SPECULAR = object_schema(
-    {
-        "approximation": {"type": "string", "enum": list(REGISTRY)},
-        "lambda": {"type": ["string", "null"], "enum": [*LAMBDA_FORMS, "none", None]},
-        "gamma": {"type": ["integer", "null"], "minimum": GAMMA.low, "maximum": GAMMA.high},
-        "beta": {"type": ["string", "number", "null"], "description": "a policy, or the slope itself"},
-    }
-)
 _MATERIAL = object_schema(
     {
         "ambient": _COLOUR,
@@ -75,7 +66,7 @@ _LIGHT = object_schema(
 )
 _COMMON: dict[str, Any] = {
     "model": {"type": "string", "enum": ["phong", "blinn-phong"], "default": "phong"},
-    "specular": _SPECULAR,
+    "specular": FORMULA_SCHEMA,
     "material": _MATERIAL,
     "ambient_light": _COLOUR,
     "lights": {"type": "array", "items": _LIGHT},

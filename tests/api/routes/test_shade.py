@@ -83,6 +83,13 @@ def test_json_may_be_answered_by_npy(client: TestClient) -> None:
     assert np.allclose(np.load(io.BytesIO(answer.content)), [[1.7, 1.6, 1.5]])
 
 
+def test_a_formula_may_be_spelled(client: TestClient) -> None:
+    parts = EXAMPLE | {"specular": {"approximation": "lyon", "lambda": "dot", "gamma": 8, "beta": "minimax"}}
+    spelled = client.post("/v1/shade", json=EXAMPLE | {"specular": "lyon:dot:8:minimax"})
+    assert spelled.status_code == 200, spelled.text
+    assert spelled.json() == client.post("/v1/shade", json=parts).json()
+
+
 @pytest.mark.parametrize(
     ("change", "field"),
     [
