@@ -96,7 +96,7 @@ def read_formula(top: Table, registry: Registry = REGISTRY) -> Formula:
     table = top.table("specular")
     given = {key for key in ("lambda", "gamma", "beta") if table.has(key) and table.data[key] is not None}
     form = table.text("lambda") if "lambda" in given else None
-    gamma = table.whole("gamma") if "gamma" in given else None
+    gamma = table.whole("gamma", low=1) if "gamma" in given else None
     slope: str | float | None = None
     if "beta" in given:
         slope = table.text("beta") if isinstance(table.value("beta"), str) else table.number("beta", None, 0.0, FINITE)

@@ -238,7 +238,7 @@ class Table:
 
     def wrong(self, what: str, value: Any, *steps: str | int) -> InputError:
         """The error to raise about a value: `key = value is not ..`; of an untrusted document only `key is not ..`."""
-        name = DATA.where(steps)
+        name = DATA.where(steps if isinstance(steps[0], str) else (*self.steps, *steps))
         if not self.source.untrusted:
             text = json.dumps(value, default=str)
             name += f" = {text if len(text) <= 60 else f'{text[:57]}...'}"

@@ -130,7 +130,7 @@ def test_what_may_be_left_out_has_a_default() -> None:
         (("specular", "lambda"), "dott", "specular.lambda", "unknown lambda form"),
         (("specular", "gamma"), 9, "specular.gamma", "power of two"),
         (("specular", "gamma"), 8.0, "specular.gamma", "8.0 is not a whole number"),
-        (("specular", "gamma"), 2**70, "specular.gamma", "not a whole number from 0 to"),
+        (("specular", "gamma"), 2**70, "specular.gamma", "not a whole number from 1 to"),
         (("specular", "gamma"), None, "specular.gamma", "needs a gamma"),
         (("specular", "beta"), "steep", "specular.beta", "unknown beta policy"),
         (("specular", "beta"), -2, "specular.beta", "finite number"),
