@@ -37,26 +37,9 @@ _OFFERED = {
 }
 _HOME = {name: module for module, names in _OFFERED.items() for name in names}
 __all__ = [
-    "ALPHA",
-    "GAMMA",
-    "Approximation",
-    "Cost",
-    "Formula",
-    "Picture",
-    "Run",
-    "Source",
-    "curve",
-    "elementary",
-    "front",
-    "load",
-    "load_file",
-    "recommend",
-    "render",
-    "run",
-    "shade",
-    "shader",
-    "specular",
-]
+    "ALPHA", "GAMMA", "Approximation", "Cost", "Formula", "Picture", "Run", "Source", "curve", "elementary", "front",
+    "load", "load_file", "recommend", "render", "run", "shade", "shader", "specular",
+]  # fmt: skip
 
 
 if not TYPE_CHECKING:  # else a checker would believe that any name is here

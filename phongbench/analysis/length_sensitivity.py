@@ -23,18 +23,9 @@ FORMS = ("dot", "difference", "cross")
 #: beyond LARGE the change has left its leading order
 POINTS, CLEAR, LARGE = 3, 10.0, 0.1
 COLUMNS = (
-    "lambda_form",
-    "perturbation",
-    "precision",
-    "alpha",
-    "gamma",
-    "points",
-    "exponent",
-    "coefficient",
-    "law_exponent",
-    "law_coefficient",
-    "largest_ratio",
-)
+    "lambda_form", "perturbation", "precision", "alpha", "gamma", "points", "exponent", "coefficient", "law_exponent",
+    "law_coefficient", "largest_ratio",
+)  # fmt: skip
 
 
 def law(form: str, way: str, alpha: float, gamma: float, e: Array) -> Array | None:

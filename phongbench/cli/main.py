@@ -79,21 +79,9 @@ def main() -> None:
 
 
 for command in (
-    list_runs,
-    show_run,
-    verify,
-    compare,
-    front,
-    recommend,
-    claims,
-    approximations,
-    doctor,
-    bench,
-    shade,
-    shader,
-    render,
-    serve,
-):
+    list_runs, show_run, verify, compare, front, recommend, claims, approximations, doctor, bench, shade, shader,
+    render, serve,
+):  # fmt: skip
     main.add_command(command)
 
 

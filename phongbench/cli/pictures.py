@@ -130,18 +130,10 @@ _COLUMNS = {
     ),
     "compared": ("tracer", "version", "note"),
     "formulas": (
-        "formula",
-        "max_abs",
-        "lobe_error",
-        "max_codes",
-        "visible",
-        "psnr",
-        "flip",
-        "energy",
-        "highlight_area",
+        "formula", "max_abs", "lobe_error", "max_codes", "visible", "psnr", "flip", "energy", "highlight_area",
         "ratio",
     ),
-}
+}  # fmt: skip
 
 
 def readable(answer: dict[str, Any], name: str) -> list[dict[str, Any]]:

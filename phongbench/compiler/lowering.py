@@ -29,19 +29,9 @@ from phongbench.errors import KernelError
 
 #: precisions and the marks of the language stand in modules of their own; who lowers needs all three
 __all__ = [
-    "FLOAT16",
-    "FLOAT32",
-    "FLOAT64",
-    "PRECISIONS",
-    "Body",
-    "Precision",
-    "Table",
-    "known_arguments",
-    "lower",
-    "native",
-    "precision_named",
-    "primitive",
-]
+    "FLOAT16", "FLOAT32", "FLOAT64", "PRECISIONS", "Body", "Precision", "Table", "known_arguments", "lower", "native",
+    "precision_named", "primitive",
+]  # fmt: skip
 
 
 @cache

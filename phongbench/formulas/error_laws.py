@@ -13,8 +13,6 @@ Source  all follow from Lyon's form, Apple Technical Report 43 (1993), by expans
         constants are fits to the dense grid of the tests.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

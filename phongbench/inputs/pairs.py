@@ -179,21 +179,9 @@ def _hostile_pairs(precision: Precision, seed: int, start: int, count: int) -> t
     """
     tiny, huge = precision.smallest, precision.largest
     special = [
-        0.0,
-        -0.0,
-        tiny,
-        -tiny,
-        precision.tiny,
-        1e-3,
-        1.0,
-        -1.0,
-        math.sqrt(huge),
-        huge,
-        -huge,
-        math.inf,
-        -math.inf,
+        0.0, -0.0, tiny, -tiny, precision.tiny, 1e-3, 1.0, -1.0, math.sqrt(huge), huge, -huge, math.inf, -math.inf,
         math.nan,
-    ]
+    ]  # fmt: skip
     vectors = precision.rounded(
         [(s, 0.0, 0.0) for s in special] + [(s, s, s) for s in special] + [(0.6, s, 0.8) for s in special]
     )

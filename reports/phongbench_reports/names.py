@@ -1,7 +1,5 @@
 """What the registry says of a formula, with a fallback for one that only its user's run knew."""
 
-from __future__ import annotations
-
 from phongbench.formulas.registry import REGISTRY
 
 

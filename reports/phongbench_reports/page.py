@@ -1,7 +1,5 @@
 """The page: sections in the order of the report, rendered by one template into a folder's index or a single file."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -4,8 +4,6 @@ Only matplotlib's object API: pyplot keeps global state and picks a backend. A f
 the dark file is the same text with every palette colour exchanged, which halves the drawing time and keeps both alike.
 """
 
-from __future__ import annotations
-
 import io
 import re
 from collections.abc import Iterator, Sequence

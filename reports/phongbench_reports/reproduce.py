@@ -1,7 +1,5 @@
 """Command lines that bring rows back: what a reader types to get a dot of a figure again."""
 
-from __future__ import annotations
-
 import shlex
 from collections.abc import Iterable
 from typing import Any

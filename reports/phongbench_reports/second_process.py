@@ -4,8 +4,6 @@ It gets ready while the first process makes the tables, and gives the same figur
 first process draws them itself, and meets the same failure if there is one.
 """
 
-from __future__ import annotations
-
 import pickle
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """A table of a report: its columns, rows and notes; or why a section has nothing to show."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any

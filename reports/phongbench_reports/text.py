@@ -1,7 +1,5 @@
 """Numbers and cells as words: one way to write each, used by figures, tables and captions alike."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Mapping
 from typing import Any

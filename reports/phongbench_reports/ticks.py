@@ -1,7 +1,5 @@
 """Ticks of logarithmic axes, and how a thousand of them are drawn in no time."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

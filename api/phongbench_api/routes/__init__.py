@@ -3,15 +3,6 @@
 from phongbench_api.routes import answers, curve, files, formulas, health, pages, render, runs, shade, shader, specular
 
 ROUTERS = (
-    health.router,
-    formulas.router,
-    specular.router,
-    shade.router,
-    render.router,
-    curve.router,
-    shader.router,
-    answers.router,
-    runs.router,
-    files.router,
-    pages.router,
-)
+    health.router, formulas.router, specular.router, shade.router, render.router, curve.router, shader.router,
+    answers.router, runs.router, files.router, pages.router,
+)  # fmt: skip

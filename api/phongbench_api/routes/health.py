@@ -19,19 +19,9 @@ from phongbench_api.settings import Settings
 router = APIRouter(tags=["server"])
 _EXAMPLE = {"name": "phongbench", "version": __version__}
 _LIMITS = (
-    "max_body",
-    "max_json",
-    "max_points",
-    "max_json_points",
-    "max_lights",
-    "max_pixels",
-    "max_scene",
-    "max_triangles",
-    "max_rows",
-    "max_cost",
-    "max_wait",
-    "read_seconds",
-)
+    "max_body", "max_json", "max_points", "max_json_points", "max_lights", "max_pixels", "max_scene", "max_triangles",
+    "max_rows", "max_cost", "max_wait", "read_seconds",
+)  # fmt: skip
 
 
 @router.get("/healthz", summary="Is the server there?", **described({"status": "ok"}))

@@ -1,7 +1,5 @@
 """Every figure of the report, in page order: one file each, one line each here."""
 
-from __future__ import annotations
-
 from phongbench_reports.figures import (
     causes,
     error_angle,

@@ -1,7 +1,5 @@
 """What really makes lengths wrong, and what each cause does to a highlight, per lambda form and against both truths."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import pandas as pd

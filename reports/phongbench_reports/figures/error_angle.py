@@ -1,7 +1,5 @@
 """Signed and absolute error against the angle between the two directions, one line per formula."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

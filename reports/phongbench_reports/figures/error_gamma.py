@@ -1,7 +1,5 @@
 """Largest error of Lyon's formula against gamma: measured points over the closed-form law, a panel per lambda form."""
 
-from __future__ import annotations
-
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes

@@ -1,7 +1,5 @@
 """Error against time: every formula as a point with its interval, the front as steps."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The second highlight of the cross form: what a missing test of a.b > 0 does to a sphere lit from the camera."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

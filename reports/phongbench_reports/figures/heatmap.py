@@ -1,7 +1,5 @@
 """Largest error of Lyon's formula over alpha and gamma, with the number in every cell; Taylor beside minimax slope."""
 
-from __future__ import annotations
-
 import matplotlib as mpl
 import numpy as np
 import numpy.typing as npt

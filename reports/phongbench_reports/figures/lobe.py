@@ -1,7 +1,5 @@
 """One formula's lobe and its error against the angle: the picture that the service draws of a curve."""
 
-from __future__ import annotations
-
 import threading
 from collections.abc import Mapping
 

@@ -1,7 +1,5 @@
 """What figures of measured rows share: their rows of Lyon's formula, its curve, and how they end."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What normals interpolated over triangles and left raw change, against the angle of an edge."""
 
-from __future__ import annotations
-
 import shlex
 from typing import Any
 

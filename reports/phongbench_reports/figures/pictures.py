@@ -3,8 +3,6 @@
 The rows are the run's; the pictures themselves are drawn anew, small, from the shipped scenes.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import pandas as pd

@@ -1,7 +1,5 @@
 """Rounding error of each lambda form over the exponent, one panel per precision."""
 
-from __future__ import annotations
-
 import pandas as pd
 from matplotlib.axes import Axes
 

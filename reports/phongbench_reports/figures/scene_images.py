@@ -4,8 +4,6 @@
 measured but errors of the pictures.
 """
 
-from __future__ import annotations
-
 import io
 import sys
 from collections.abc import Callable, Sequence

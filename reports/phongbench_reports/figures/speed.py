@@ -1,7 +1,5 @@
 """Time per element of each kernel in every working set, with the ceilings measured in the same run."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

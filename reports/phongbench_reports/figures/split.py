@@ -1,7 +1,5 @@
 """The error of each formula split into its parts: the model, the lengths of the vectors, rounding."""
 
-from __future__ import annotations
-
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes

@@ -1,7 +1,5 @@
 """Error against the length error of the vectors, one series per lambda form, with the law of lengths drawn over it."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

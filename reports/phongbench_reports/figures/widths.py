@@ -1,7 +1,5 @@
 """Error against gamma for every precision of a run: squaring multiplies rounding, so each width has its best gamma."""
 
-from __future__ import annotations
-
 import pandas as pd
 from matplotlib.axes import Axes
 

@@ -1,7 +1,5 @@
 """`make docs`: fills the generated parts of README.md, the only way a number gets in there."""
 
-from __future__ import annotations
-
 import sys
 import tempfile
 from pathlib import Path

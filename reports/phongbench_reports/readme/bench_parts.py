@@ -1,7 +1,5 @@
 """The generated parts of README.md that no run holds: our kernels beside peers, and the timing beside itself."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Fills README.md: every part is made first and all is written last, so a failure leaves README and pictures alone."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from phongbench.analysis.rows import Rows

@@ -1,7 +1,5 @@
 """Tables and pictures as Markdown."""
 
-from __future__ import annotations
-
 import html
 import re
 from collections.abc import Iterable, Sequence

@@ -1,7 +1,5 @@
 """What the README tells beside a run: measured here, on this machine, while nothing else runs."""
 
-from __future__ import annotations
-
 import json
 import os
 import subprocess

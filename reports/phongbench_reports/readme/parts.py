@@ -1,7 +1,5 @@
 """The marked parts of README.md: `<!-- generated: NAME -->` ... `<!-- /generated: NAME -->`, and only those change."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping
 from pathlib import Path

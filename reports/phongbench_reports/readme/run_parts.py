@@ -1,7 +1,5 @@
 """The generated parts of README.md as Markdown: tables, picture and sentences of a run, by the report's own code."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The tables of behaviour: what formulas make of hostile input, and how smooth their lobes are."""
 
-from __future__ import annotations
-
 from collections.abc import Collection
 
 import pandas as pd

@@ -1,7 +1,5 @@
 """The textbook claims: verdict, reason, the rule, its numbers, and the rows that decide."""
 
-from __future__ import annotations
-
 import json
 from collections import Counter
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """How coarse a mesh may be at each exponent before normals that are left raw show by one 8-bit code."""
 
-from __future__ import annotations
-
 from itertools import product
 
 import pandas as pd

@@ -1,7 +1,5 @@
 """When leaving out dark pairs pays in a vectorised kernel: the blocked variant beside the plain one."""
 
-from __future__ import annotations
-
 import pandas as pd
 
 from phongbench.analysis.rows import Rows

@@ -1,7 +1,5 @@
 """How sure the numbers are: the same largest error, measured in up to four ways, and whether they agree."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import pandas as pd

@@ -1,7 +1,5 @@
 """The tables of the report: the verdict, the census of strange values, the worst inputs."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 
