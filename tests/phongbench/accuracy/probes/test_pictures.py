@@ -127,7 +127,7 @@ def test_the_users_own_formula_is_timed_like_ours(tiny):
     registry = {**REGISTRY, "mine": own("mine")}
     card = scene_files.read_scene("test-card")
     wishes = {"size": (16, 9), "registry": registry}
-    exact, mine = pictures._times(card, [Formula.of("mine", "dot", 4)], tiny, wishes)
+    exact, mine = pictures._times(card, [Formula.of("mine", "dot", 4, registry=registry)], tiny, wishes)
     assert (exact["name"], mine["name"]) == ("phong", "mine:dot:4")
     assert mine["ratio_low"] <= mine["ratio"] <= mine["ratio_high"]
 
