@@ -90,9 +90,9 @@ def _texture(values: list[Any]) -> dict[str, Any]:
     if len(values) == 1:
         colour = {"type": "srgb", "color": first, "unbounded": True}
         return colour if isinstance(first, list) else {"type": "uniform", "value": first}
-    told = [{"type": "rgb", "value": v} if isinstance(v, list) else v for v in values]
+    named = [{"type": "rgb", "value": v} if isinstance(v, list) else v for v in values]
     scale = np.diag([BOARD, BOARD, 1.0, 1.0])  # a period of two squares
-    return {"type": "checkerboard", "color0": told[0], "color1": told[1], "to_uv": scale}
+    return {"type": "checkerboard", "color0": named[0], "color1": named[1], "to_uv": scale}
 
 
 def drawing(scene: Scene, wishes: Wishes) -> Drawing:

@@ -169,8 +169,8 @@ def measure(options: RenderOptions, progress: Progress = _SILENT) -> dict[str, A
     scene, arguments = options.read(), options.arguments()
     skips = skip_gains.skips(scene, progress=progress, **arguments, **_formula(options))
     rows, absent = ([], []) if _beyond_the_plain(scene) else tracers(scene, progress=progress, **arguments)
-    told = {"scene": scene.name, "notes": list(scene.notes), "interval": LEVEL_TEXT}
-    return told | {"skips": skips, "tracers": rows, "absent": absent}
+    result = {"scene": scene.name, "notes": list(scene.notes), "interval": LEVEL_TEXT}
+    return result | {"skips": skips, "tracers": rows, "absent": absent}
 
 
 def judge(request: RenderOptions, progress: Progress = _SILENT) -> dict[str, Any]:
@@ -187,10 +187,10 @@ def judge(request: RenderOptions, progress: Progress = _SILENT) -> dict[str, Any
     if request.specular is not None and not drawn:
         raise InputError(rows[formulas[0]]["left_out"], None, "ask for another formula, or leave --specular away")
     times = _picture_times(scene, drawn, options, progress)
-    told = [{k: v for k, v in rows[f].items() if k != "left_out"} | times.row(f, None) for f in drawn]
+    result = [{k: v for k, v in rows[f].items() if k != "left_out"} | times.row(f, None) for f in drawn]
     left_out = [{"formula": row["formula"], "why": row["left_out"]} for row in rows.values() if row["left_out"]]
     notes = list(scene.notes)
-    return {"scene": scene.name, "notes": notes, "interval": LEVEL_TEXT, "formulas": told, "left_out": left_out}
+    return {"scene": scene.name, "notes": notes, "interval": LEVEL_TEXT, "formulas": result, "left_out": left_out}
 
 
 def _picture_times(

@@ -179,15 +179,15 @@ class Peer:
     def _last_words(self) -> str:
         """The line of what it wrote that tells the error, else its last one."""
         lines = [line.strip() for line in self._talk.read_text(errors="replace").splitlines() if line.strip()]
-        told = [line for line in lines if "rror:" in line or "ERROR" in line] or lines[-1:] or ["silent"]
-        return told[0][:160]
+        problems = [line for line in lines if "rror:" in line or "ERROR" in line] or lines[-1:] or ["silent"]
+        return problems[0][:160]
 
 
 def _serve(line: Connection, talk: str, name: str, entry: Entry, scene: Scene, wishes: Wishes) -> None:
     """Draw when asked, in a process of its own; what the tool says goes to a file."""
-    told = os.open(talk, os.O_WRONLY)
-    os.dup2(told, 1)
-    os.dup2(told, 2)
+    talk_file = os.open(talk, os.O_WRONLY)
+    os.dup2(talk_file, 1)
+    os.dup2(talk_file, 2)
     try:
         drawing: Drawing = import_module(entry.module).drawing(scene, wishes)
         picture = drawing.draw()  # compiles, and warms up

@@ -1,6 +1,6 @@
 """The request for a picture as a JSON document: what it may say, and what the answer tells.
 
-Strict as scene files are. It comes from a stranger: errors name the field and repeat nothing of what was sent, and the
+Strict as scene files are. It is untrusted: errors name the field and repeat nothing of what was sent, and the
 scene names no files.
 """
 
@@ -46,12 +46,12 @@ class Drawn:
 
         FLIP is left out (None): it takes longer than the pictures.
         """
-        told: dict[str, Any] = {"scene": self.scene, **self.done.as_dict()}
+        result: dict[str, Any] = {"scene": self.scene, **self.done.as_dict()}
         if self.exact is not None:
             both = self.exact.picture, self.done.picture
-            told["error"] = images.compare(*both, flip=False).as_dict()
-            told["amplification"] = images.amplification(*both)
-        return told
+            result["error"] = images.compare(*both, flip=False).as_dict()
+            result["amplification"] = images.amplification(*both)
+        return result
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,9 +118,9 @@ def render_request(document: Any, most_triangles: int = MOST_TRIANGLES) -> Rende
     skips, compare = SKIPS[top.text("skip", "all", SKIPS)], top.flag("compare", False)
     scene = _with_settings(_scene(top, most_triangles), top)
     top.finish()
-    asked = RenderRequest(scene, specular, model, skips, compare)
-    _check_formulas(asked, document["scene"])
-    return asked
+    request = RenderRequest(scene, specular, model, skips, compare)
+    _check_formulas(request, document["scene"])
+    return request
 
 
 @cache
@@ -159,14 +159,14 @@ def _with_settings(scene: Scene, top: Table) -> Scene:
     )
 
 
-def _check_formulas(asked: RenderRequest, given: Any) -> None:
-    """Raise InputError where a formula does not fit a material, which a stranger's scene calls by its number."""
+def _check_formulas(request: RenderRequest, given: Any) -> None:
+    """Raise InputError where a formula does not fit a material, which an untrusted scene calls by its number."""
     names = [] if isinstance(given, str) else list(given["materials"])
-    for material in asked.scene.materials:
+    for material in request.scene.materials:
         place = f"scene.materials[{names.index(material.name)}]" if names else f"materials.{material.name}"
         with _at("specular" if material.specular is None else place, place):
-            for formula in (material.specular or asked.specular, *((EXACT,) if asked.compare else ())):
-                formula_for(formula, material.reflection, asked.model)
+            for formula in (material.specular or request.specular, *((EXACT,) if request.compare else ())):
+                formula_for(formula, material.reflection, request.model)
 
 
 @contextmanager

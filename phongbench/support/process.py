@@ -29,14 +29,14 @@ def heeded() -> Iterator[Callable[[], None]]:
     Only in the main thread, and only where Python's own handler is in charge: a host program's handler stays, and so
     does the deafness of a job that a script put into the background.
     """
-    asked = threading.Event()
+    interrupted = threading.Event()
 
     def check() -> None:
-        if asked.is_set():
+        if interrupted.is_set():
             raise KeyboardInterrupt
 
     def note(number: int, frame: Any) -> None:
-        asked.set()
+        interrupted.set()
         raise KeyboardInterrupt
 
     ours = threading.current_thread() is threading.main_thread()

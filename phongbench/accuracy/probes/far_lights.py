@@ -53,10 +53,10 @@ def placements(alpha: float) -> Iterator[Placement]:
 
 def measure(plan: Plan) -> pd.DataFrame:
     """The rows of far.parquet, in the order of terms, exponents, what is held, and distances."""
-    asked = [("diffuse", math.nan), *(("specular", alpha) for alpha in alphas(plan))]
+    terms = [("diffuse", math.nan), *(("specular", alpha) for alpha in alphas(plan))]
     rows = [
         row
-        for term, alpha in asked
+        for term, alpha in terms
         for held in HELD[term]
         for row in (_row(held, term, alpha, distance) for distance in DISTANCES)
     ]

@@ -48,14 +48,16 @@ def reflects(scene: Scene) -> bool:
 
 def violations(rows: Rows) -> list[str]:
     """Sentences on skips that change more than they may."""
-    told = []
+    problems = []
     for row in rows:
         where = f"{row['scene']}: leaving out by {row['name']}"
         if row["kind"] == "exact" and not row["same_bits"]:
-            told.append(f"{where} is exact, but changes the picture by {row['largest_change']:.3g}")
+            problems.append(f"{where} is exact, but changes the picture by {row['largest_change']:.3g}")
         elif row["largest_change"] > row["bound"] + ROUNDING:
-            told.append(f"{where} changes the picture by {row['largest_change']:.3g}, its bound is {row['bound']:.3g}")
-    return told
+            problems.append(
+                f"{where} changes the picture by {row['largest_change']:.3g}, its bound is {row['bound']:.3g}"
+            )
+    return problems
 
 
 def _ledger(scene: Scene, plan: Plan, wishes: dict[str, Any]) -> tuple[Rows, Rows]:
