@@ -137,13 +137,12 @@ class Span:
     def __mul__(self, other: Any) -> "Span":
         low, high = self._ends(other)
         with np.errstate(invalid="ignore", over="ignore", under="ignore"):
-            if other is self:  # a square is never negative
-                one, two = low * low, high * high
-                least = np.where((low <= 0) & (high >= 0), 0.0, np.minimum(one, two))
-                return self.rule.product(least, np.maximum(one, two))
             corners = [_product(x, y) for x in (self.low, self.high) for y in (low, high)]
-        low, high = np.minimum.reduce(corners), np.maximum.reduce(corners)
-        return self.rule.product(low, high)
+        least, most = np.minimum.reduce(corners), np.maximum.reduce(corners)
+        square: bool = other is self
+        if square:  # never negative, and its ends are those of its own ends
+            least = np.where((low <= 0) & (high >= 0), 0.0, np.minimum(corners[0], corners[3]))
+        return self.rule.product(least, most)
 
     def __truediv__(self, other: Any) -> "Span":
         low, high = self._ends(other)
