@@ -62,7 +62,7 @@ class Bounds:
         lights, materials = self.scene.lights, self.scene.materials
         diffuse = _largest(m.reflection.diffuse for m in materials) * _rows(light.diffuse for light in lights)
         ambient = _largest(m.reflection.ambient for m in materials) * _rows(light.ambient for light in lights)
-        return diffuse + ambient + self.highlights
+        return np.asarray(diffuse + ambient + self.highlights)
 
     @cached_property
     def _distances(self) -> Array:

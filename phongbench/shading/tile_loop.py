@@ -188,13 +188,11 @@ def shade_tiles(prepared: Any, vectors: Any, tiles: Array, out: Array, counts: A
         lights, spread       (L, at.NUMBERS) and the same transposed and flat
         plan, options        (L, at.PLAN) what is to be done for each light; at.OPTIONS
         constants            the bounds of the precision, then ka ia
-        coefficients, table  what the formula's loop takes
-        fresnel              what the reflectance's loop takes for red, green and blue, one after the other
+        coefficients, table  what the formula's loop takes; fresnel, what the reflectance's takes for each channel
     vectors   read-only and flat
         points, normals      3n       rows of three or three columns (options)
         visible              (L, n)   of the shadowed lights; (0, 0) without
-        towards              3n       unit directions from the points to where they are seen from, as of reflected rays;
-                                      empty where that is the viewer
+        towards              3n       unit directions to where points are seen from; empty where that is the viewer
     tiles     2          first tile and the one after the last
     out       3n         colours, laid out as the points
     counts    at.COUNTS  added to
