@@ -168,8 +168,8 @@ def _fault(run: Run, name: str) -> str | None:
 
 def _rows_in(path: Path) -> int:
     """How many rows a table of a run has, by reading one of its columns."""
-    known = TABLES.get(path.stem)  # another version may have more tables
-    return len(pd.read_parquet(path, columns=known and known.names[:1]))
+    first = TABLES[path.stem].names[:1] if path.stem in TABLES else None  # another version may have more tables
+    return len(pd.read_parquet(path, columns=first))
 
 
 def unfinished(run: Run) -> str | None:
