@@ -23,7 +23,7 @@ from phongbench.results.runs import Run
 from phongbench.results.schema import CELL, INPUT, TWIN
 
 #: strata of unit vectors that a budget must hold on; the last is the search's, which looks at nearly unit ones
-STRATA = ("highlight", "uniform", "peak", "vectors")
+STRATA = ("highlight", "uniform", "peak", "normalised", "vectors")
 #: perturbations that leave vectors of any wrong lengths; a cause leaves lengths of one kind only
 _ANY_LENGTHS = ("a", "both", "opposite")
 _FORMULA = [name for name in CELL if name != "precision"]
