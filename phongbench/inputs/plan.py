@@ -157,9 +157,8 @@ class Plan:
                 )
         for alpha in self.alphas:
             if not (math.isfinite(alpha) and ALPHA.low <= alpha <= ALPHA.high):
-                raise InputError(
-                    f"alpha = {alpha:g} is not in {ALPHA.low:g} .. {ALPHA.high:g}", None, "alpha is Phong's exponent"
-                )
+                fix = "alpha is Phong's exponent" if alpha else "at alpha 0 Phong is 1 where the light is in front"
+                raise InputError(f"alpha = {alpha:g} is not in {ALPHA.low:g} .. {ALPHA.high:g}", None, fix)
         for gamma in self.gammas:
             if not GAMMA.low <= gamma <= GAMMA.high or gamma & (gamma - 1):
                 raise InputError(
@@ -224,7 +223,7 @@ PRESETS: Mapping[str, Plan] = {
         alphas=QUICK_ALPHAS + STANDARD_ALPHAS,
         gammas=(1, 2, 4, 8, 16, 32, 64, 128),
         lambda_forms=tuple(LAMBDA_FORMS),
-        slopes=(*ALL_SLOPES, "lagarde"),
+        slopes=(*ALL_SLOPES, "lagarde", "unreal"),
         precisions=("float16", "bfloat16", "float32", "float64"),
         samples=1 << 17,
         timing_budget=60.0,
@@ -236,7 +235,7 @@ PRESETS: Mapping[str, Plan] = {
         alphas=QUICK_ALPHAS + STANDARD_ALPHAS,
         gammas=(1, 2, 4, 8, 16, 32, 64, 128, 256),
         lambda_forms=tuple(LAMBDA_FORMS),
-        slopes=(*ALL_SLOPES, "lagarde"),
+        slopes=(*ALL_SLOPES, "lagarde", "unreal"),
         length_spaces=SPACES,
         precisions=("float16", "bfloat16", "float32", "float64"),
         samples=1 << 20,
