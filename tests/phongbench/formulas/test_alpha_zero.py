@@ -4,6 +4,7 @@ import math
 from dataclasses import replace
 from itertools import product
 
+import mpmath
 import numpy as np
 import pytest
 
@@ -94,3 +95,10 @@ def test_a_study_refuses_it_because_there_is_nothing_to_approximate() -> None:
     with pytest.raises(InputError, match=r"alpha = 0 is not in") as problem:
         replace(preset("quick"), alphas=(0.0, 10.0)).validated()
     assert "Phong is 1" in str(problem.value.fix)
+
+
+def test_the_plain_bodies_agree_on_many_digits() -> None:
+    for name in TAKEN:
+        spec, setting = REGISTRY[name], setting_of(name, REGISTRY[name].slopes[0], REGISTRY[name].spaces[0])
+        value = spec.bound(setting)(mpmath.mpf(0.25) if spec.coordinate == "cosine" else mpmath.mpf(0.75))
+        assert float(value) == pytest.approx(spec.peak, abs=1e-12)
