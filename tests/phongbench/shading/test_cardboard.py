@@ -15,10 +15,10 @@ NORMALS = np.stack([np.sin(np.radians(DEGREES)), np.zeros(6), np.cos(np.radians(
 LIGHTS = {"directional": {"direction": [0, 0, 1]}, "point": {"position": [0, 0, 1e6]}}
 
 
-def shaded(specular: str, light: str = "directional", **more: object) -> np.ndarray:
+def shaded(formula: str, light: str = "directional", **more: object) -> np.ndarray:
     material, lights = CARDBOARD | more, [LIGHTS[light]]
     viewer = {"direction": [0, 0, 1]}
-    return pb.shade(np.zeros((6, 3)), NORMALS, material=material, lights=lights, viewer=viewer, specular=specular)
+    return pb.shade(np.zeros((6, 3)), NORMALS, material=material, lights=lights, viewer=viewer, specular=formula)
 
 
 @pytest.mark.parametrize("light", LIGHTS)
@@ -53,7 +53,8 @@ ambient = [0, 0, 0]
 diffuse = [0, 0, 0]
 specular = [0.5, 0.5, 0.5]
 {line}
-[[spheres]]
+[[objects]]
+shape = "sphere"
 centre = [0, 0, 0]
 radius = 1
 material = "cardboard"
