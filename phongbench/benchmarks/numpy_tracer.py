@@ -194,7 +194,8 @@ class _Tracer:
 
     def sizes(self) -> Array:
         """How large each object's own numbers are."""
-        rows = [(*t.centre, t.radius) if isinstance(t, Sphere) else t.point for t in self.scene.objects]
+        solids = [thing for thing in self.scene.objects if not isinstance(thing, Mesh)]
+        rows = [(*t.centre, t.radius) if isinstance(t, Sphere) else t.point for t in solids]
         return np.array([np.abs(row).sum() for row in rows], self.dtype)
 
     @property

@@ -15,8 +15,9 @@ from numpy.typing import ArrayLike
 
 from phongbench.compiler.precisions import Array
 from phongbench.errors import InputError
-from phongbench.scenes.scene import Mesh, Plane, Scene, Sphere, Vector
+from phongbench.scenes.scene import Mesh, Plane, Scene, Sphere
 from phongbench.shading.lighting import Light
+from phongbench.support.documents import Vector
 
 #: units a light may be away: far from where the square of a distance is infinite
 _FARTHEST = 1e17
