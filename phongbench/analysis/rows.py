@@ -48,6 +48,8 @@ class Rows:
     skips = _table("skips")
     scene_times = _table("scene_times")
     far = _table("far")
+    moments = _table("moments")
+    cuts = _table("cuts")
 
     def stored(self, name: str) -> pd.DataFrame:
         """A table as the run has it, in the order of its file."""

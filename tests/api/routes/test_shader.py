@@ -34,7 +34,8 @@ def test_it_is_the_librarys(client: TestClient, name: str, language: str) -> Non
     [
         ({"language": "basic"}, "language"),
         ({"gamma": "7"}, "gamma"),
-        ({"alpha": "0"}, "alpha"),
+        ({"alpha": "-1"}, "alpha"),
+        ({"alpha": "0", "beta": "minimax"}, "alpha"),
         ({"more": "1"}, "(unknown)"),
     ],
 )
