@@ -110,6 +110,8 @@ class Approximation:
     cutoff        Setting -> lambda beyond which the kernel is exactly 0, or None where it never is
     table         Setting -> float64 table for the kernel's `table`, or None
     peak          the value where both directions are the same; 1 but for formulas that miss the peak
+    exponent      the kernel's argument that is an exponent of the cosine, where the formula is such a power and takes
+                  any exponent: it may then be given the cosine's square and half of it
     falls         True if the value never grows away from the peak, but for rounding: what lies between two
                   coordinates is then bounded by the values there
     """
@@ -131,6 +133,7 @@ class Approximation:
     cutoff: Callable[[Setting], float] | None = None
     table: Callable[[Setting], NDArray[np.float64]] | None = None
     peak: float = 1.0
+    exponent: str = ""
     falls: bool = False
     arguments: tuple[str, ...] = field(init=False, default=())
 

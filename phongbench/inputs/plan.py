@@ -3,6 +3,7 @@
 import hashlib
 import json
 import math
+import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property
@@ -13,10 +14,12 @@ from phongbench.compiler.precisions import in_order, precision_named
 from phongbench.errors import InputError, UnknownNameError
 from phongbench.formulas.formula import Formula
 from phongbench.formulas.lambda_forms import LAMBDA_FORMS
+from phongbench.formulas.normalising import NORMALISE
 from phongbench.formulas.registry import REGISTRY
 from phongbench.formulas.spec import ALPHA, GAMMA, SPACES, Approximation, Setting
 from phongbench.inputs.meshes import TESSELLATIONS
 from phongbench.inputs.obj_files import load
+from phongbench.inputs.raw_formulas import RAW
 from phongbench.inputs.strata import STRATUM_NAMES
 
 #: questions beyond the sweep; phongbench.accuracy.probes answers them
@@ -86,6 +89,8 @@ class Plan:
     strata          of strata.STRATUM_NAMES
     samples         pairs per cell and stratum
     seed            any whole number >= 0
+    raw             spellings of formulas that remove lengths or start from N, L and V, e.g. phong/each; those that the
+                    axes above leave out are not measured
     timing          measure time too
     timing_budget   seconds the timing may take
     processes       fresh processes that share the timing; 1 for the study's own
@@ -106,6 +111,7 @@ class Plan:
     strata: tuple[str, ...] = STRATUM_NAMES
     samples: int = 100 * 1024
     seed: int = 1
+    raw: tuple[str, ...] = RAW
     timing: bool = True
     timing_budget: float = 6.0
     processes: int = 1
@@ -145,6 +151,7 @@ class Plan:
             length_spaces=_ordered(self.length_spaces, SPACES),
             precisions=in_order(self.precisions),
             strata=_ordered(self.strata, STRATUM_NAMES),
+            raw=tuple(dict.fromkeys(self.raw)),
             probes=_ordered(self.probes, PROBE_NAMES),
             meshes=tuple(dict.fromkeys(self.meshes)),
         )
@@ -176,6 +183,10 @@ class Plan:
             precision_named(name)
         _known("stratum", self.strata, STRATUM_NAMES)
         _known("probe", self.probes, PROBE_NAMES)
+        for spelling in self.raw:
+            if not Formula.parse(spelling, registry).raw:
+                fix = "write e.g. phong/each or lyon:cross:8@lengthwise; the axes hold the others"
+                raise InputError(f"{spelling} neither removes lengths nor starts from N, L and V", "raw", fix)
 
     def _check_meshes(self) -> None:
         """Read every mesh now, so that a bad one does not end a long run; the probe finds them read."""
@@ -198,12 +209,31 @@ class Plan:
             raise InputError(f"processes = {self.processes} is not in 1 .. 64", None, "8 give an interval across them")
 
     def cells(self, registry: Mapping[str, Approximation] = REGISTRY) -> Iterator[Cell]:
-        """Every formula with every exponent that it takes, in every precision; each form gated, then ungated."""
+        """Every formula with every exponent that it takes, in every precision; each form gated, then ungated.
+
+        Those for raw vectors come last.
+        """
         for precision, name in product(self.precisions, self.approximations):
             for formula, alpha in self.formulas(registry[name]):
                 yield Cell(formula, alpha, precision)
                 if formula.lambda_form != "none":
                     yield Cell(formula, alpha, precision, gated=False)
+        for precision, formula in product(self.precisions, self.raw_formulas(registry)):
+            if precision in (NORMALISE[formula.normalise].precisions or self.precisions):
+                spec = formula.spec(registry)
+                yield from (Cell(formula, a, precision) for a in self.alphas if spec.accepts(formula.setting(a)))
+
+    def raw_formulas(self, registry: Mapping[str, Approximation] = REGISTRY) -> list[Formula]:
+        """The formulas of `raw` that lie on the plan's axes."""
+        mine = [spelling for spelling in self.raw if re.split("[:@/]", spelling)[0] in self.approximations]
+        return [
+            f
+            for f in (Formula.parse(spelling, registry) for spelling in mine)
+            if f.gamma in (None, *self.gammas)
+            and f.lambda_form in ("none", *self.lambda_forms)
+            and f.slope in ("none", *self.slopes)
+            and f.space in self.spaces
+        ]
 
     def formulas(self, spec: Approximation) -> Iterator[tuple[Formula, float]]:
         """The formulas of this plan that an approximation takes, each with every exponent that it takes."""

@@ -102,7 +102,7 @@ def seconds(plan: Plan, jobs: int) -> float:
 def _wanted(plan: Plan, cell: Cell, closely: Sequence[float]) -> bool:
     """False for ungated cells, and for float64, whose rounding is the truth's own; quick searches float32 if it can."""
     only = FLOAT32.name if plan.preset == "quick" and FLOAT32.name in plan.precisions else cell.precision
-    chosen = cell.alpha in closely and cell.formula.space in plan.length_spaces
+    chosen = cell.alpha in closely and cell.formula.space in plan.length_spaces and not cell.formula.raw
     return chosen and cell.gated and cell.precision != FLOAT64.name and cell.precision == only
 
 

@@ -55,5 +55,6 @@ SPEC = Approximation(
     lambda_forms=("none",),
     spaces=("half",),
     slopes=tuple(RATIOS),
+    exponent="exponent",
     falls=True,
 )

@@ -30,5 +30,6 @@ SPEC = Approximation(
     domain="every alpha > 0; over-long vectors give values above 1",
     cost=Cost("one logarithm, one exponential", multiplies=1, transcendentals=2),
     lambda_forms=("none",),
+    exponent="alpha",
     falls=True,
 )
