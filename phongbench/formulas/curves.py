@@ -67,8 +67,16 @@ def against_exact(
     if precision is FLOAT64 and not length_error and normalise == "none":
         cosine = np.cos(np.radians(degrees))
         return curve(spec, form, setting, cosine), exact(setting.alpha, cosine)
-    more = {"precision": precision, "perturbation": perturbation, "length_error": length_error, "normalise": normalise}
-    return lobe(spec, form, setting, degrees, **more)
+    return lobe(
+        spec,
+        form,
+        setting,
+        degrees,
+        precision=precision,
+        perturbation=perturbation,
+        length_error=length_error,
+        normalise=normalise,
+    )
 
 
 def exact(alpha: float, cosine: Array) -> Array:

@@ -2,9 +2,11 @@
 
 from dataclasses import dataclass, field
 
+from phongbench.compiler.lowering import Body
 from phongbench.errors import InputError
 from phongbench.formulas import normalising, recipes
 from phongbench.formulas.formula import Formula
+from phongbench.formulas.lambda_forms import dot
 from phongbench.formulas.normalising import NORMALISE
 from phongbench.formulas.recipes import PAIR
 from phongbench.formulas.shader_code.printer import Speller
@@ -86,7 +88,7 @@ def _in_components(speller: Speller, formula: Formula, made: Prepared) -> None:
     def vector(name: str, components: list[str]) -> None:
         number(f"{name}[3]", f"{{{', '.join(components)}}}")
 
-    def call(body: recipes.Body, *given: str) -> str:
+    def call(body: Body, *given: str) -> str:
         return f"{speller.function(body)}({', '.join(given)})"
 
     def unit(name: str, of: str) -> None:
@@ -102,7 +104,7 @@ def _in_components(speller: Speller, formula: Formula, made: Prepared) -> None:
             unit("m", "n")
         more = [number("twice", call(recipes.doubled_cosine, *parts(normal), *parts("l")))]
         if formula.recipe == "lengthwise":
-            more.append(number("square", call(recipes.dot, *parts("n"), *parts("n"))))
+            more.append(number("square", call(dot, *parts("n"), *parts("n"))))
         vector("r", [call(mirror, x, y, *more) for x, y in zip(parts(normal), parts("l"), strict=True)])
     if formula.normalise == "each":
         unit("a", made.a)
