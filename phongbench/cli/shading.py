@@ -19,7 +19,8 @@ def shade(request_file: str, out: Path | None, threads: int | None, files: tuple
     """Shade points by the full reflection model: ambient, diffuse and specular terms of many lights.
 
     IN.json holds material, lights, viewer, points and normals; optional are model, specular, ambient_light, normalise
-    and precision. `-` reads it from stdin. The answer has the colours and how many (point, light) pairs were skipped.
+    and precision, and in the material `fresnel`, as {"kind": "dielectric", "n": [1.5, 1.5, 1.5]}. `-` reads it from
+    stdin. The answer has the colours and how many (point, light) pairs were skipped.
 
     \b
     Example:
