@@ -124,14 +124,18 @@ def test_the_compiled_loop_is_the_plain_body(spelling):
     for p, q in zip(a.T.astype(float).tolist(), b.T.astype(float).tolist(), strict=True):
         coordinate, gate = plain(tuple(p), tuple(q))
         expected.append(float(body(coordinate)) if gate > 0 else 0.0)
-    np.testing.assert_allclose(values(spelling, a, b), expected, atol=32 * formula.setting(ALPHA).exponent * EPS)
+    far = np.abs(values(spelling, a, b) - expected) > 32 * formula.setting(ALPHA).exponent * EPS
+    # next to a step of the table the product may be rounded to its other side
+    assert far.sum() <= (3 if formula.normalise == "estimate" else 0)
 
 
 def test_the_bit_trick_and_the_estimate_err_as_their_roots_do():
     q = np.exp(np.random.default_rng(1).uniform(-14, 14, 4000)).astype(np.float32)
     v = np.stack([np.sqrt(q), np.zeros_like(q), np.zeros_like(q)])
+    axis = np.zeros_like(v)
+    axis[0] = 1
     for name, bound in (("fast", 1.8e-3), ("estimate", 1.5 * 2.0**-12)):
-        cosine = coordinates(FLOAT32, v, np.ones_like(v) * [[1], [0], [0]], normalise=name)[COSINE_ROW]
+        cosine = coordinates(FLOAT32, v, axis, normalise=name)[COSINE_ROW]
         unit = coordinates(FLOAT32, v, v, normalise=name)[COSINE_ROW]
         assert 0.3 * bound < np.abs(unit / cosine - 1).max() <= 2 * bound + 4 * EPS
         assert np.abs(np.sqrt(unit) - 1).max() <= bound + 4 * EPS
@@ -158,7 +162,7 @@ def test_backs_stay_dark_whatever_the_square(way):
 def test_in_float16_squares_of_long_vectors_overflow():
     half = precision_named("float16")
     a = np.array([[255.0, 0, 0], [257.0, 0, 0]], np.float32).T.copy()
-    block = coordinates(half, a, np.ones_like(a) * [[1], [0], [0]], normalise="each")
+    block = coordinates(half, a, np.array([[1.0, 1], [0, 0], [0, 0]], np.float32), normalise="each")
     assert block[COSINE_ROW, 0] == pytest.approx(1, abs=2e-3)
     assert block[COSINE_ROW, 1] == 0  # 1 / infinity
 
@@ -213,21 +217,21 @@ def test_halfway_is_as_long_as_twice_the_cosine_to_either():
 @pytest.mark.parametrize("spelling", [s for s in RAW if "@" in s])
 def test_a_compiled_recipe_is_the_plain_one(spelling):
     formula = Formula.parse(spelling)
-    nine = configuration(count=120).astype(np.float32)
+    nine = configuration(count=120)
+    if formula.normalise == "none":
+        nine /= np.repeat(np.sqrt((nine.reshape(3, 3, -1) ** 2).sum(axis=1)), 3, axis=0)
+    nine = nine.astype(np.float32)
     exact = recipes.plain(formula.recipe)(*nine.astype(np.float64))
     body, plain = (
         formula.spec().bound(formula.setting(ALPHA)),
         normalising.plain(formula.lambda_form, formula.normalise),
     )
-    expected, size = [], []
+    expected = []
     for six in np.array(exact).T.tolist():
         coordinate, gate = plain(tuple(six[:3]), tuple(six[3:]))
         expected.append(float(body(coordinate)) if gate > 0 else 0.0)
-        size.append(math.dist(six[:3], (0, 0, 0)) * math.dist(six[3:], (0, 0, 0)) + 1)
     result = values(spelling, nine[:3], np.concatenate([nine[6:], nine[3:6]]))
-    scale = np.array(size) ** 2 if formula.normalise == "none" else 1.0
-    exponent = formula.setting(ALPHA).exponent
-    assert (np.abs(result - expected) <= 1e-4 * np.abs(expected) * scale + 64 * exponent * EPS * scale).all()
+    np.testing.assert_allclose(result, expected, atol=64 * formula.setting(ALPHA).exponent * EPS)
 
 
 def test_recipes_make_the_pairs_of_their_space():
