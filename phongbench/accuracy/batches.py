@@ -37,9 +37,14 @@ class Batch:
     normalise: str = "none"
 
     @property
+    def raw(self) -> bool:
+        """True if its cells remove lengths or make their pair."""
+        return self.recipe != PAIR or self.normalise != "none"
+
+    @property
     def truths(self) -> int:
         """Rows per cell: one truth on unit vectors, both where lengths are wrong and nothing is done about them."""
-        return 2 if self.stratum.unnormalised and self.recipe == PAIR and self.normalise == "none" else 1
+        return 2 if self.stratum.unnormalised and not self.raw else 1
 
     @property
     def half_space_truth(self) -> bool:

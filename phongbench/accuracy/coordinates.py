@@ -67,6 +67,10 @@ def gate_row(cell: Cell) -> int:
     return COSINE_ROW if cell.gated and not cell.formula.raw else OPEN_ROW
 
 
+#: how what is left of the lengths of unit directions is removed: exactly, or a cheap root would change the truth
+_EXACT_WAY = {"squared": "squared"}
+
+
 class Layout:
     """The arrays that pieces of a batch's pairs are laid out in, allocated once.
 
@@ -76,9 +80,14 @@ class Layout:
 
     def __init__(self, batch: Batch, alphas: Sequence[float], size: int) -> None:
         self.alphas = np.array(alphas)
-        raw = (batch.normalise, batch.recipe)
+        way, recipe = batch.normalise, batch.recipe
         truth = truth_kernel(batch.half_space_truth, batch.truths == 2)
-        loops = (coordinates_kernel(batch.precision, *raw), coordinates_kernel(FLOAT64, *raw), truth)
+        loops = (
+            coordinates_kernel(batch.precision, way, recipe),
+            coordinates_kernel(FLOAT64, way, recipe),
+            truth,
+            coordinates_kernel(FLOAT64, _EXACT_WAY.get(way, "each") if batch.raw else "none", recipe),
+        )
         self.fill = _lay_out if batch.recipe == PAIR else _lay_out_configurations
         self.addresses = np.array([jit.address(loop) for loop in loops])
         self.held = np.empty((COORDINATE_ROWS, size), batch.precision.carrier)
@@ -106,6 +115,7 @@ def _lay_out(
     Then the exact values.
     """
     coordinates_64, truth = coordinates_at(addresses[1], a64), truth_at(addresses[2], a64)
+    of_unit = coordinates_at(addresses[3], a64)
     coordinates_at(addresses[0], a)(a, b, held)
     for row in range(3):
         for i in range(a.shape[1]):
@@ -121,7 +131,7 @@ def _lay_out(
             a64[row, i] *= unit[0, i]
         for i in range(a.shape[1]):
             b64[row, i] *= unit[1, i]
-    coordinates_64(a64, b64, unit)
+    of_unit(a64, b64, unit)
     for k in range(len(alphas)):
         truth(unit[1], given[4], alphas[k : k + 1], exact[k, 0], exact[k, 1])
 
@@ -131,7 +141,8 @@ def _lay_out_configurations(
     addresses: Any, alphas: Any, n: Any, vl: Any, n64: Any, vl64: Any, held: Any, given: Any, unit: Any, exact: Any
 ) -> None:
     """The same of configurations: N, and V above L. The exact values are of the true mirror direction and V."""
-    coordinates_64, truth, count = coordinates_at(addresses[1], n64), truth_at(addresses[2], n64), n.shape[1]
+    coordinates_64, of_unit = coordinates_at(addresses[1], n64), coordinates_at(addresses[3], n64)
+    truth, count = truth_at(addresses[2], n64), n.shape[1]
     coordinates_at(addresses[0], n)(n, vl, held)
     for row in range(3):
         for i in range(count):
@@ -149,7 +160,7 @@ def _lay_out_configurations(
         twice = 2.0 * (x * lx + y * ly + z * lz)
         dx, dy, dz = twice * x - lx - vl64[0, i], twice * y - ly - vl64[1, i], twice * z - lz - vl64[2, i]
         deficit[i] = 0.5 * (dx * dx + dy * dy + dz * dz)
-    coordinates_64(n64, vl64, unit)
+    of_unit(n64, vl64, unit)
     for k in range(len(alphas)):
         truth(deficit, deficit, alphas[k : k + 1], exact[k, 0], exact[k, 1])
 

@@ -72,12 +72,14 @@ class Normalise:
     reciprocal  1 / |v| of each vector's components, where each vector is made unit first
     forms       lambda form (none: the cosine) -> the body that stands for it, where the pair is treated as a whole
     precisions  in which it makes sense; empty for all
+    emulated    True if it stands for an instruction that compiled code cannot name: its time says nothing
     """
 
     text: str
     reciprocal: Body | None = None
     forms: tuple[tuple[str, Body], ...] = ()
     precisions: tuple[str, ...] = ()
+    emulated: bool = False
 
 
 #: the ways, by the name that a formula's spelling gives after its slash
@@ -91,7 +93,10 @@ NORMALISE: dict[str, Normalise] = {
     "squared": Normalise("the square of the cosine, no root", forms=(("none", cosine_squared),)),
     "fast": Normalise("each, by the bit trick with one Newton step", fast_reciprocal_length, precisions=("float32",)),
     "estimate": Normalise(
-        "each, by a 12-bit estimate of the root", estimated_reciprocal_length, precisions=("float32",)
+        "each, by a 12-bit estimate of the root, emulated",
+        estimated_reciprocal_length,
+        precisions=("float32",),
+        emulated=True,
     ),
 }
 

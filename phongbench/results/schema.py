@@ -153,7 +153,7 @@ ACCURACY = _table(
 )
 TIMING = _table(
     "Times of kernels from vectors to values, interleaved with exact Phong's",
-    *(_BY_NAME[name] for name in (*_FORMULA, "precision", *RAW)),
+    *(_BY_NAME[name] for name in (*_FORMULA, "precision")),
     _key("working_set", "str", "which memory holds the data: l1, l2, memory"),
     Column("elements", "int64", "pairs of a pass", "count"),
     _key("threads", "int64", "threads that ran at once", "count"),
@@ -169,6 +169,7 @@ TIMING = _table(
     Column("compile_ms", "float64", "time of compiling; 0 where a cache had it", "ms", optional=True),
     Column("lit", "float64", "share of pairs that are lit, of kernels that skip dark ones", "1", True, True),
     Column("processes", "int64", "fresh processes whose readings are merged", "count", optional=True),
+    *(_BY_NAME[name] for name in RAW),
 )
 WORST = _table(
     "The inputs of a cell's largest errors",

@@ -247,7 +247,8 @@ class Block:
 
     def void(self, kernel: TimedKernel, why: str) -> MeasurementError:
         """The problem that takes this kernel's row away."""
-        words = " ".join(str(part) for part in kernel.key if part is not None)
+        key = kernel.key[:5] if kernel.as_given else kernel.key
+        words = " ".join(str(part) for part in key if part is not None)
         return MeasurementError(f"{why}; its row is left out", f"{words}, {self.working_set}", "the kernel is wrong")
 
     @property

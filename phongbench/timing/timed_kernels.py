@@ -19,6 +19,7 @@ from phongbench.errors import InputError, KernelError, MeasurementError
 from phongbench.formulas import lambda_forms, normalising, pair_kernels, recipes
 from phongbench.formulas.formula import Formula, Registry
 from phongbench.formulas.kernel import Kernel
+from phongbench.formulas.normalising import NORMALISE
 from phongbench.formulas.recipes import PAIR
 from phongbench.formulas.registry import REGISTRY
 from phongbench.formulas.spec import MAX_COEFFICIENTS, Approximation, Setting
@@ -32,6 +33,15 @@ from phongbench.results.schema import BASELINE, COPY, DOT, FMA, LIBM, TRIAD, TWI
 CHAIN = 8
 #: what is timed on several threads too: (name, gamma)
 THREADED = ((BASELINE, None), (DOT, None), ("lyon", 8))
+#: of formulas for raw vectors those that are timed beyond the first cache too: claims ask for them there
+BEYOND_FIRST_CACHE = (
+    "phong/each",
+    "phong/once",
+    "lyon:cross:8/once",
+    "phong@reflect/each",
+    "phong@lengthwise/once",
+    "lyon:cross:8@lengthwise",
+)
 #: the shininess at which kernels are timed, and a second one for integer powers, which alone depend on it
 ALPHA, FURTHER_ALPHAS = 50.0, (64.0, 1000.0)
 #: rows of the arrays a formula reads and writes; from N, L and V
@@ -98,13 +108,13 @@ class TimedFormula:
 def timed_formulas(cells: Iterable[Cell], registry: Registry = REGISTRY) -> tuple[TimedFormula, ...]:
     """The formulas behind cells that differ in time, in the order first met, at shininess ALPHA where it is accepted.
 
-    Emulated precisions are left out: their steps are conversions, so their time says nothing about hardware that has
-    them.
+    Emulated precisions and roots are left out: their steps are conversions and tables, so their time says nothing about
+    hardware that has them.
     """
     chosen: dict[Key, TimedFormula] = {}
     for cell in cells:
         spec, precision = cell.formula.spec(registry), precision_named(cell.precision)
-        if not precision.rounds:
+        if not precision.rounds and not NORMALISE[cell.formula.normalise].emulated:
             formula = replace(cell.formula, slope=spec.slopes[0])
             alpha = ALPHA if spec.accepts(formula.setting(ALPHA)) else cell.alpha
             timed = TimedFormula(formula, spec, precision, alpha)
@@ -190,6 +200,14 @@ def _chained(a: Array, b: Array) -> Array:
     for _ in range(CHAIN):
         value = value * a[0] + 1 / ALPHA
     return np.asarray(value)
+
+
+def in_every_set(kernels: Iterable[TimedKernel]) -> list[TimedKernel]:
+    """The kernels without those for raw vectors that are timed in the first cache only."""
+    places = {
+        (f.approximation, f.lambda_form, f.gamma, f.recipe, f.normalise) for f in map(Formula.parse, BEYOND_FIRST_CACHE)
+    }
+    return [k for k in kernels if k.as_given or (k.name, k.key[1], k.key[3], *k.key[5:]) in places]
 
 
 def on_threads(kernels: Iterable[TimedKernel], counts: Iterable[int]) -> list[TimedKernel]:

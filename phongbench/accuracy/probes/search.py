@@ -39,6 +39,7 @@ from phongbench.formulas.coordinate_kernels import COORDINATE_ROWS, COSINE_ROW, 
 from phongbench.formulas.exact import truth_at, truth_kernel
 from phongbench.inputs.pairs import hold
 from phongbench.inputs.plan import Cell, Plan
+from phongbench.results.runs import as_given
 from phongbench.results.schema import ACCURACY, WORST
 
 #: boxes kept, points in each, and halvings
@@ -130,6 +131,7 @@ def _stored(worst: pd.DataFrame) -> dict[tuple[Any, ...], list[Array]]:
     """
     if worst.empty:
         return {}
+    worst = as_given(worst)
     unit = worst[~worst["stratum"].isin(["lengths", "hostile", VECTORS]) & (worst["truth"] == "angle")]
     names = ["approximation", "lambda_form", "space", "beta_policy", "alpha", "gamma", "precision", "gated"]
     keys = zip(*(unit[n].fillna(0) if n == "gamma" else unit[n] for n in names), strict=True)

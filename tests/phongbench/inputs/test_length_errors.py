@@ -85,9 +85,10 @@ def test_float16_rounds_each_component():
     assert abs(BY_NAME["half"].length_error) <= 2.0**-11
 
 
-@pytest.mark.parametrize(
-    "stratum", [s for s in STRATA if s.cause and s.name == "lengths"], ids=lambda s: s.perturbation
-)
+ROOTED = [s for s in STRATA if s.cause and s.name == "lengths"]
+
+
+@pytest.mark.parametrize("stratum", ROOTED, ids=lambda s: s.perturbation)
 def test_pairs_of_a_cause_are_wrong_in_length_only(stratum):
     plain = next(s for s in STRATA if s.name == "highlight")
     for precision, tolerance in ((FLOAT64, 1e-14), (FLOAT32, 1e-6)):
