@@ -83,7 +83,7 @@ _CELL = (
     Column("beta", "float64", "slope at the peak; missing for formulas without one"),
     _key("precision", "str", "working precision; `exact` for certified rows"),
     _key("gated", "bool", "values are 0 where a.b <= 0"),
-    _key("recipe", "str", "how the pair is made from N, L, V: reflect, lengthwise, halfway; pair where it is given"),
+    _key("recipe", "str", "how the pair is made of N, L, V: reflect, lengthwise, halfway; pair where it is given"),
     _key("normalise", "str", "how wrong lengths are removed: none, each, once, squared, fast, estimate"),
 )
 _BY_NAME = {column.name: column for column in _CELL}
@@ -94,8 +94,7 @@ _INPUTS = (
     _key(
         "stratum",
         "str",
-        "inputs: highlight, uniform, peak, cutoff, grazing, lengths, hostile, cosines, vectors, "
-        "configurations of N, L and V",
+        "highlight, uniform, peak, cutoff, grazing, lengths, hostile, configurations, cosines, vectors",
     ),
     _key("perturbation", "str", "wrong lengths: none, a, both, opposite, any, or as a cause such as rsqrt-12 leaves"),
     _key("length_error", "float64", "largest relative error of the vectors' lengths, signed", "1"),
