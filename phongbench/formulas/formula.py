@@ -168,6 +168,10 @@ class Formula:
         """What its coefficients are made for at this exponent."""
         return Setting(alpha, self.gamma, self.slope if isinstance(self.slope, str) else GIVEN, self.space)
 
+    def normalises_in(self, precision: str) -> bool:
+        """True if its way to remove lengths makes sense in a precision: tricks with bits are float32's."""
+        return precision in (NORMALISE[self.normalise].precisions or (precision,))
+
     def check_pair(self, where: str | None = None) -> None:
         """Raise InputError unless the formula takes its two directions as arguments."""
         if self.recipe != PAIR:

@@ -3,7 +3,6 @@
 import hashlib
 import json
 import math
-import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property
@@ -14,16 +13,18 @@ from phongbench.compiler.precisions import in_order, precision_named
 from phongbench.errors import InputError, UnknownNameError
 from phongbench.formulas.formula import Formula
 from phongbench.formulas.lambda_forms import LAMBDA_FORMS
-from phongbench.formulas.normalising import NORMALISE
 from phongbench.formulas.registry import REGISTRY
 from phongbench.formulas.spec import ALPHA, GAMMA, SPACES, Approximation, Setting
+from phongbench.inputs import raw_formulas
 from phongbench.inputs.meshes import TESSELLATIONS
 from phongbench.inputs.obj_files import load
 from phongbench.inputs.raw_formulas import RAW
-from phongbench.inputs.strata import STRATUM_NAMES
+from phongbench.inputs.strata import STRATUM_NAMES, USUAL_STRATA
 
 #: questions beyond the sweep; phongbench.accuracy.probes answers them
-PROBE_NAMES: tuple[str, ...] = ("cosines", "search", "certify", "meshes", "hostile", "smoothness", "scenes", "recheck")
+PROBE_NAMES: tuple[str, ...] = (
+    "cosines", "search", "certify", "meshes", "hostile", "smoothness", "lobes", "scenes", "recheck",
+)  # fmt: skip
 #: those of a study that does not ask for others: scenes take minutes, and a question of their own
 USUAL_PROBES = tuple(name for name in PROBE_NAMES if name != "scenes")
 #: what must not be empty
@@ -38,6 +39,8 @@ _AXES = (
     "precisions",
     "strata",
 )
+#: what the quick preset leaves to the others: near kin of what it has, and many cells
+LEFT_TO_STANDARD = ("gaussian-quadratic",)
 ALL_SLOPES = ("taylor", "minimax", "energy")
 #: real exponents (materials, file formats) and the non-powers of two that expose what powers of two hide
 QUICK_ALPHAS = (5.0, 10.0, 20.0, 32.0, 50.0, 64.0, 100.0, 128.0, 200.0, 256.0, 512.0, 1000.0)
@@ -103,12 +106,12 @@ class Plan:
     alphas: tuple[float, ...] = QUICK_ALPHAS
     gammas: tuple[int, ...] = (2, 4, 8, 16, 32, 64)
     lambda_forms: tuple[str, ...] = ("dot", "difference", "cross")
-    approximations: tuple[str, ...] = tuple(REGISTRY)
+    approximations: tuple[str, ...] = tuple(name for name in REGISTRY if name not in LEFT_TO_STANDARD)
     slopes: tuple[str, ...] = ("taylor", "minimax")
     spaces: tuple[str, ...] = SPACES
     length_spaces: tuple[str, ...] = ("reflect",)
     precisions: tuple[str, ...] = ("float16", "float32")
-    strata: tuple[str, ...] = STRATUM_NAMES
+    strata: tuple[str, ...] = USUAL_STRATA
     samples: int = 100 * 1024
     seed: int = 1
     raw: tuple[str, ...] = RAW
@@ -164,9 +167,8 @@ class Plan:
                 )
         for alpha in self.alphas:
             if not (math.isfinite(alpha) and ALPHA.low <= alpha <= ALPHA.high):
-                raise InputError(
-                    f"alpha = {alpha:g} is not in {ALPHA.low:g} .. {ALPHA.high:g}", None, "alpha is Phong's exponent"
-                )
+                fix = "alpha is Phong's exponent" if alpha else "at alpha 0 Phong is 1 where the light is in front"
+                raise InputError(f"alpha = {alpha:g} is not in {ALPHA.low:g} .. {ALPHA.high:g}", None, fix)
         for gamma in self.gammas:
             if not GAMMA.low <= gamma <= GAMMA.high or gamma & (gamma - 1):
                 raise InputError(
@@ -183,10 +185,7 @@ class Plan:
             precision_named(name)
         _known("stratum", self.strata, STRATUM_NAMES)
         _known("probe", self.probes, PROBE_NAMES)
-        for spelling in self.raw:
-            if not Formula.parse(spelling, registry).raw:
-                fix = "write e.g. phong/each or lyon:cross:8@lengthwise; the axes hold the others"
-                raise InputError(f"{spelling} neither removes lengths nor starts from N, L and V", "raw", fix)
+        raw_formulas.check(self.raw, registry)
 
     def _check_meshes(self) -> None:
         """Read every mesh now, so that a bad one does not end a long run; the probe finds them read."""
@@ -218,22 +217,10 @@ class Plan:
                 yield Cell(formula, alpha, precision)
                 if formula.lambda_form != "none":
                     yield Cell(formula, alpha, precision, gated=False)
-        for precision, formula in product(self.precisions, self.raw_formulas(registry)):
-            if precision in (NORMALISE[formula.normalise].precisions or self.precisions):
+        for precision, formula in product(self.precisions, raw_formulas.of(self, registry)):
+            if formula.normalises_in(precision):
                 spec = formula.spec(registry)
                 yield from (Cell(formula, a, precision) for a in self.alphas if spec.accepts(formula.setting(a)))
-
-    def raw_formulas(self, registry: Mapping[str, Approximation] = REGISTRY) -> list[Formula]:
-        """The formulas of `raw` that lie on the plan's axes."""
-        mine = [spelling for spelling in self.raw if re.split("[:@/]", spelling)[0] in self.approximations]
-        return [
-            f
-            for f in (Formula.parse(spelling, registry) for spelling in mine)
-            if f.gamma in (None, *self.gammas)
-            and f.lambda_form in ("none", *self.lambda_forms)
-            and f.slope in ("none", *self.slopes)
-            and f.space in self.spaces
-        ]
 
     def formulas(self, spec: Approximation) -> Iterator[tuple[Formula, float]]:
         """The formulas of this plan that an approximation takes, each with every exponent that it takes."""
@@ -254,8 +241,10 @@ PRESETS: Mapping[str, Plan] = {
         alphas=QUICK_ALPHAS + STANDARD_ALPHAS,
         gammas=(1, 2, 4, 8, 16, 32, 64, 128),
         lambda_forms=tuple(LAMBDA_FORMS),
-        slopes=(*ALL_SLOPES, "lagarde"),
+        approximations=tuple(REGISTRY),
+        slopes=(*ALL_SLOPES, "lagarde", "unreal"),
         precisions=("float16", "bfloat16", "float32", "float64"),
+        strata=STRATUM_NAMES,
         samples=1 << 17,
         timing_budget=60.0,
         processes=2,
@@ -266,9 +255,11 @@ PRESETS: Mapping[str, Plan] = {
         alphas=QUICK_ALPHAS + STANDARD_ALPHAS,
         gammas=(1, 2, 4, 8, 16, 32, 64, 128, 256),
         lambda_forms=tuple(LAMBDA_FORMS),
-        slopes=(*ALL_SLOPES, "lagarde"),
+        approximations=tuple(REGISTRY),
+        slopes=(*ALL_SLOPES, "lagarde", "unreal"),
         length_spaces=SPACES,
         precisions=("float16", "bfloat16", "float32", "float64"),
+        strata=STRATUM_NAMES,
         samples=1 << 20,
         timing_budget=600.0,
         processes=8,
@@ -283,6 +274,11 @@ def preset(name: str) -> Plan:
     if name not in PRESETS:
         raise UnknownNameError("preset", name, PRESETS)
     return PRESETS[name]
+
+
+def with_own(plan: Plan, registry: Mapping[str, Approximation]) -> tuple[str, ...]:
+    """The approximations of a plan, and those of a registry that we do not ship: plug-ins and the user's own."""
+    return tuple(name for name in registry if name in plan.approximations or name not in REGISTRY)
 
 
 def _known(kind: str, names: Iterable[str], known: Iterable[str]) -> None:

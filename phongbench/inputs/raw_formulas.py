@@ -1,5 +1,12 @@
 """Formulas for raw vectors that presets measure: ways of removing lengths, and recipes from N, L and V."""
 
+import re
+from collections.abc import Iterable, Sequence
+from typing import Protocol
+
+from phongbench.errors import InputError
+from phongbench.formulas.formula import Formula, Registry
+
 #: what is measured of each way to normalise, where a pair of any lengths is given
 NORMALISED = (
     "phong/each",
@@ -58,3 +65,41 @@ FROM_N_L_V = (
     "lyon:cross:8:minimax@halfway/once",
 )
 RAW = (*NORMALISED, *FROM_N_L_V)
+
+
+class Axes(Protocol):
+    """The axes of a plan that its raw formulas must lie on."""
+
+    @property
+    def raw(self) -> Sequence[str]: ...  # noqa: D102
+    @property
+    def approximations(self) -> Sequence[str]: ...  # noqa: D102
+    @property
+    def gammas(self) -> Sequence[int]: ...  # noqa: D102
+    @property
+    def lambda_forms(self) -> Sequence[str]: ...  # noqa: D102
+    @property
+    def slopes(self) -> Sequence[str]: ...  # noqa: D102
+    @property
+    def spaces(self) -> Sequence[str]: ...  # noqa: D102
+
+
+def of(plan: Axes, registry: Registry) -> list[Formula]:
+    """The plan's raw formulas that lie on its axes; those of approximations that it does not hold are not read."""
+    mine = [spelling for spelling in plan.raw if re.split("[:@/]", spelling)[0] in plan.approximations]
+    return [
+        f
+        for f in (Formula.parse(spelling, registry) for spelling in mine)
+        if f.gamma in (None, *plan.gammas)
+        and f.lambda_form in ("none", *plan.lambda_forms)
+        and f.slope in ("none", *plan.slopes)
+        and f.space in plan.spaces
+    ]
+
+
+def check(spellings: Iterable[str], registry: Registry) -> None:
+    """InputError or UnknownNameError names a spelling that is none, or that takes its pair as it is."""
+    for spelling in spellings:
+        if not Formula.parse(spelling, registry).raw:
+            fix = "write e.g. phong/each or lyon:cross:8@lengthwise; the axes hold the others"
+            raise InputError(f"{spelling} neither removes lengths nor starts from N, L and V", "raw", fix)

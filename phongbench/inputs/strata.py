@@ -21,7 +21,8 @@ Scale = Literal["none", "alpha", "cutoff"]
 class Stratum:
     """One kind of input.
 
-    name          str      uniform, highlight, peak, cutoff, grazing, lengths, hostile; configurations of N, L and V
+    name          str      uniform, highlight, peak, cutoff, grazing, lengths, normalised or hostile; configurations of
+                           N, L and V
     scale         str      what the deficits are scaled by: nothing, 1 / alpha, or the cell's own cutoff
     perturbation  str      none, a, both or opposite: whose length is wrong; or one of causes.CAUSES: why; any: lengths
                            from 0.001 to 1000. In configurations `both` means all three
@@ -90,8 +91,11 @@ STRATA: tuple[Stratum, ...] = (
     Stratum("cutoff", "cutoff"),
     Stratum("grazing"),
     *_length_strata(),
+    Stratum("normalised", "alpha"),
     Stratum("hostile"),
     Stratum("lengths", "alpha", ANY.name),
     *_configurations(),
 )
 STRATUM_NAMES = tuple(dict.fromkeys(s.name for s in STRATA))
+#: what a study measures that does not ask for more; what normalising adds to a largest error is proven without samples
+USUAL_STRATA = tuple(name for name in STRATUM_NAMES if name != "normalised")
