@@ -45,6 +45,8 @@ class Rows:
     skips = _table("skips")
     scene_times = _table("scene_times")
     far = _table("far")
+    incidence = _table("incidence")
+    incidence_times = _table("incidence_times")
 
     def stored(self, name: str) -> pd.DataFrame:
         """A table as the run has it, in the order of its file."""
@@ -127,6 +129,17 @@ class Rows:
         rows = at(self.meshes, gated=True)
         mine = at(rows, precision=self.precision)
         return (mine if len(mine) else at(rows, precision="float32")).reset_index(drop=True)
+
+    @cached_property
+    def incidence_precision(self) -> str:
+        """The precision that reflectances are judged at: that of the others, or float32 where it was not measured."""
+        return self.precision if (self.incidence["precision"] == self.precision).any() else "float32"
+
+    @cached_property
+    def judged_incidence(self) -> pd.DataFrame:
+        """Errors of reflectances at the judged precision, glass first: of the two, it varies most."""
+        rows = at(self.incidence, precision=self.incidence_precision)
+        return rows.sort_values("material", ascending=False, kind="stable").reset_index(drop=True)
 
     @cached_property
     def judged_times(self) -> pd.DataFrame:

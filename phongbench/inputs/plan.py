@@ -20,7 +20,9 @@ from phongbench.inputs.obj_files import load
 from phongbench.inputs.strata import STRATUM_NAMES
 
 #: questions beyond the sweep; phongbench.accuracy.probes answers them
-PROBE_NAMES: tuple[str, ...] = ("cosines", "search", "certify", "meshes", "hostile", "smoothness", "scenes", "recheck")
+PROBE_NAMES: tuple[str, ...] = (
+    "cosines", "search", "certify", "meshes", "hostile", "smoothness", "incidence", "scenes", "recheck",
+)  # fmt: skip
 #: those of a study that does not ask for others: scenes take minutes, and a question of their own
 USUAL_PROBES = tuple(name for name in PROBE_NAMES if name != "scenes")
 #: what must not be empty

@@ -72,6 +72,8 @@ class Run:
     skips = _table("skips")
     scene_times = _table("scene_times")
     far = _table("far")
+    incidence = _table("incidence")
+    incidence_times = _table("incidence_times")
 
     def read(self, name: str) -> pd.DataFrame:
         """A table, read anew. CorruptRunError if it cannot be read or lacks columns."""

@@ -26,7 +26,7 @@ from phongbench.results import checkpoints, runs
 from phongbench.results.provenance import collect, fingerprint_code
 from phongbench.results.runs import Run
 from phongbench.study import precompile
-from phongbench.study.kernel_timing import time_kernels
+from phongbench.study.kernel_timing import time_all
 from phongbench.support import process
 from phongbench.support.process import seldom_collected
 from phongbench.support.progress import Progress
@@ -118,7 +118,7 @@ def run_study(
         with _clocked(seconds, "timing"):
             precompile.stop(helper, at_once=not plan.timing)
             if plan.timing:
-                study.store({"timing": time_kernels(study.sweep, checked)})
+                study.store(time_all(study.sweep, checked))
         outcome = study.complete(context, seconds)
         with _clocked(seconds, "report"):
             if build_report:
