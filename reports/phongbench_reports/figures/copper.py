@@ -26,15 +26,9 @@ def draw(study: Rows) -> Plate:
     """The channels of each formula as curves, and the colour that white light has once it is mirrored as strips."""
     degrees = np.linspace(0.0, 90.0, ANGLES)
     tables = {kind: _reflected(kind, degrees) for kind, *_ in DRAWN}
-    data = pd.concat(
-        [
-            pd.DataFrame(
-                {"reflectance": kind, "incidence_degrees": degrees, **dict(zip(CHANNELS, found.T, strict=True))}
-            )
-            for kind, found in tables.items()
-        ],
-        ignore_index=True,
-    )
+    columns = {kind: dict(zip(CHANNELS, found.T, strict=True)) for kind, found in tables.items()}
+    frames = [pd.DataFrame({"reflectance": k, "incidence_degrees": degrees} | found) for k, found in columns.items()]
+    data = pd.concat(frames, ignore_index=True)
     figure, (curves, strips) = sheet(3.6, 1, 2, left=0.06, right=0.98, bottom=0.2, top=0.88, wspace=0.25)
     _curves(curves, degrees, tables)
     _strips(strips, tables)
