@@ -1,5 +1,7 @@
 """Formulas of reflectance: error over incidence against time, glass and copper apart."""
 
+from typing import Any
+
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
@@ -67,7 +69,7 @@ def _names(axes: Axes, rows: pd.DataFrame, *, left: bool) -> None:
     to_axes = axes.transData + axes.transAxes.inverted()
     places = to_axes.transform(np.column_stack([rows["error"].clip(lower=FLOOR), rows["ratio"]]))
     for row, (x, _), height in zip(records(rows), places, spread([float(y) for _, y in places], 0.065), strict=True):
-        look = {"fontsize": 7.5, "va": "center", "ha": "right" if left else "left"}
+        look: dict[str, Any] = {"fontsize": 7.5, "va": "center", "ha": "right" if left else "left"}
         axes.text(x + (-0.015 if left else 0.015), height, row["reflectance"], transform=axes.transAxes, **look)
 
 
