@@ -78,6 +78,8 @@ class Run:
     far = _table("far")
     incidence = _table("incidence")
     incidence_times = _table("incidence_times")
+    moments = _table("moments")
+    cuts = _table("cuts")
 
     def read(self, name: str) -> pd.DataFrame:
         """A table, read anew. CorruptRunError if it cannot be read or lacks columns."""

@@ -18,7 +18,7 @@ def judge(rows: Rows) -> Finding:
     """The constant ks, equal to the reflectance at normal incidence, against the exact reflectance of glass and copper
     (Fresnel's, unpolarised), for light of full intensity, in the channel that errs most. Holds if the difference
     exceeds 1/255 somewhere up to 85 degrees of incidence for every material, fails if for none, else holds under
-    conditions; with the incidence up to which a constant ks stays within 1/255, and what Schlick's formula leaves.
+    conditions; with the incidence up to which a constant ks changes by at most 1/255, and what Schlick's formula leaves.
     """
     measured = rows.judged_incidence
     constant = at(measured, reflectance="constant")
@@ -32,7 +32,7 @@ def judge(rows: Rows) -> Finding:
     )
     seen = [one["within_degrees"] < GRAZING for one in records]
     parts = [
-        f"{one['material']}: within 1/255 up to {one['within_degrees']:.3g} degrees, off by "
+        f"{one['material']}: at most 1/255 up to {one['within_degrees']:.3g} degrees, off by "
         f"{codes(one['error_at_60_degrees'])} at 60 and {codes(one['error_at_85_degrees'])} at 85, where Schlick's "
         f"formula errs by at most {codes(one['max_error_of_schlick'])} anywhere"
         for one in records

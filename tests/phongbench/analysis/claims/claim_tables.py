@@ -24,6 +24,7 @@ class Tables:
     scene_times: pd.DataFrame = field(default_factory=TABLES["scene_times"].frame)
     far: pd.DataFrame = field(default_factory=TABLES["far"].frame)
     incidence: pd.DataFrame = field(default_factory=TABLES["incidence"].frame)
+    cuts: pd.DataFrame = field(default_factory=TABLES["cuts"].frame)
     manifest: dict[str, Any] = field(default_factory=lambda: {"run": "by-hand", "state": "complete"})
 
 
