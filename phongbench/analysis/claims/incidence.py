@@ -18,7 +18,7 @@ def judge(rows: Rows) -> Finding:
     """The constant ks, equal to the reflectance at normal incidence, against the exact reflectance of glass and copper
     (Fresnel's, unpolarised), for light of full intensity, in the channel that errs most. Holds if the difference
     exceeds 1/255 somewhere up to 85 degrees of incidence for every material, fails if for none, else holds under
-    conditions; with the incidence up to which a constant ks changes by at most 1/255, and what Schlick's formula leaves.
+    conditions; with the incidence up to which a constant ks errs by at most 1/255, and what Schlick's formula leaves.
     """
     measured = rows.judged_incidence
     constant = at(measured, reflectance="constant")
