@@ -49,6 +49,8 @@ class Rows:
     skips = _table("skips")
     scene_times = _table("scene_times")
     far = _table("far")
+    incidence = _table("incidence")
+    incidence_times = _table("incidence_times")
     moments = _table("moments")
     cuts = _table("cuts")
 
@@ -147,6 +149,17 @@ class Rows:
         rows = at(self.meshes, gated=True)
         mine = at(rows, precision=self.precision)
         return (mine if len(mine) else at(rows, precision="float32")).reset_index(drop=True)
+
+    @cached_property
+    def incidence_precision(self) -> str:
+        """The precision that reflectances are judged at: that of the others, or float32 where it was not measured."""
+        return self.precision if (self.incidence["precision"] == self.precision).any() else "float32"
+
+    @cached_property
+    def judged_incidence(self) -> pd.DataFrame:
+        """Errors of reflectances at the judged precision, glass first: of the two, it varies most."""
+        rows = at(self.incidence, precision=self.incidence_precision)
+        return rows.sort_values("material", ascending=False, kind="stable").reset_index(drop=True)
 
     @cached_property
     def judged_times(self) -> pd.DataFrame:

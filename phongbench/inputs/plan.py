@@ -23,7 +23,7 @@ from phongbench.inputs.strata import STRATUM_NAMES, USUAL_STRATA
 
 #: questions beyond the sweep; phongbench.accuracy.probes answers them
 PROBE_NAMES: tuple[str, ...] = (
-    "cosines", "search", "certify", "meshes", "hostile", "smoothness", "lobes", "scenes", "recheck",
+    "cosines", "search", "certify", "meshes", "hostile", "smoothness", "incidence", "lobes", "scenes", "recheck",
 )  # fmt: skip
 #: those of a study that does not ask for others: scenes take minutes, and a question of their own
 USUAL_PROBES = tuple(name for name in PROBE_NAMES if name != "scenes")

@@ -76,6 +76,8 @@ class Run:
     skips = _table("skips")
     scene_times = _table("scene_times")
     far = _table("far")
+    incidence = _table("incidence")
+    incidence_times = _table("incidence_times")
     moments = _table("moments")
     cuts = _table("cuts")
 

@@ -228,6 +228,31 @@ FAR = _table(
     Column("incidence_degrees", "float64", "of the worst placement: light from normal", "degrees"),
     Column("offset_degrees", "float64", "of the worst placement: viewer from mirrored light", "degrees"),
 )
+INCIDENCE = _table(
+    "Reflectance of a material by a formula against the exact one, over incidence from 0 to 90 degrees",
+    _key("material", "str", "glass or copper"),
+    _key("reflectance", "str", "the formula: a kind of fresnel, with the material's own numbers"),
+    _key("precision", "str", "working precision"),
+    _key("channel", "str", "red, green or blue"),
+    _SAMPLES,
+    _MAX_ABS,
+    Column("worst_degrees", "float64", "incidence of the largest |error|", "degrees"),
+    _MEAN_ABS,
+    _CODES,
+    Column("within_degrees", "float64", "incidence up to which no error exceeds 1/255", "degrees"),
+    Column("error_60", "float64", "|error| at 60 degrees", "1"),
+    Column("error_85", "float64", "|error| at 85 degrees", "1"),
+)
+INCIDENCE_TIMES = _table(
+    "Times of formulas of reflectance, from a cosine of incidence to one channel, interleaved",
+    _key("reflectance", "str", "the formula, or an exact one once more"),
+    _key("precision", "str", "working precision"),
+    _key("against", "str", "the exact formula that `ratio` compares with"),
+    Column("elements", "int64", "cosines of a pass", "count"),
+    Column("rounds", "int64", "rounds that were kept", "count"),
+    Column("ns", "float64", "least time, per cosine", "ns"),
+    *_RATIO,
+)
 _LOBE = tuple(_BY_NAME[name] for name in ("approximation", "lambda_form", "space", "beta_policy", "alpha", "gamma"))
 _OF_LAW = "by closed form, for light along the normal; missing where there is none"
 MOMENTS = _table(
@@ -264,6 +289,8 @@ TABLES: Mapping[str, Table] = {
     "skips": SKIPS,
     "scene_times": SCENE_TIMES,
     "far": FAR,
+    "incidence": INCIDENCE,
+    "incidence_times": INCIDENCE_TIMES,
     "moments": MOMENTS,
     "cuts": CUTS,
 }

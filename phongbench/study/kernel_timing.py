@@ -6,13 +6,16 @@ from typing import Any
 
 import pandas as pd
 
+from phongbench.accuracy.probes.incidence import native
 from phongbench.accuracy.sweep import Sweep
 from phongbench.errors import BudgetError
 from phongbench.formulas.recipes import PAIR
 from phongbench.formulas.spec import Approximation
+from phongbench.results.schema import INCIDENCE_TIMES
 from phongbench.support.process import cores
 from phongbench.support.progress import Progress
-from phongbench.timing import skip_kernels
+from phongbench.timing import reflectance_times, skip_kernels
+from phongbench.timing.machine_lock import machine_lock
 from phongbench.timing.processes import measure_in_processes
 from phongbench.timing.timed_kernels import timed_formulas
 
@@ -31,6 +34,18 @@ class _Steps:
         share = done / max(total, 1)
         self.progress.advance(share - self.last)
         self.last = share
+
+
+def time_all(sweep: Sweep, progress: Progress) -> dict[str, pd.DataFrame]:
+    """The tables of times: of every kernel, and of formulas of reflectance where the plan asks for their errors."""
+    tables = {"timing": time_kernels(sweep, progress)}
+    if "incidence" in sweep.plan.probes:
+        progress.stage("timing reflectances")
+        with machine_lock():
+            timed = (reflectance_times.measure(precision, sweep.plan.seed) for precision in native(sweep.plan))
+            rows = [row for rows in timed for row in rows]
+        tables["incidence_times"] = INCIDENCE_TIMES.frame(rows)
+    return tables
 
 
 def time_kernels(sweep: Sweep, progress: Progress) -> pd.DataFrame:
