@@ -8,7 +8,7 @@ import pandas as pd
 
 from phongbench.analysis.claims import CLAIMS
 from phongbench.analysis.rows import Rows
-from phongbench.results.schema import ACCURACY, MESHES, TABLES, TIMING
+from phongbench.results.schema import ACCURACY, MESHES, RAW, TABLES, TIMING
 
 CODE = 1 / 255
 
@@ -29,7 +29,7 @@ class Tables:
 
 
 def accuracy(rows: Iterable[dict[str, Any]]) -> pd.DataFrame:
-    usual = {
+    usual = RAW | {
         "approximation": "lyon",
         "lambda_form": "dot",
         "space": "reflect",
@@ -53,7 +53,7 @@ def accuracy(rows: Iterable[dict[str, Any]]) -> pd.DataFrame:
 
 
 def timing(rows: Iterable[dict[str, Any]]) -> pd.DataFrame:
-    usual = {
+    usual = RAW | {
         "approximation": "phong",
         "lambda_form": "none",
         "space": "reflect",
@@ -71,7 +71,7 @@ def timing(rows: Iterable[dict[str, Any]]) -> pd.DataFrame:
 
 
 def meshes(rows: Iterable[dict[str, Any]]) -> pd.DataFrame:
-    usual = {
+    usual = RAW | {
         "mesh": "icosphere",
         "normals": "raw",
         "pair": "classic",
