@@ -114,7 +114,7 @@ def recommend(run: Run | None, budget: Budget, *, any_length: bool) -> dict[str,
         choice.choose(compared, budget.max_error, judge),
         budget,
         f", N, L and V of {lengths}",
-        "every N, L and V of these",
+        "every N, L and V of these lengths",
     )
     usual = [
         plain(row | {"bound": math.inf, "error_coverage": row["coverage"]}, budget)
