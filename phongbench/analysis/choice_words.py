@@ -8,7 +8,7 @@ import pandas as pd
 
 from phongbench.analysis.choice import Choice, Row
 from phongbench.analysis.error_budget import Budget
-from phongbench.analysis.promises import DOMAIN, exponents_of
+from phongbench.analysis.promises import exponents_of
 from phongbench.formulas.formula import Formula
 from phongbench.formulas.user_files import installed
 
@@ -54,11 +54,10 @@ def _beyond(miss: Mapping[str, Any], budget: Budget) -> str:
     return f"beyond {budget.max_error:.4g} by a factor of {miss['bound'] / budget.max_error:.3g}"
 
 
-def basis(choice: Mapping[str, Any], budget: Budget, where: str = "", domain: str = DOMAIN) -> str:
+def basis(choice: Mapping[str, Any], budget: Budget, where: str = "") -> str:
     """What is promised, where, what that rests on, and what was measured.
 
     where   vectors it holds for, after the exponent; left out: those of the budget
-    domain  what is proven about, in words
     """
     lengths = f" and lengths up to {budget.length_error:.3g} wrong" if budget.length_error else ""
     where = f"at alpha {budget.alpha}{where or lengths}"
@@ -66,15 +65,15 @@ def basis(choice: Mapping[str, Any], budget: Budget, where: str = "", domain: st
         return f"largest error {_size(choice['max_abs'])} {where}, by law"
     certified = choice["certified"]
     alone = "" if certified is None else f"; the formula alone errs by at most {certified:.3g}, proven"
-    return f"{_promise(choice, where, budget, domain)}; {_measured(choice)}{alone}"
+    return f"{_promise(choice, where, budget)}; {_measured(choice)}{alone}"
 
 
-def _promise(choice: Mapping[str, Any], where: str, budget: Budget, domain: str) -> str:
+def _promise(choice: Mapping[str, Any], where: str, budget: Budget) -> str:
     if choice["bound"] is None:
         return f"nothing is promised {where}"
     most = f"errs by at most {_size(choice['bound'])} {where}"
     if choice["coverage"] == "certified":
-        return f"{most}, proven for {domain}"
+        return f"{most}, proven"
     if budget.alpha.continuous:
         return f"{most}, proven at {len(exponents_of(budget))} exponents of the range, with room for those between"
     return f"{most}: the worst that a search found, with the rounding that it may have missed"
@@ -100,15 +99,10 @@ def _cost(choice: Mapping[str, Any]) -> str:
 
 
 def why(
-    choice: Mapping[str, Any],
-    other: Mapping[str, Any] | None,
-    budget: Budget,
-    resolved: bool,
-    where: str = "",
-    domain: str = DOMAIN,
+    choice: Mapping[str, Any], other: Mapping[str, Any] | None, budget: Budget, resolved: bool, where: str = ""
 ) -> str:
     """Why it is chosen, and how sure it is that the next one is slower."""
-    parts = [basis(choice, budget, where, domain), f"within {budget.max_error:.4g}", _cost(choice)]
+    parts = [basis(choice, budget, where), f"within {budget.max_error:.4g}", _cost(choice)]
     if other is not None and choice["ratio"] is None:
         parts.append(f"the next, {other['name']}, takes about {other['work']:.0f}")
     elif other is not None:
@@ -117,17 +111,17 @@ def why(
     return "; ".join(parts)
 
 
-def why_missed(miss: Mapping[str, Any], budget: Budget, where: str = "", domain: str = DOMAIN) -> str:
+def why_missed(miss: Mapping[str, Any], budget: Budget, where: str = "") -> str:
     """How far a nearest miss is from the budget."""
-    return f"{_beyond(miss, budget)}: {basis(miss, budget, where, domain)}; {_cost(miss)}"
+    return f"{_beyond(miss, budget)}: {basis(miss, budget, where)}; {_cost(miss)}"
 
 
-def answered(choice: Choice, budget: Budget, where: str = "", domain: str = DOMAIN) -> dict[str, Any]:
+def answered(choice: Choice, budget: Budget, where: str = "") -> dict[str, Any]:
     """A choice as plain data, each row with its reason: `choices` and `nearest_miss`."""
     choices = [plain(row, budget) for row in (choice.best, choice.runner_up) if row is not None]
     miss = None if choice.nearest_miss is None else plain(choice.nearest_miss, budget)
     for chosen, other in zip(choices, [*choices[1:], None], strict=False):
-        chosen["why"] = why(chosen, other, budget, choice.resolved, where, domain)
+        chosen["why"] = why(chosen, other, budget, choice.resolved, where)
     if miss is not None:
-        miss["why"] = why_missed(miss, budget, where, domain)
+        miss["why"] = why_missed(miss, budget, where)
     return {"choices": choices, "nearest_miss": miss}

@@ -110,12 +110,9 @@ def recommend(run: Run | None, budget: Budget, *, any_length: bool) -> dict[str,
         "any length from 0.001 to 1000" if any_length else f"lengths {most}" if budget.length_error else "unit N, L, V"
     )
     notes += [gain] if (gain := lengths_gain(compared, budget, judge)) else []
-    answer = answered(
-        choice.choose(compared, budget.max_error, judge),
-        budget,
-        f", N, L and V of {lengths}",
-        "every N, L and V of these lengths",
-    )
+    chosen = choice.choose(compared, budget.max_error, judge)
+    answer = answered(chosen, budget, f", N, L and V of {lengths}")
+    notes.append(f"what an answer says holds in {budget.precision} for every N, L and V of {lengths}")
     usual = [
         plain(row | {"bound": math.inf, "error_coverage": row["coverage"]}, budget)
         for row in front.records(compared)

@@ -13,6 +13,8 @@ from phongbench.analysis.choice import as_given, choose, promised
 from phongbench.analysis.choice_words import answered
 from phongbench.analysis.error_budget import Budget, length_error_of
 from phongbench.analysis.exponents import Exponents
+from phongbench.analysis.promises import DOMAIN
+from phongbench.compiler.precisions import precision_named
 from phongbench.formulas.user_files import installed
 from phongbench.results import runs
 from phongbench.results.runs import DEFAULT_ROOT, Run
@@ -63,6 +65,9 @@ def recommend(
     if unknown:
         notes.append(f"{', '.join(unknown)}: only sampled, and the formula is not here, so nothing is promised of it")
     choice = choose(cells, budget.max_error, as_given if run is None else promised(budget, installed(), search=search))
+    if run is not None:
+        vectors = "vectors rounded to it" if precision_named(precision).saturates else DOMAIN
+        notes.append(f"what an answer says holds in {precision} for {vectors}")
     return {
         "basis": "laws" if run is None else "run",
         "run": None if run is None else run.id,
