@@ -338,7 +338,8 @@ def make_run(
         "plan": {"alphas": list(alphas), "samples": 131072, "preset": "quick"},
         "files": {},
     }
-    tables = (worst_rows(accuracy), mesh_rows(accuracy), behaviour_rows(accuracy), smoothness_rows(accuracy))
+    made = (worst_rows(accuracy), mesh_rows(accuracy), behaviour_rows(accuracy), smoothness_rows(accuracy))
+    tables = (table.assign(**RAW) for table in made)
     return MadeUpRun(path, manifest, accuracy, timing, *tables, incidence_rows(), incidence_times())
 
 

@@ -22,7 +22,7 @@ def raw_vectors(study: Rows) -> str:
         (way, f"`{one}`", f"`{other}`", _ns(first[way]), *(cells.get((way, place), "–") for place in places))
         for way, one, other in ways
     ]
-    headings = ("", "cross", "exact, one root", f"ns, {SETS[places[0]]}", *(SETS[place] for place in places))
+    headings = ("", "cross", "exact, one root", f"ns {SETS[places[0]]}", *(SETS[place] for place in places))
     shown = table(headings, lines, right=range(3, len(headings)))
     note = f"{told['precision']} on the {told['target']}; time of the cross form over that of exact Phong"
     return f"**{told['question']}** {told['sentence']}\n\n{shown}\n\n({note}, with the {INTERVAL}s of both joined.)"

@@ -156,7 +156,7 @@ def test_raw_vectors_are_answered_for_with_intervals(made: Any) -> None:
     usual = made.timing.assign(recipe="pair", normalise="none")
     part = raw_part.raw_vectors(Rows(replace(made, timing=pd.concat([usual, *rows], ignore_index=True))))
     headings, _, given, whole = lines_of(part)
-    assert headings[4:] == ["L1", "L2", "memory"]
+    assert headings[3:] == ["ns in L1", "in L1", "in L2", "beyond cache"]
     assert given[:3] == ["given R and V", "`lyon:cross:8`", "`phong/once`"]
     assert given[4] == "0.250 (0.245 to 0.255), faster"
     assert whole[0] == "from N, L and V"
