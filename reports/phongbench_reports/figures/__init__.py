@@ -2,12 +2,14 @@
 
 from phongbench_reports.figures import (
     causes,
+    cut,
     error_angle,
     error_gamma,
     front,
     ghost,
     heatmap,
     meshes,
+    moments,
     precision,
     speed,
     split,
@@ -27,6 +29,8 @@ FIGURES = (
     Part("precision", "Error against precision", precision.draw),
     Part("widths", "The best γ of each precision", widths.draw),
     Part("ghost", "The second highlight of the cross form", ghost.draw),
+    Part("cut", "Where the highlight is cut off", cut.draw),
+    Part("moments", "What a lobe sends where", moments.draw),
     Part("split", "Where the error comes from", split.draw),
     Part("speed", "Time per element and working set", speed.draw),
 )

@@ -61,7 +61,9 @@ def test_every_figure_that_a_claim_names_is_on_the_page(table: ClaimTable) -> No
 
 def test_a_run_without_the_rows_says_how_to_get_them(run: Any) -> None:
     rows = run.accuracy[run.accuracy["approximation"] == "schlick"]
-    found = claims(Rows(replace(run, accuracy=rows, timing=run.timing.head(0), meshes=run.meshes.head(0))))
+    found = claims(
+        Rows(replace(run, accuracy=rows, timing=run.timing.head(0), meshes=run.meshes.head(0), cuts=run.cuts.head(0)))
+    )
     assert isinstance(found, Absent)
     assert "phongbench run" in found.fix
 
