@@ -10,6 +10,7 @@ import pandas as pd
 from numpy.lib.stride_tricks import as_strided
 from numpy.typing import ArrayLike
 
+from phongbench.analysis.promises import bound_at
 from phongbench.compiler.precisions import FLOAT32, FLOAT64, Array, Precision, precision_named
 from phongbench.errors import InputError
 from phongbench.formulas import curves, lobe_moments
@@ -134,7 +135,10 @@ def shader(formula: str | Formula, *, alpha: float, language: str = "glsl", own:
     }
     """
     chosen, registry = formula_of(formula, own)
-    return export.shader(chosen, number(alpha, "alpha"), language, registry=registry).text
+    exponent = number(alpha, "alpha")
+    chosen.check(exponent, registry)
+    bound = bound_at(chosen, exponent, registry)
+    return export.shader(chosen, exponent, language, registry=registry, bound=bound).text
 
 
 def formula_of(formula: str | Formula, own: Sequence[Approximation]) -> tuple[Formula, Registry]:

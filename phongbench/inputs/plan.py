@@ -17,7 +17,7 @@ from phongbench.formulas.registry import REGISTRY
 from phongbench.formulas.spec import ALPHA, GAMMA, SPACES, Approximation, Setting
 from phongbench.inputs.meshes import TESSELLATIONS
 from phongbench.inputs.obj_files import load
-from phongbench.inputs.strata import STRATUM_NAMES
+from phongbench.inputs.strata import STRATUM_NAMES, USUAL_STRATA
 
 #: questions beyond the sweep; phongbench.accuracy.probes answers them
 PROBE_NAMES: tuple[str, ...] = (
@@ -107,7 +107,7 @@ class Plan:
     spaces: tuple[str, ...] = SPACES
     length_spaces: tuple[str, ...] = ("reflect",)
     precisions: tuple[str, ...] = ("float16", "float32")
-    strata: tuple[str, ...] = STRATUM_NAMES
+    strata: tuple[str, ...] = USUAL_STRATA
     samples: int = 100 * 1024
     seed: int = 1
     timing: bool = True
@@ -230,6 +230,7 @@ PRESETS: Mapping[str, Plan] = {
         approximations=tuple(REGISTRY),
         slopes=(*ALL_SLOPES, "lagarde", "unreal"),
         precisions=("float16", "bfloat16", "float32", "float64"),
+        strata=STRATUM_NAMES,
         samples=1 << 17,
         timing_budget=60.0,
         processes=2,
@@ -244,6 +245,7 @@ PRESETS: Mapping[str, Plan] = {
         slopes=(*ALL_SLOPES, "lagarde", "unreal"),
         length_spaces=SPACES,
         precisions=("float16", "bfloat16", "float32", "float64"),
+        strata=STRATUM_NAMES,
         samples=1 << 20,
         timing_budget=600.0,
         processes=8,

@@ -38,7 +38,11 @@ _CELL = (
 )
 _BY_NAME = {column.name: column for column in _CELL}
 _INPUTS = (
-    _key("stratum", "str", "inputs: highlight, uniform, peak, cutoff, grazing, lengths, hostile, cosines, vectors"),
+    _key(
+        "stratum",
+        "str",
+        "inputs: highlight, uniform, peak, cutoff, grazing, lengths, normalised, hostile, cosines, vectors",
+    ),
     _key("perturbation", "str", "wrong lengths: none, a, both, opposite, or as a cause such as rsqrt-12 leaves them"),
     _key("length_error", "float64", "largest relative error of the vectors' lengths, signed", "1"),
     _key("truth", "str", "exact Phong of the true angle (angle), or of the vectors as they are (given)"),

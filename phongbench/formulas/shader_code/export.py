@@ -43,19 +43,27 @@ class Shader:
 
     text       its source: functions, the last of which is `highlight`, of two directions
     max_error  its largest error against exact Phong on unit vectors up to 90 degrees, at ANGLES angles, in float32
+    bound      what no pair of directions made unit in float32 errs beyond; None where nothing is promised
     """
 
     language: str
     text: str
     max_error: float
+    bound: float | None = None
 
     def as_dict(self) -> dict[str, Any]:
         """For JSON."""
-        return {"language": self.language, "text": self.text, "max_error": self.max_error}
+        return {"language": self.language, "text": self.text, "max_error": self.max_error, "bound": self.bound}
 
 
 def shader(
-    formula: Formula, alpha: float, language: str = "glsl", *, files: Iterable[str] = (), registry: Registry = REGISTRY
+    formula: Formula,
+    alpha: float,
+    language: str = "glsl",
+    *,
+    files: Iterable[str] = (),
+    registry: Registry = REGISTRY,
+    bound: float | None = None,
 ) -> Shader:
     """The source of a function `highlight` of two directions, and of what it calls.
 
@@ -63,6 +71,7 @@ def shader(
     language        one of LANGUAGES
     files           names of files that added the user's own formulas, for the command in the comment at the top
     registry        the approximations that the formula may name
+    bound           what the comment at the top may promise; without it, it tells samples and promises nothing
     returns         Shader; float32 throughout. It computes what the kernels compute, operation by operation, but for
                     powers, exponentials, roots and arc cosines, which are the language's own
     Raises UnknownNameError or InputError for what does not exist, KernelError for a body that has no spelling.
@@ -74,11 +83,12 @@ def shader(
     table = None if spec.table is None else spec.table(setting)
     speller = Speller(chosen, table)
     entry = _entry(speller, spec, formula.lambda_form, setting)
-    parts = [_head(spec, formula, alpha, error, _command(formula.spelled(registry), alpha, chosen.name, files))]
+    made_by = _command(formula.spelled(registry), alpha, chosen.name, files)
+    parts = [_head(spec, formula, alpha, _error(spec, error, bound), made_by)]
     parts += [chosen.preamble] if chosen.preamble else []
     if table is not None:
         parts.append(chosen.listed("TABLE", [chosen.number(float(value)) for value in table]))
-    return Shader(chosen.name, "\n\n".join([*parts, *speller.functions, entry]) + "\n", error)
+    return Shader(chosen.name, "\n\n".join([*parts, *speller.functions, entry]) + "\n", error, bound)
 
 
 def _largest_error(spec: Approximation, form: str, setting: Setting) -> float:
@@ -94,7 +104,16 @@ def _command(spelling: str, alpha: float, language: str, files: Iterable[str]) -
     return shlex.join([*words, "--language", language])
 
 
-def _head(spec: Approximation, formula: Formula, alpha: float, error: float, made_by: str) -> str:
+def _error(spec: Approximation, sampled: float, bound: float | None) -> str:
+    """What is promised of the error, or what was sampled."""
+    if bound is None:
+        return f"largest error against exact Phong at {ANGLES} angles: {sampled:.3g}; sampled, not promised"
+    terms = " if powers and arcs err by at most 1e-6" if spec.cost.transcendentals else ""
+    most = f"errs by at most {bound:.3g}, {255 * bound:.2g} of 255, on directions made unit in float32: proven{terms}"
+    return f"{most}; {sampled:.3g} was sampled"
+
+
+def _head(spec: Approximation, formula: Formula, alpha: float, error: str, made_by: str) -> str:
     words = [f"alpha = {alpha:g}"]
     words += [f"gamma = {formula.gamma}"] if formula.gamma is not None else []
     words += [f"lambda form {formula.lambda_form}"] if formula.lambda_form != "none" else []
@@ -102,7 +121,7 @@ def _head(spec: Approximation, formula: Formula, alpha: float, error: float, mad
     lines = [
         f"{spec.title}: {spec.formula}",
         ", ".join(words),
-        f"largest error against exact Phong, unit vectors up to 90 degrees: {error:.3g}, {255 * error:.2g} of 255",
+        error,
         _DIRECTIONS[formula.space][2],
         spec.source.citation,
         f"phongbench {__version__}: {made_by}",
