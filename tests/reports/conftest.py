@@ -17,6 +17,8 @@ import pandas as pd
 import pytest
 
 import phongbench_reports
+from phongbench.formulas.fresnel.reflectance import CHANNELS
+from phongbench.inputs.optical_constants import EXACT, in_terms_of
 from phongbench.results.schema import MESHES, TABLES
 
 Vector = npt.NDArray[np.float64]
@@ -39,6 +41,8 @@ class MadeUpRun:
     smoothness: pd.DataFrame = field(default_factory=pd.DataFrame)
     moments: pd.DataFrame = field(default_factory=TABLES["moments"].frame)
     cuts: pd.DataFrame = field(default_factory=TABLES["cuts"].frame)
+    incidence: pd.DataFrame = field(default_factory=TABLES["incidence"].frame)
+    incidence_times: pd.DataFrame = field(default_factory=TABLES["incidence_times"].frame)
     scenes: pd.DataFrame = field(default_factory=TABLES["scenes"].frame)
     skips: pd.DataFrame = field(default_factory=TABLES["skips"].frame)
     scene_times: pd.DataFrame = field(default_factory=TABLES["scene_times"].frame)
@@ -47,8 +51,8 @@ class MadeUpRun:
     @property
     def frames(self) -> tuple[pd.DataFrame, ...]:
         """All tables, in the order of the fields."""
-        lobes = (self.moments, self.cuts)
-        return self.accuracy, self.timing, self.worst, self.meshes, self.behaviour, self.smoothness, *lobes
+        first = self.accuracy, self.timing, self.worst, self.meshes, self.behaviour, self.smoothness
+        return *first, self.moments, self.cuts, self.incidence, self.incidence_times
 
 
 #: a cause of wrong lengths -> the lengths |a| - 1 and |b| - 1 that it is taken to leave
@@ -307,6 +311,37 @@ def cut_rows(gammas: tuple[int, ...]) -> pd.DataFrame:
     return TABLES["cuts"].frame([*rows, *(BLINN | {"alpha": a, "at_90": 4.0**-a} for a in (0.1, 1.0, 5.0))])
 
 
+#: formula of reflectance -> nanoseconds that it is taken to need
+REFLECTANCES = {"constant": 0.06, "schlick": 0.1, "f82": 0.12, "dielectric": 0.7, "conductor": 1.0}
+
+
+def incidence_rows() -> pd.DataFrame:
+    """Errors of reflectances at a few angles, by the plain bodies."""
+    degrees = np.linspace(0.0, 90.0, 31)
+    rows = []
+    for material, exact in EXACT.items():
+        for kind, number in product(REFLECTANCES, range(3)):
+            if (fresnel := in_terms_of(exact, kind)) is None:
+                continue
+            body, truth = fresnel.bound(number), exact.bound(number)
+            error = np.array([abs(body(v) - truth(v)) for v in np.cos(np.radians(degrees)).tolist()])
+            key = {"material": material, "reflectance": kind, "precision": "float32", "channel": CHANNELS[number]}
+            where = {"worst_degrees": float(degrees[error.argmax()]), "within_degrees": 37.0, "samples": 31}
+            sizes = {"max_abs": error.max() + 1e-8, "mean_abs": error.mean(), "codes_8bit": 255 * error.max()}
+            rows.append(key | where | sizes | {"error_60": float(error[20]), "error_85": float(error[28])})
+    return TABLES["incidence"].frame(rows)
+
+
+def incidence_times() -> pd.DataFrame:
+    rows = []
+    for (kind, ns), base in product(REFLECTANCES.items(), ("dielectric", "conductor")):
+        ratio = ns / REFLECTANCES[base]
+        ends = {"ratio": ratio, "ratio_low": 0.98 * ratio, "ratio_high": 1.03 * ratio}
+        key = {"reflectance": kind, "precision": "float32", "against": base}
+        rows.append(key | {"elements": 2048, "rounds": 48, "ns": ns} | ends)
+    return TABLES["incidence_times"].frame(rows)
+
+
 def make_run(
     path: Path,
     *,
@@ -335,7 +370,8 @@ def make_run(
         "files": {},
     }
     tables = (worst_rows(accuracy), mesh_rows(accuracy), behaviour_rows(accuracy), smoothness_rows(accuracy))
-    return MadeUpRun(path, manifest, accuracy, timing, *tables, moment_rows(alphas, gammas), cut_rows(gammas))
+    lobes = (moment_rows(alphas, gammas), cut_rows(gammas))
+    return MadeUpRun(path, manifest, accuracy, timing, *tables, *lobes, incidence_rows(), incidence_times())
 
 
 @pytest.fixture(scope="session")
