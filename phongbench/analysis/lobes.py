@@ -23,7 +23,8 @@ def beside_phong(moments: pd.DataFrame) -> list[dict[str, Any]]:
     rows = near(at(moments, incidence_degrees=0.0), "alpha", HEADLINE_ALPHA)
     if rows.empty:
         return []
-    far = np.log2(rows["gamma"].astype("float64") / GAMMA).abs().fillna(0.0)
+    gammas = rows["gamma"].astype("float64")
+    far = (np.log2(gammas) - np.log2(GAMMA)).abs().fillna(0.0)
     first = rows.assign(far=far).sort_values("far", kind="stable").drop_duplicates(["approximation", "space"])
     return [
         {
