@@ -207,7 +207,7 @@ def _material(name: str, table: Table, registry: Registry) -> SurfaceMaterial:
         table.number("shininess", base.shininess, 0.0, 1e5),
         read_fresnel(table) if table.has("fresnel") else None,
     )
-    if max(reflection.specular) > 0 and reflection.shininess == 0:
+    if max(reflection.specular) > 0 and reflection.shininess == 0 and not table.has("shininess"):
         raise table.error("a highlight needs a shininess", "specular", "add e.g.: shininess = 50")
     made = SurfaceMaterial(name, reflection, table.number("reflectivity", 0.0, 0.0, 1.0), specular)
     _check_formula(made, table, registry)
