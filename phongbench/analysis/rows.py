@@ -15,6 +15,7 @@ from phongbench.analysis.front import front
 from phongbench.analysis.mesh_edges import lyon
 from phongbench.compiler.precisions import in_order
 from phongbench.formulas.user_files import installed
+from phongbench.results.runs import as_given
 from phongbench.results.schema import CASE, EXACT, TABLES, TWIN
 
 #: lambda forms in the order in which they are shown
@@ -54,7 +55,11 @@ class Rows:
     cuts = _table("cuts")
 
     def stored(self, name: str) -> pd.DataFrame:
-        """A table as the run has it, in the order of its file."""
+        """A table in the order of its file, without the rows of formulas that remove lengths or make their pair."""
+        return as_given(self.raw(name))
+
+    def raw(self, name: str) -> pd.DataFrame:
+        """A table as the run has it."""
         rows: pd.DataFrame | None = getattr(self.run, name, None)
         return TABLES[name].frame() if rows is None else rows
 

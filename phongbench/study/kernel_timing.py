@@ -9,6 +9,7 @@ import pandas as pd
 from phongbench.accuracy.probes.incidence import native
 from phongbench.accuracy.sweep import Sweep
 from phongbench.errors import BudgetError
+from phongbench.formulas.recipes import PAIR
 from phongbench.formulas.spec import Approximation
 from phongbench.results.schema import INCIDENCE_TIMES
 from phongbench.support.process import cores
@@ -51,7 +52,9 @@ def time_kernels(sweep: Sweep, progress: Progress) -> pd.DataFrame:
     """The rows of timing.parquet; what could not be timed, and a budget that had to grow, are notes of the progress."""
     plan, specs = sweep.plan, sweep.registry
     cells = [cell for at, cell in enumerate(sweep.cells) if cell.gated and at not in sweep.failures]
-    timed = timed_formulas((c for c in cells if c.formula.space == specs[c.approximation].spaces[0]), specs)
+    timed = timed_formulas(
+        (c for c in cells if c.formula.raw or c.formula.space == specs[c.approximation].spaces[0]), specs
+    )
     options: dict[str, Any] = {
         "processes": plan.processes,
         "seed": plan.seed,
@@ -73,7 +76,7 @@ def time_kernels(sweep: Sweep, progress: Progress) -> pd.DataFrame:
 
 def _in_every_space(rows: pd.DataFrame, specs: Mapping[str, Approximation]) -> pd.DataFrame:
     """The rows with those of further spaces added: on (N, H) the same code runs as on (R, V), so it was timed once."""
-    frames = [rows]
+    frames, pairs = [rows], rows[(rows["recipe"] == PAIR) & (rows["normalise"] == "none")]
     for spec in specs.values():
-        frames += [rows[rows["approximation"] == spec.name].assign(space=space) for space in spec.spaces[1:]]
+        frames += [pairs[pairs["approximation"] == spec.name].assign(space=space) for space in spec.spaces[1:]]
     return pd.concat(frames, ignore_index=True).astype(rows.dtypes)

@@ -13,9 +13,11 @@ from phongbench.formulas import lambda_forms
 from phongbench.formulas.curves import lobe
 from phongbench.formulas.formula import Formula, Registry
 from phongbench.formulas.kernel import known_values, needs_gate
+from phongbench.formulas.recipes import PAIR
 from phongbench.formulas.registry import REGISTRY
 from phongbench.formulas.shader_code.languages import LANGUAGES, language_named
 from phongbench.formulas.shader_code.printer import Speller
+from phongbench.formulas.shader_code.raw_vectors import Prepared, arguments, prepared
 from phongbench.formulas.spec import Approximation, Setting
 
 __all__ = ["ANGLES", "LANGUAGES", "Shader", "language_named", "shader"]
@@ -35,6 +37,7 @@ _DIRECTIONS = {
     "reflect": ("r", "v", "r is the light's direction mirrored at the normal, v points to the viewer"),
     "half": ("n", "h", "n is the normal, h the direction half way between light and viewer"),
 }
+_FROM_N_L_V = "n is the normal, l points to the light, v to the viewer; of any length where the formula removes lengths"
 
 
 @dataclass(frozen=True)
@@ -79,10 +82,10 @@ def shader(
     chosen = language_named(language)
     formula.check(alpha, registry)
     spec, setting = formula.spec(registry), formula.setting(alpha)
-    error = _largest_error(spec, formula.lambda_form, setting)
+    error = _largest_error(spec, formula, setting)
     table = None if spec.table is None else spec.table(setting)
     speller = Speller(chosen, table)
-    entry = _entry(speller, spec, formula.lambda_form, setting)
+    entry = _entry(speller, spec, formula, setting)
     made_by = _command(formula.spelled(registry), alpha, chosen.name, files)
     parts = [_head(spec, formula, alpha, _error(spec, error, bound), made_by)]
     parts += [chosen.preamble] if chosen.preamble else []
@@ -91,9 +94,9 @@ def shader(
     return Shader(chosen.name, "\n\n".join([*parts, *speller.functions, entry]) + "\n", error, bound)
 
 
-def _largest_error(spec: Approximation, form: str, setting: Setting) -> float:
+def _largest_error(spec: Approximation, formula: Formula, setting: Setting) -> float:
     degrees = 90.0 * np.linspace(0.0, 1.0, ANGLES) ** 2
-    value, exact = lobe(spec, form, setting, degrees, precision=FLOAT32)
+    value, exact = lobe(spec, formula.lambda_form, setting, degrees, precision=FLOAT32, normalise=formula.normalise)
     return float(np.abs(value - exact).max())
 
 
@@ -122,33 +125,40 @@ def _head(spec: Approximation, formula: Formula, alpha: float, error: str, made_
         f"{spec.title}: {spec.formula}",
         ", ".join(words),
         error,
-        _DIRECTIONS[formula.space][2],
+        _DIRECTIONS[formula.space][2] if formula.recipe == PAIR else _FROM_N_L_V,
         spec.source.citation,
         f"phongbench {__version__}: {made_by}",
     ]
     return "\n".join(f"// {line}" for line in lines)
 
 
-def _entry(speller: Speller, spec: Approximation, form: str, setting: Setting) -> str:
+def _entry(speller: Speller, spec: Approximation, formula: Formula, setting: Setting) -> str:
     """The function `highlight`."""
-    language = speller.language
-    a, b, _ = _DIRECTIONS[setting.space]
-    gated = needs_gate(spec, form, setting)
-    lines = _coordinates(speller, form, a, b, gated=gated)
+    language, form, pair = speller.language, formula.lambda_form, _DIRECTIONS[setting.space][:2]
+    gated, made = needs_gate(spec, form, setting), prepared(speller, formula, pair)
+    lines = made.lines + _coordinates(speller, form, made, gated=gated)
     kernel = speller.function(spec.kernel, **dict(known_values(spec, setting)))
     numbers = dict(spec.coefficients(setting))
-    coordinate = "cosine" if form == "none" else "cosine_deficit"
+    coordinate = "cosine_deficit" if form != "none" else "ratio" if made.coordinate else "cosine"
     value = f"{kernel}({', '.join([coordinate, *(language.number(numbers[name]) for name in spec.scalars)])})"
     dark = language.number(0.0)
     lines.append(f"return {language.chosen(f'cosine > {dark}', value, dark) if gated else value};")
     kind, name = language.direction
-    header = language.header(language.float_type, "highlight", [(kind, name.format(a)), (kind, name.format(b))])
+    taken = [(kind, name.format(direction)) for direction in arguments(formula, pair)]
+    header = language.header(language.float_type, "highlight", taken)
     return "\n".join([f"{header} {{", *(f"    {line}" for line in lines), "}"])
 
 
-def _coordinates(speller: Speller, form: str, a: str, b: str, *, gated: bool) -> list[str]:
-    """Statements that make `cosine` and `cosine_deficit`: by the language's vectors, or component by component."""
-    language = speller.language
+def _coordinates(speller: Speller, form: str, made: Prepared, *, gated: bool) -> list[str]:
+    """Statements that make `cosine` and `cosine_deficit`: by the language's vectors, or component by component.
+
+    Of a pair that is treated as a whole `cosine` is its product as it is, and its cosine or the square `ratio`.
+    """
+    language, a, b = speller.language, made.a, made.b
+    if made.coordinate:
+        name = "ratio" if form == "none" else "cosine_deficit"
+        whole = [language.declared(language.float_type, name, made.coordinate)]
+        return [*_coordinates(speller, "none", Prepared(a, b), gated=True), *whole] if gated else whole
     if language.components:
         given = ", ".join([a + c for c in language.components] + [b + c for c in language.components])
         bodies = {"cosine": lambda_forms.dot} if gated or form == "none" else {}
