@@ -62,9 +62,8 @@ def recommend(
     choice = choose(cells, budget.max_error, as_given if run is None else promised(budget, installed(), search=search))
     choices = [_plain(row, budget) for row in (choice.best, choice.runner_up) if row is not None]
     miss = None if choice.nearest_miss is None else _plain(choice.nearest_miss, budget)
-    if run is not None:
-        vectors = "vectors rounded to it" if precision_named(precision).saturates else DOMAIN
-        notes.append(f"what an answer says holds in {precision} for {vectors}")
+    vectors = "vectors rounded to it" if precision_named(precision).saturates else DOMAIN
+    notes.append(f"what an answer says holds in {precision} for {vectors}")
     for chosen, other in zip(choices, [*choices[1:], None], strict=False):
         chosen["why"] = _why(chosen, other, budget, choice.resolved)
     if miss is not None:
