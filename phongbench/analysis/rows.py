@@ -56,7 +56,8 @@ class Rows:
 
     def stored(self, name: str) -> pd.DataFrame:
         """A table in the order of its file, without the rows of formulas that remove lengths or make their pair."""
-        return as_given(self.raw(name))
+        rows = self.raw(name)
+        return as_given(rows) if RAW.keys() <= set(TABLES[name].names) else rows
 
     def raw(self, name: str) -> pd.DataFrame:
         """A table as the run has it."""
