@@ -19,6 +19,7 @@ from phongbench.cli.runs import compare, list_runs, show_run, verify
 from phongbench.cli.serving import serve
 from phongbench.cli.shaders import shader
 from phongbench.cli.shading import shade
+from phongbench.cli.targets import targets
 from phongbench.errors import (
     CorruptRunError,
     InputError,
@@ -79,8 +80,8 @@ def main() -> None:
 
 
 for command in (
-    list_runs, show_run, verify, compare, front, recommend, claims, approximations, doctor, bench, shade, shader,
-    render, serve,
+    list_runs, show_run, verify, compare, front, recommend, claims, approximations, targets, doctor, bench, shade,
+    shader, render, serve,
 ):  # fmt: skip
     main.add_command(command)
 

@@ -9,32 +9,17 @@ import numpy as np
 
 from phongbench import __version__
 from phongbench.compiler.precisions import FLOAT32
-from phongbench.formulas import lambda_forms
 from phongbench.formulas.curves import lobe
 from phongbench.formulas.formula import Formula, Registry
-from phongbench.formulas.kernel import known_values, needs_gate
 from phongbench.formulas.registry import REGISTRY
-from phongbench.formulas.shader_code.languages import LANGUAGES, language_named
-from phongbench.formulas.shader_code.printer import Speller
+from phongbench.formulas.shader_code.function import DIRECTIONS, written
+from phongbench.formulas.shader_code.languages import LANGUAGES, Language, language_named
 from phongbench.formulas.spec import Approximation, Setting
 
 __all__ = ["ANGLES", "LANGUAGES", "Shader", "language_named", "shader"]
 
 #: angles at which the largest error is looked for; their squares are evenly spaced, since highlights are narrow
 ANGLES = 16_384
-#: lambda form -> the variables that lead to it, from directions {a} and {b} and their cosine; as in lambda_forms.py
-_FORMS: dict[str, tuple[tuple[str, str, str], ...]] = {
-    "none": (),
-    "dot": (("float", "cosine_deficit", "1.0 - cosine"),),
-    "difference": (("direction", "d", "{a} - {b}"), ("float", "cosine_deficit", "0.5 * dot(d, d)")),
-    "cross": (("direction", "c", "cross({a}, {b})"), ("float", "cosine_deficit", "0.5 * dot(c, c)")),
-    "tan2": (("direction", "c", "cross({a}, {b})"), ("float", "cosine_deficit", "0.5 * dot(c, c) / (cosine * cosine)")),
-}
-#: space -> the names of both directions, and what they are
-_DIRECTIONS = {
-    "reflect": ("r", "v", "r is the light's direction mirrored at the normal, v points to the viewer"),
-    "half": ("n", "h", "n is the normal, h the direction half way between light and viewer"),
-}
 
 
 @dataclass(frozen=True)
@@ -68,17 +53,18 @@ def shader(
     Raises UnknownNameError or InputError for what does not exist, KernelError for a body that has no spelling.
     """
     chosen = language_named(language)
+    text = source(formula, alpha, chosen, registry)
+    spec = formula.spec(registry)
+    error = _largest_error(spec, formula.lambda_form, formula.setting(alpha))
+    head = _head(spec, formula, alpha, error, _command(formula.spelled(registry), alpha, chosen.name, files))
+    return Shader(chosen.name, f"{head}\n\n{text}\n", error)
+
+
+def source(formula: Formula, alpha: float, language: Language, registry: Registry = REGISTRY) -> str:
+    """The code alone, without what is said of it; arguments and errors as for `shader`."""
     formula.check(alpha, registry)
     spec, setting = formula.spec(registry), formula.setting(alpha)
-    error = _largest_error(spec, formula.lambda_form, setting)
-    table = None if spec.table is None else spec.table(setting)
-    speller = Speller(chosen, table)
-    entry = _entry(speller, spec, formula.lambda_form, setting)
-    parts = [_head(spec, formula, alpha, error, _command(formula.spelled(registry), alpha, chosen.name, files))]
-    parts += [chosen.preamble] if chosen.preamble else []
-    if table is not None:
-        parts.append(chosen.listed("TABLE", [chosen.number(float(value)) for value in table]))
-    return Shader(chosen.name, "\n\n".join([*parts, *speller.functions, entry]) + "\n", error)
+    return written(spec, formula.lambda_form, setting, language)
 
 
 def _largest_error(spec: Approximation, form: str, setting: Setting) -> float:
@@ -103,41 +89,8 @@ def _head(spec: Approximation, formula: Formula, alpha: float, error: float, mad
         f"{spec.title}: {spec.formula}",
         ", ".join(words),
         f"largest error against exact Phong, unit vectors up to 90 degrees: {error:.3g}, {255 * error:.2g} of 255",
-        _DIRECTIONS[formula.space][2],
+        DIRECTIONS[formula.space][2],
         spec.source.citation,
         f"phongbench {__version__}: {made_by}",
     ]
     return "\n".join(f"// {line}" for line in lines)
-
-
-def _entry(speller: Speller, spec: Approximation, form: str, setting: Setting) -> str:
-    """The function `highlight`."""
-    language = speller.language
-    a, b, _ = _DIRECTIONS[setting.space]
-    gated = needs_gate(spec, form, setting)
-    lines = _coordinates(speller, form, a, b, gated=gated)
-    kernel = speller.function(spec.kernel, **dict(known_values(spec, setting)))
-    numbers = dict(spec.coefficients(setting))
-    coordinate = "cosine" if form == "none" else "cosine_deficit"
-    value = f"{kernel}({', '.join([coordinate, *(language.number(numbers[name]) for name in spec.scalars)])})"
-    dark = language.number(0.0)
-    lines.append(f"return {language.chosen(f'cosine > {dark}', value, dark) if gated else value};")
-    kind, name = language.direction
-    header = language.header(language.float_type, "highlight", [(kind, name.format(a)), (kind, name.format(b))])
-    return "\n".join([f"{header} {{", *(f"    {line}" for line in lines), "}"])
-
-
-def _coordinates(speller: Speller, form: str, a: str, b: str, *, gated: bool) -> list[str]:
-    """Statements that make `cosine` and `cosine_deficit`: by the language's vectors, or component by component."""
-    language = speller.language
-    if language.components:
-        given = ", ".join([a + c for c in language.components] + [b + c for c in language.components])
-        bodies = {"cosine": lambda_forms.dot} if gated or form == "none" else {}
-        bodies |= {"cosine_deficit": lambda_forms.LAMBDA_FORMS[form]} if form != "none" else {}
-        return [
-            language.declared(language.float_type, name, f"{speller.function(body)}({given})")
-            for name, body in bodies.items()
-        ]
-    kinds = {"float": language.float_type, "direction": language.direction[0]}
-    cosine = (("float", "cosine", "dot({a}, {b})"),) if gated or form in ("none", "dot", "tan2") else ()
-    return [language.declared(kinds[kind], name, text.format(a=a, b=b)) for kind, name, text in cosine + _FORMS[form]]
