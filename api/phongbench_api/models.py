@@ -8,6 +8,8 @@ from pydantic_core import CoreSchema, core_schema
 
 from phongbench.compiler.lowering import PRECISIONS
 from phongbench.formulas import slopes
+from phongbench.formulas.fresnel.catalogue import KINDS
+from phongbench.formulas.fresnel.spec import ReflectanceFormula
 from phongbench.formulas.lambda_forms import LAMBDA_FORMS
 from phongbench.formulas.registry import REGISTRY
 from phongbench.formulas.shader_code.languages import LANGUAGES
@@ -174,3 +176,25 @@ _PARTS: dict[str, Any] = {
     "beta": {"type": ["string", "number", "null"], "description": "a policy, or the slope itself"},
 }
 FORMULA_SCHEMA = {"anyOf": [SPELLING_SCHEMA, object_schema(_PARTS)]}
+
+
+def _fresnel_schema(formula: ReflectanceFormula) -> dict[str, Any]:
+    """A kind of reflectance with what it takes, for red, green and blue."""
+    given = {
+        p.name: {
+            "type": "array",
+            "items": {"type": "number", "minimum": p.low, "maximum": p.high},
+            "minItems": 3,
+            "maxItems": 3,
+            "description": p.meaning,
+        }
+        for p in formula.parameters
+    }
+    return object_schema({"kind": {"type": "string", "enum": [formula.name]}, **given}, "kind", *given)
+
+
+#: reflectance against incidence of a material inside a JSON body
+FRESNEL_SCHEMA = {
+    "anyOf": [_fresnel_schema(formula) for formula in KINDS.values()],
+    "description": "the highlight's colour is specular times this, at V.H; left out: constant, 1",
+}

@@ -16,6 +16,7 @@ from uvicorn.protocols.http.h11_impl import H11Protocol
 from uvicorn.supervisors import Multiprocess
 
 from phongbench.errors import InputError
+from phongbench.support.user_paths import reading
 from phongbench_api.app import create_app
 from phongbench_api.settings import Settings
 
@@ -27,10 +28,14 @@ GRACE = 30
 
 
 def serve(settings: Settings, app: FastAPI | None = None) -> None:
-    """Serve until SIGTERM or SIGINT; then requests under way finish, and it returns. InputError if it cannot listen.
+    """Serve until SIGTERM or SIGINT; then requests under way finish, and it returns.
 
+    Raises InputError if it cannot listen, or where the runs are in no folder that can be read.
     app  what to serve by one worker instead of the usual application, as load programs do
     """
+    if os.path.lexists(settings.runs):
+        with reading(settings.runs, "folder of the runs", "give one with --runs; it may be missing as yet"):
+            os.scandir(settings.runs).close()
     listening = _listen(settings)
     host, port = listening.getsockname()[:2]
     shown = f"[{host}]" if ":" in host else host

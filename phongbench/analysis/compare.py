@@ -1,5 +1,6 @@
 """What changed between two runs: their accuracy rows, cell by cell."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -7,8 +8,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from phongbench.errors import UnknownNameError
-from phongbench.results.runs import Run
+from phongbench.errors import InputError, UnknownNameError
+from phongbench.results.runs import Run, require_rows
 from phongbench.results.schema import ACCURACY, METRICS
 
 
@@ -50,11 +51,16 @@ class Comparison:
 def compare(a: Run, b: Run, *, metric: str = "max_abs", tolerance: float = 0.0) -> Comparison:
     """Compare two runs in one metric.
 
-    tolerance  largest |change| that counts as equal, in the metric's unit; 0 asks for the same bits
-    Raises UnknownNameError for an unknown metric.
+    tolerance  largest |change| that counts as equal, in the metric's unit, >= 0 and finite; 0 asks for the same bits
+    Raises UnknownNameError for an unknown metric, InputError for another tolerance and for a run without accuracy rows.
     """
     if metric not in METRICS:
         raise UnknownNameError("metric", metric, METRICS)
+    if not 0 <= tolerance < math.inf:
+        fix = "give 0, or how much a value may change, e.g. 1e-6"
+        raise InputError(f"a tolerance is a finite number of at least 0, not {tolerance:g}", "tolerance", fix)
+    for run in (a, b):
+        require_rows(run)
     key = ACCURACY.key
     first = a.accuracy[[*key, metric]].rename(columns={metric: "before"})
     second = b.accuracy[[*key, metric]].rename(columns={metric: "after"})

@@ -56,6 +56,16 @@ class Rows:
         """The run's name as its manifest tells it; written by users, so escape it."""
         return str(self.run.manifest.get("run", self.run.path.name))
 
+    @property
+    def partial(self) -> bool:
+        """Whether the run was interrupted: it has the rows of the stages that it finished."""
+        return bool(self.run.manifest.get("state") == "partial")
+
+    @property
+    def awaits_timing(self) -> bool:
+        """Whether the run was interrupted before a timing that its plan asks for."""
+        return self.partial and self.stored("timing").empty and bool(self.run.manifest["plan"].get("timing"))
+
     @cached_property
     def alphas(self) -> list[float]:
         """The swept exponents, ascending."""

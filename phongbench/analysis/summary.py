@@ -7,7 +7,7 @@ import pandas as pd
 
 from phongbench.analysis.front import records
 from phongbench.analysis.mesh_edges import in_words, reaches
-from phongbench.results.runs import Run
+from phongbench.results.runs import FINISH, Run, unfinished
 
 #: the exponent at which a fact on raw normals is given, or the measured one nearest to it
 _EDGES_ALPHA = 128.0
@@ -36,6 +36,7 @@ def summarise(run: Run) -> dict[str, Any]:
         "timing rows": len(run.timing),
         "seconds": manifest.get("seconds", {}),
     }
+    facts |= {"note": f"{lacking}; {FINISH}"} if (lacking := unfinished(run)) else {}
     edges = [] if run.meshes.empty else records(reaches(run.meshes))
     precision = "float32" if "float32" in plan.precisions else plan.precisions[-1]
     best = _best(frame[frame["precision"] == precision])

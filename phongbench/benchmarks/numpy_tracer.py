@@ -133,7 +133,7 @@ class _Tracer:
         return normals, worn
 
     def lit(self, points: Array, normals: Array, views: Array, worn: Array) -> Array:
-        """Direct light: I = ka ia + sum of att [kd (L.N) id + ks (R.V)^alpha is]."""
+        """Direct light: I = ka ia + sum of att [ka ia + kd (L.N) id + ks F (R.V)^alpha is]."""
         made = [m.reflection for m in self.scene.materials]
         ambient, diffuse, specular = (
             np.array([getattr(m, name) for m in made], self.dtype)[worn] for name in ("ambient", "diffuse", "specular")
@@ -142,6 +142,7 @@ class _Tracer:
         colours = ambient * np.array(self.scene.ambient_light, self.dtype)
         for light in self.scene.lights:
             towards, fade, distance = self.towards(light, points)
+            colours += ambient * fade[:, None] * np.array(light.ambient, self.dtype)
             facing = (normals * towards).sum(axis=1)
             seen = facing > 0
             if self.shadows:
@@ -152,8 +153,19 @@ class _Tracer:
                 highlight = np.where(seen, fade * cosine**shininess, 0)[:, None]
             spread = np.where(seen, fade * facing, 0)[:, None]
             colours += diffuse * spread * np.array(light.diffuse, self.dtype)
-            colours += specular * highlight * np.array(light.specular, self.dtype)
+            shine = specular * self.reflectance(views, towards, worn)
+            colours += shine * highlight * np.array(light.specular, self.dtype)
         return np.asarray(colours)
+
+    def reflectance(self, views: Array, towards: Array, worn: Array) -> Array:
+        """F(V.H) of each point's material: 1 where that says nothing of incidence."""
+        found = np.ones_like(views)
+        cosine = np.sqrt(np.maximum((1 + (views * towards).sum(axis=1)) / 2, 0))
+        for index, material in enumerate(self.scene.materials):
+            fresnel, mine = material.reflection.fresnel, worn == index
+            if fresnel is not None and mine.any():
+                found[mine] = fresnel.at(cosine[mine])
+        return found
 
     def towards(self, light: Any, points: Array) -> tuple[Array, Array, Array]:
         """Unit directions to a light, its attenuation, its distance."""

@@ -211,5 +211,6 @@ def _formula(options: RenderOptions) -> dict[str, Any]:
 
 
 def _beyond_the_plain(scene: Scene) -> bool:
-    """The plain tracer and the peers know neither meshes nor other formulas."""
-    return bool(scene.of(Mesh)) or any(m.specular is not None for m in scene.materials)
+    """The plain tracer knows no meshes and no other formulas, the peers neither reflectances nor ambient of lights."""
+    other = any(m.specular is not None or m.reflection.fresnel is not None for m in scene.materials)
+    return bool(scene.of(Mesh)) or other or any(max(light.ambient) > 0 for light in scene.lights)

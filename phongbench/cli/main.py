@@ -12,7 +12,7 @@ import click
 
 from phongbench import __version__
 from phongbench.cli.answers import bench, claims, front, recommend
-from phongbench.cli.common import JSON, ROOT, WITH, CommaList, facts, notes, show
+from phongbench.cli.common import JSON, PATH, ROOT, WITH, CommaList, facts, notes, show
 from phongbench.cli.installation import approximations, doctor
 from phongbench.cli.pictures import render
 from phongbench.cli.runs import compare, list_runs, show_run, verify
@@ -87,13 +87,11 @@ for command in (
 
 
 @main.command(short_help="Run a study: accuracy, stability, timing, report.")
-@click.argument("plan", required=False, type=click.Path(path_type=Path), metavar="[PLAN.toml]")
+@click.argument("plan", required=False, type=PATH, metavar="[PLAN.toml]")
 @click.option("--preset", "preset_name", metavar="quick|standard|full", help="Size of the study.  [default: quick]")
-@click.option("--out", type=click.Path(path_type=Path), help="Folder of the run.  [default: phongbench-runs/<run id>]")
+@click.option("--out", type=PATH, help="Folder of the run.  [default: phongbench-runs/<run id>]")
 @click.option("--alpha", "alphas", type=CommaList("numbers", float), help="Exponents of exact Phong, e.g. 10,50,200.")
-@click.option(
-    "--materials", type=click.Path(path_type=Path), metavar="FILE.mtl", help="Take the exponents from its Ns lines."
-)
+@click.option("--materials", type=PATH, metavar="FILE.mtl", help="Take the exponents from its Ns lines.")
 @click.option("--gamma", "gammas", type=CommaList("whole numbers", int), help="Powers of two, e.g. 4,8,16.")
 @click.option("--lambda", "lambda_forms", type=CommaList("names"), help="dot,difference,cross,tan2")
 @click.option(
@@ -182,14 +180,19 @@ def run(
 
 @main.command(short_help="Draw the report of a run again.")
 @click.argument("run_name", metavar="RUN")
-@click.option("--out", type=click.Path(path_type=Path), help="Where to write.  [default: RUN/report]")
+@click.option("--out", type=PATH, help="Where to write.  [default: RUN/report]")
 @click.option("--single-file", is_flag=True, help="One self-contained HTML file.")
 def report(run_name: str, out: Path | None, single_file: bool) -> None:
-    """Draw the report of a run: a folder that opens by double click, or one file."""
+    """Draw the report of a run: a folder that opens by double click, or one file.
+
+    Of an interrupted run it tells what was measured, as soon as there are errors.
+    """
     from phongbench.results import runs
     from phongbench_reports import build
 
     run = runs.find(run_name, ROOT)
+    lacking = runs.unfinished(runs.require_rows(run))
+    notes([f"{lacking}; {runs.FINISH}"] if lacking else [])
     click.echo(build(run, out or run.path / "report", single_file=single_file, processes=2))
 
 

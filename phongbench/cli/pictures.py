@@ -6,7 +6,7 @@ from typing import Any
 
 import click
 
-from phongbench.cli.common import JSON, facts, grid, notes, show
+from phongbench.cli.common import JSON, PATH, WITH, facts, grid, notes, show
 
 
 class Size(click.ParamType[Any]):
@@ -30,19 +30,12 @@ _TABLES = ("ledger", "skips", "tracers", "compared", "absent", "formulas", "left
 @click.argument("scene", required=False, metavar="[SCENE.toml]")
 @click.option(
     "--out",
-    type=click.Path(path_type=Path),
+    type=PATH,
     help="Where to write: .png; linear float32 as .npy, or as .exr (extra `scene`).  [default: SCENE.png]",
 )
 @click.option("--size", type=Size(), metavar="WxH", help="Pixels.  [default: the scene's]")
 @click.option("--specular", metavar="FORMULA", help="Of the specular term, e.g. lyon:cross:8 or lyon:dot:8:minimax.")
-@click.option(
-    "--with",
-    "files",
-    multiple=True,
-    type=click.Path(path_type=Path),
-    metavar="FILE.py",
-    help="Add your own formula, which --specular and the scene's materials may then name. Repeatable.",
-)
+@WITH
 @click.option("--model", type=click.Choice(["phong", "blinn-phong"]), default="phong", show_default=True)
 @click.option("--depth", type=int, metavar="N", help="Reflections in a row.  [default: the scene's]")
 @click.option("--supersampling", type=int, metavar="N", help="N x N samples for each pixel.  [default: the scene's]")

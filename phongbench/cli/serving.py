@@ -1,17 +1,16 @@
 """The command that serves."""
 
-from pathlib import Path
 from typing import Any
 
 import click
 
-from phongbench.cli.common import ROOT
+from phongbench.cli.common import PATH, ROOT
 
 
 @click.command(short_help="Answer over HTTP: shading, curves, runs, recommendations.")
 @click.option("--host", default="127.0.0.1", show_default=True, help="Where to listen.")
 @click.option("--port", type=click.IntRange(0, 65535), default=8000, show_default=True, help="0: any free one.")
-@click.option("--runs", type=click.Path(path_type=Path), default=ROOT, show_default=True, help="Folder of the runs.")
+@click.option("--runs", type=PATH, default=ROOT, show_default=True, help="Folder of the runs.")
 @click.option("--workers", type=click.IntRange(1, 256), default=1, show_default=True, help="Processes.")
 @click.option(
     "--allowed-host",

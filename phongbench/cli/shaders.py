@@ -5,7 +5,7 @@ from typing import Any
 
 import click
 
-from phongbench.cli.common import JSON, ROOT, WITH, show
+from phongbench.cli.common import JSON, PATH, ROOT, WITH, show
 from phongbench.errors import InputError
 
 
@@ -17,7 +17,7 @@ from phongbench.errors import InputError
 @click.option("--beta", metavar="POLICY", help="Of the slope, instead of the FORMULA's.")
 @click.option("--space", metavar="SPACE", help="reflect (R, V) or half (N, H), instead of the FORMULA's.")
 @WITH
-@click.option("--out", type=click.Path(path_type=Path), help="A file.  [default: stdout]")
+@click.option("--out", type=PATH, help="A file.  [default: stdout]")
 @JSON
 def shader(
     formula: str | None,

@@ -57,8 +57,9 @@ def shade(
     """The colours of points under lights: ambient, diffuse and specular terms, as `phongbench shade` computes them.
 
     points, normals  (N, 3)  float32 or float64 are computed as they are, other numbers in float64
-    material         ambient, diffuse and specular, three numbers each, and shininess
-    lights           each with a direction (towards it) or a position; attenuation, diffuse, specular, reach
+    material         ambient, diffuse and specular, three numbers each, and shininess; fresnel, how much is reflected at
+                     each incidence: {"kind": "schlick", "f0": [..]}, or another kind with f0, f82, n, k
+    lights           each with a direction (towards it) or a position; attenuation, diffuse, specular, ambient, reach
     viewer           a direction (towards it) or a position
     specular         the formula in place of Phong's power, by its spelling
     more             model ("phong" or "blinn-phong"), ambient_light, normalise

@@ -108,7 +108,7 @@ def run(
 def load(name: str | Path = "latest", *, root: str | Path = DEFAULT_ROOT) -> Run:
     """A stored run: by its folder, by its id under `root`, or the newest there.
 
-    Raises InputError where there is none, CorruptRunError where the folder is no run.
+    Raises InputError where there is none, CorruptRunError where it is not as it was written.
 
     >>> pb.load("latest").accuracy.empty
     False

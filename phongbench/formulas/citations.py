@@ -36,6 +36,11 @@ LYON_1993 = Source(
 SCHLICK_1994 = Source(
     "SCHLICK_1994", "C. Schlick, A Fast Alternative to Phong's Specular Model, Graphics Gems IV", 1994
 )
+SCHLICK_1994_BRDF = Source(
+    "SCHLICK_1994_BRDF",
+    "C. Schlick, An Inexpensive BRDF Model for Physically-based Rendering, Computer Graphics Forum 13(3)",
+    1994,
+)
 FISHER_WOO_1994 = Source(
     "FISHER_WOO_1994", "F. Fisher and A. Woo, R.E versus N.H Specular Highlights, Graphics Gems IV", 1994
 )
@@ -76,6 +81,25 @@ LOMONT_2003 = Source(
     "C. Lomont, Fast Inverse Square Root, technical report, Purdue University",
     2003,
     "constant quoted from memory; the errors that it leaves are computed here",
+)
+FRESNEL = Source(
+    "FRESNEL",
+    "A. Fresnel's equations for a complex index, as in M. Born and E. Wolf, Principles of Optics",
+    1823,
+    "formula checked against complex arithmetic in the tests; citation quoted from memory",
+)
+LAZANYI_2005 = Source(
+    "LAZANYI_2005",
+    "I. Lazanyi and L. Szirmay-Kalos, Fresnel Term Approximations for Metals, WSCG, whose correction of Schlick's "
+    "formula later renderers fix at a cosine of 1/7 (82 degrees)",
+    2005,
+    "formula checked against its own values in the tests; citation quoted from memory",
+)
+JOHNSON_CHRISTY_1972 = Source(
+    "JOHNSON_CHRISTY_1972",
+    "P. B. Johnson and R. W. Christy, Optical Constants of the Noble Metals, Physical Review B 6",
+    1972,
+    "n and k of copper as tables in common use give them; the interpolated values are checked in the tests",
 )
 HYPERGRAPH = Source(
     "HYPERGRAPH", "G. S. Owen, HyperGraph, ACM SIGGRAPH Education Committee", 1999, "claims quoted from memory"

@@ -6,7 +6,7 @@ compiled again for another alpha, beta or lambda form.
 
 from collections.abc import Callable
 from functools import cache
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -39,7 +39,23 @@ def coordinates_signature(dtype: Any) -> Any:
 values_at, coordinates_at = intrinsics.function_at(values_signature), intrinsics.function_at(coordinates_signature)
 
 
-def values_kernel(spec: Approximation, precision: Precision, known: tuple[tuple[str, int], ...] = ()) -> Any:
+class ScalarFormula(Protocol):
+    """What a loop needs to know of a formula, be it a highlight or a reflectance: its body, and what that takes."""
+
+    @property
+    def kernel(self) -> Body:
+        """The scalar body."""
+
+    @property
+    def arguments(self) -> tuple[str, ...]:
+        """The body's arguments after the coordinate."""
+
+    @property
+    def scalars(self) -> tuple[str, ...]:
+        """Those of them that are numbers given at run time."""
+
+
+def values_kernel(spec: ScalarFormula, precision: Precision, known: tuple[tuple[str, int], ...] = ()) -> Any:
     """A compiled loop out[i] = kernel(coordinate[i], coefficients) where gate[i] > 0, else 0; see `values_signature`.
 
     spec       whose kernel
@@ -71,7 +87,7 @@ def fill_values(address: int, coordinate: Array, gate: Array, coefficients: Arra
     values_at(address, coordinate)(coordinate, gate, coefficients, table, out)
 
 
-def _wiring(spec: Approximation) -> tuple[str, ...]:
+def _wiring(spec: ScalarFormula) -> tuple[str, ...]:
     """The kernel's run-time arguments after the coordinate, as names of the loop: c0, c1, ... and table."""
     names = {name: f"c{i}" for i, name in enumerate(spec.scalars)} | {"table": "table"}
     return tuple(names[a] for a in spec.arguments if a in names)

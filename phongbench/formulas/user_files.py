@@ -2,6 +2,7 @@
 plug-ins, which installed distributions offer by entry points of the group `phongbench.approximations`.
 """
 
+import os
 import re
 import sys
 import warnings
@@ -16,6 +17,7 @@ from phongbench.compiler.lowering import PRECISIONS, lower
 from phongbench.errors import InputError, PhongbenchError
 from phongbench.formulas.registry import REGISTRY, blame, example, offered
 from phongbench.formulas.spec import Approximation
+from phongbench.support.user_paths import reading
 
 #: an entry point of this group names an Approximation, several in a tuple or list, or a module with SPEC or SPECS
 GROUP = "phongbench.approximations"
@@ -30,7 +32,7 @@ def load_file(path: str | Path) -> tuple[Approximation, ...]:
     >>> [spec.name for spec in pb.load_file("rational.py")]
     ['rational']
     """
-    path = Path(path).resolve()
+    path = Path(os.path.realpath(path))
     specs = offered(_run(path))
     if not specs:
         fix = "define SPEC = Approximation(...), or SPECS, a tuple of them"
@@ -86,8 +88,8 @@ def _plugged(entry: EntryPoint) -> tuple[Approximation, ...]:
 
 
 def _run(path: Path) -> ModuleType:
-    if not path.is_file():
-        raise InputError("no such file", str(path), "--with takes a Python file that defines SPEC = Approximation(...)")
+    with reading(path, "file of the formula", "--with takes a Python file that defines SPEC = Approximation(...)"):
+        path.open("rb").close()
     description = spec_from_file_location(f"phongbench_with_{re.sub(r'[^0-9A-Za-z]', '_', path.stem)}", path)
     if description is None or description.loader is None:
         raise InputError("not a Python file", str(path), "its name must end in .py")

@@ -13,6 +13,7 @@ from phongbench.inputs import polygons
 from phongbench.inputs.meshes import Surface, area_weighted_normals, have_area, unit
 from phongbench.inputs.obj_lines import EXAMPLE, FACE, NORMAL, VERTEX, Indices, ObjLines
 from phongbench.inputs.wavefront_text import Notes, name
+from phongbench.support.user_paths import reading
 
 #: the largest coordinate may be this, or one over it: squares of areas stay finite
 LARGEST = 1e60
@@ -56,11 +57,8 @@ def load_obj(path: str | Path) -> ObjFile:
     vertices that are not there, coordinates that are not finite, only degenerate triangles.
     """
     path = Path(path)
-    try:
+    with reading(path, "mesh", EXAMPLE):
         facts = path.stat()
-    except (OSError, ValueError) as problem:
-        what = f"cannot read the mesh: {getattr(problem, 'strerror', None) or problem}"
-        raise InputError(what, str(path), EXAMPLE) from problem
     return _load(path, facts.st_mtime_ns, facts.st_size)
 
 

@@ -11,6 +11,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from phongbench.errors import InputError
+from phongbench.support.user_paths import reading
 
 CONTINUED = b"\v"
 #: a comment begins a line or follows a blank: elsewhere # is part of a name
@@ -59,11 +60,8 @@ def read(path: Path, kind: str, fix: str) -> bytes:
     kind  what the file is, for the error: "mesh" or "MTL file"
     Raises InputError if the file cannot be read or is no text.
     """
-    try:
+    with reading(path, kind, fix):
         data = path.read_bytes()
-    except (OSError, ValueError) as problem:  # ValueError: a name that no file can have
-        what = f"cannot read the {kind}: {getattr(problem, 'strerror', None) or problem}"
-        raise InputError(what, str(path), fix) from problem
     data = _utf_8(data)
     data = data.rstrip(b"\0")  # some programs fill the last block
     if b"\0" in data:

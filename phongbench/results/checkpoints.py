@@ -12,7 +12,7 @@ from typing import Any
 import pandas as pd
 
 from phongbench.errors import CorruptRunError
-from phongbench.support.atomic_files import storage, write_text, write_whole
+from phongbench.support.atomic_files import write_text, write_whole
 
 #: folder of the parts, in that of the run
 PARTS = "parts"
@@ -20,8 +20,6 @@ PARTS = "parts"
 
 def append_part(path: Path, number: int, frame: pd.DataFrame) -> None:
     """Write finished work of a sweep that still runs."""
-    with storage(path):
-        (path / PARTS).mkdir(exist_ok=True)
     write_whole(path / PARTS / f"{number:06d}.parquet", lambda p: frame.to_parquet(p, engine="pyarrow", index=False))
 
 
@@ -41,8 +39,6 @@ def write_probe(path: Path, probe: str, tables: Mapping[str, pd.DataFrame], fact
 
     facts  what it says beside its tables, as plain data for JSON
     """
-    with storage(path):
-        (path / PARTS).mkdir(exist_ok=True)
     box = path / PARTS / f"{probe}.{{}}.parquet"
     for name, frame in tables.items():
         file = Path(str(box).format(name))

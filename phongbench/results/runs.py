@@ -9,7 +9,7 @@ import json
 import re
 import shutil
 from collections.abc import Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from functools import cached_property
@@ -22,10 +22,14 @@ import pandas as pd
 from phongbench.errors import CorruptRunError, InputError, LockedError
 from phongbench.inputs.plan import Plan
 from phongbench.results.checkpoints import PARTS
+from phongbench.results.manifests import REMEDY, read_manifest
 from phongbench.results.schema import CASE, COVERAGES, TABLES
-from phongbench.support.atomic_files import storage, write_text, write_whole
+from phongbench.support.atomic_files import write_text, write_whole
+from phongbench.support.user_paths import is_file, is_folder, make_folder, reading, writing
 
 SCHEMA = 1
+#: what to do about a partial run
+FINISH = "finish it: the command that began it, with --resume and --out and this folder"
 RUN_ID = re.compile(r"^[a-z0-9][a-z0-9-]{7,63}$")
 DEFAULT_ROOT = Path("phongbench-runs")
 MANIFEST = "manifest.json"
@@ -81,10 +85,10 @@ class Run:
         try:
             frame = pd.read_parquet(path)
         except (OSError, ValueError) as problem:
-            raise CorruptRunError(f"cannot be read: {problem}", str(path), _REMEDY) from problem
+            raise CorruptRunError(f"cannot be read: {problem}", str(path), REMEDY) from problem
         missing = [column for column in TABLES[name].required if column not in frame.columns]
         if missing:
-            raise CorruptRunError(f"lacks the columns {', '.join(missing)}", str(path), _REMEDY)
+            raise CorruptRunError(f"lacks the columns {', '.join(missing)}", str(path), REMEDY)
         return frame
 
 
@@ -100,41 +104,14 @@ def strongest(rows: pd.DataFrame) -> pd.DataFrame:
     return rows.loc[order].drop_duplicates(same, keep="last").sort_index()
 
 
-_REMEDY = "restore the folder from a copy, or run the study again with the same plan and seed"
-
-
 def new_run_id(plan: Plan) -> str:
     """YYYYMMDD-HHMMSS-<8 hex of the plan>, in UTC."""
     return f"{datetime.now(UTC):%Y%m%d-%H%M%S}-{plan.digest}"
 
 
 def load(path: Path) -> Run:
-    """The run in this folder. CorruptRunError if its manifest is missing, unreadable or of another schema."""
-    manifest = path / MANIFEST
-    try:
-        data = json.loads(manifest.read_bytes())
-    except OSError as problem:
-        raise CorruptRunError(
-            "is not a run: it has no readable manifest", str(path), "`phongbench list` shows the runs"
-        ) from problem
-    except ValueError as problem:
-        raise CorruptRunError(f"is not valid JSON: {problem}", str(manifest), _REMEDY) from problem
-    wanted = {"schema", "run", "state", "plan", "seed", "code", "provenance", "files"}
-    if not isinstance(data, dict) or not wanted <= data.keys():
-        raise CorruptRunError("is not a phongbench manifest", str(manifest), _REMEDY)
-    if data["schema"] != SCHEMA:
-        raise CorruptRunError(
-            f"has schema {data['schema']}; this phongbench reads {SCHEMA}",
-            str(manifest),
-            "use the version that wrote it",
-        )
-    try:
-        Plan.from_dict(data["plan"])
-    except (AttributeError, TypeError) as problem:
-        raise CorruptRunError(
-            f"holds a plan this version does not know: {problem}", str(manifest), _REMEDY
-        ) from problem
-    return Run(path, data)
+    """The run in this folder. InputError if there is none, CorruptRunError if its manifest is not as it was written."""
+    return Run(path, read_manifest(path / MANIFEST, SCHEMA))
 
 
 def find(name: str, root: Path = DEFAULT_ROOT) -> Run:
@@ -144,68 +121,96 @@ def find(name: str, root: Path = DEFAULT_ROOT) -> Run:
         if not runs:
             raise InputError("there is no run yet", str(root), "make one: phongbench run")
         return runs[-1]
-    if RUN_ID.match(name) and (root / name / MANIFEST).is_file():
+    if RUN_ID.match(name) and is_file(root / name / MANIFEST):
         return load(root / name)
-    path = Path(name)
-    if path.is_dir():
-        return load(path)
+    if name and is_folder(name):
+        return load(Path(name))
     known = ", ".join(run.id for run in stored(root)[-5:]) or "none"
     raise InputError(f"no run {name!r}", str(root), f"give a folder, `latest`, or an id; the newest here: {known}")
 
 
 def stored(root: Path = DEFAULT_ROOT) -> list[Run]:
     """The readable runs under a folder, oldest first; what is not a run is passed over."""
+    with reading(root, "folder of the runs", "give a folder that can be read"):
+        folders = sorted(root.iterdir()) if is_folder(root) else []
     runs = []
-    for path in sorted(root.iterdir()) if root.is_dir() else ():
-        if (path / MANIFEST).is_file() and RUN_ID.match(path.name):
-            try:
+    for path in folders:
+        if is_file(path / MANIFEST) and RUN_ID.match(path.name):
+            with suppress(CorruptRunError, InputError):
                 runs.append(load(path))
-            except CorruptRunError:
-                continue
     return runs
 
 
 def verify(run: Run) -> list[str]:
     """What is wrong with a stored run, as sentences; empty if every byte is as it was written."""
-    problems = []
-    for name, facts in sorted(run.manifest["files"].items()):
-        path = run.path / name
-        if not path.is_file():
-            problems.append(f"{name}: is missing")
-        elif path.stat().st_size != facts["bytes"]:
-            problems.append(f"{name}: has {path.stat().st_size} bytes instead of {facts['bytes']}")
-        elif _sha256(path) != facts["sha256"]:
-            problems.append(f"{name}: its bytes have changed (SHA-256 differs)")
-        elif name.endswith(".parquet") and _rows_in(path) != facts["rows"]:
-            problems.append(f"{name}: does not have {facts['rows']} rows")
+    problems = [f"{name}: {fault}" for name in sorted(run.manifest["files"]) if (fault := _fault(run, name))]
     if not run.complete:
         problems.append("the run is partial: it was interrupted and can be resumed")
     return problems
 
 
+def _fault(run: Run, name: str) -> str | None:
+    """What is wrong with a file of a run; None if it is as it was written."""
+    path, facts = run.path / name, run.manifest["files"][name]
+    try:
+        if not is_file(path):
+            return "is missing"
+        if (size := path.stat().st_size) != facts["bytes"]:
+            return f"has {size} bytes instead of {facts['bytes']}"
+        if _sha256(path) != facts["sha256"]:
+            return "its bytes have changed (SHA-256 differs)"
+        if _rows_in(path) != facts["rows"]:
+            return f"does not have {facts['rows']} rows"
+    except (OSError, ValueError) as problem:
+        return f"cannot be read: {getattr(problem, 'strerror', None) or problem}"
+    return None
+
+
 def _rows_in(path: Path) -> int:
     """How many rows a table of a run has, by reading one of its columns."""
-    return len(pd.read_parquet(path, columns=TABLES[path.stem].names[:1]))
+    first = TABLES[path.stem].names[:1] if path.stem in TABLES else None  # another version may have more tables
+    return len(pd.read_parquet(path, columns=first))
+
+
+def unfinished(run: Run) -> str | None:
+    """That a run is partial and what it lacks, in a sentence without a full stop; None for a complete one."""
+    if run.complete:
+        return None
+    files, plan = run.manifest["files"], run.plan
+    stages = {
+        "errors": "accuracy.parquet" in files,
+        "probes": "probes" in run.manifest or not plan.probes,
+        "timing": "timing.parquet" in files or not plan.timing,
+    }
+    lacking = [stage for stage, done in stages.items() if not done]
+    missing = f" and lacks its {', '.join(lacking)}" if lacking else ""
+    return f"the run is partial: it was interrupted{missing}"
+
+
+def require_rows(run: Run) -> Run:
+    """The run, if it has accuracy rows; InputError if it was interrupted before, or could measure none of its cells."""
+    if run.accuracy.empty:
+        what = unfinished(run) or "the run has no accuracy rows: none of its cells could be measured"
+        raise InputError(what, str(run.path), FINISH if not run.complete else "run it again with other formulas")
+    return run
 
 
 def intact(run: Run) -> Run:
     """The run, for building on it: InputError if it is partial, CorruptRunError if a byte has changed."""
-    if not run.complete:
-        fix = "finish it: phongbench run --resume --out with its folder"
-        raise InputError("the run is partial: it was interrupted", str(run.path), fix)
+    if lacking := unfinished(run):
+        raise InputError(lacking, str(run.path), FINISH)
     problems = verify(run)
     if problems:
-        raise CorruptRunError("; ".join(problems), str(run.path), _REMEDY)
+        raise CorruptRunError("; ".join(problems), str(run.path), REMEDY)
     return run
 
 
 @contextmanager
 def locked(path: Path) -> Iterator[None]:
     """Hold a run's folder; LockedError if another process does. The folder is made if it is missing."""
-    with storage(path):
-        path.mkdir(parents=True, exist_ok=True)
+    make_folder(path)
     lock = filelock.FileLock(path / ".lock", timeout=0)
-    with storage(path):
+    with writing(path):
         try:
             lock.acquire()
         except filelock.Timeout as problem:  # an OSError itself, so it is caught apart
@@ -233,7 +238,7 @@ def write_table(path: Path, name: str, frame: pd.DataFrame) -> dict[str, Any]:
 
 def clear(path: Path, names: Iterable[str] = RUN_CONTENT) -> None:
     """Remove what a run wrote into its folder, and nothing else."""
-    with storage(path):
+    with writing(path):
         for name in names:
             target = path / name
             if target.is_dir():

@@ -38,7 +38,7 @@ class SurfaceMaterial:
     """What a surface does to light, and to the ray that found it.
 
     name          str              as the document calls it
-    reflection    Material         of the shading library: colours and shininess
+    reflection    Material         of the shading library: colours, shininess, reflectance against incidence
     reflectivity  float in 0 .. 1  k: the colour is (1 - k) direct + k reflected light
     specular      Formula | None   formula of the specular term; None takes the picture's
     """

@@ -4,6 +4,7 @@ import math
 from dataclasses import replace
 from importlib import resources
 from pathlib import Path
+from typing import Any
 
 from phongbench.errors import InputError, UnknownNameError
 from phongbench.formulas.formula import Formula, Registry
@@ -30,6 +31,7 @@ from phongbench.scenes.scene import (
     SurfaceMaterial,
 )
 from phongbench.shading.lighting import Light, Material
+from phongbench.shading.requests import read_fresnel
 from phongbench.shading.specular_term import EXACT, formula_for
 from phongbench.support.documents import Table, load
 
@@ -155,19 +157,21 @@ def _light(table: Table) -> Light:
     colour = table.colour("colour", (1.0, 1.0, 1.0))
     highlight = table.colour("highlight", colour)
     intensity = table.number("intensity", 1.0, 0.0, BRIGHTEST)
-    diffuse, specular = (tuple(intensity * c for c in of) for of in (colour, highlight))
+    around = table.colour("ambient", (0.0, 0.0, 0.0))
+    kinds = {"diffuse": colour, "specular": highlight, "ambient": around}
+    colours: dict[str, Any] = {name: tuple(intensity * c for c in of) for name, of in kinds.items()}
     if table.has("direction") == table.has("position"):
         raise table.error("a light has either a direction or a position", "position", "remove one, or add one")
     if table.has("direction"):
         for key in ("attenuation", "reach"):
             if table.has(key):
                 raise table.error(f"a light from everywhere far away has no {key}", key, "give it a position")
-        light = Light(direction=table.direction("direction"), diffuse=diffuse, specular=specular)
+        light = Light(direction=table.direction("direction"), **colours)
     else:
         reach = table.number("reach", None, 1e-6) if table.has("reach") else None
         position, attenuation = table.vector("position"), table.numbers("attenuation", 3, (1.0, 0.0, 0.0), 0.0)
         with table.located("attenuation"):
-            light = Light(position=position, attenuation=attenuation, reach=reach, diffuse=diffuse, specular=specular)
+            light = Light(position=position, attenuation=attenuation, reach=reach, **colours)
     table.finish()
     return light
 
@@ -200,6 +204,7 @@ def _material(name: str, table: Table, registry: Registry) -> SurfaceMaterial:
         table.colour("diffuse", base.diffuse),
         table.colour("specular", base.specular),
         table.number("shininess", base.shininess, 0.0, 1e5),
+        read_fresnel(table) if table.has("fresnel") else None,
     )
     if max(reflection.specular) > 0 and reflection.shininess == 0:
         raise table.error("a highlight needs a shininess", "specular", "add e.g.: shininess = 50")

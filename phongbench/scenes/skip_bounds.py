@@ -49,15 +49,20 @@ class Bounds:
 
     @cached_property
     def highlights(self) -> Array:
-        """(lights, 3) each light's highlight on the material that has the brightest, before it fades."""
+        """(lights, 3) each light's highlight on the material that has the brightest, before it fades.
+
+        A reflectance that depends on incidence is at most 1.
+        """
         specular = _largest(m.reflection.specular for m in self.scene.materials)
         return specular * _rows(light.specular for light in self.scene.lights)
 
     @cached_property
     def _products(self) -> Array:
         """(lights, 3) the most that each light adds to a colour, before it fades."""
-        diffuse = _largest(m.reflection.diffuse for m in self.scene.materials)
-        return diffuse * _rows(light.diffuse for light in self.scene.lights) + self.highlights
+        lights, materials = self.scene.lights, self.scene.materials
+        diffuse = _largest(m.reflection.diffuse for m in materials) * _rows(light.diffuse for light in lights)
+        ambient = _largest(m.reflection.ambient for m in materials) * _rows(light.ambient for light in lights)
+        return np.asarray(diffuse + ambient + self.highlights)
 
     @cached_property
     def _distances(self) -> Array:

@@ -89,6 +89,37 @@ def facing_loop(kind: str, shadowed: bool, precision: Precision) -> Any:
 
 
 @cache
+def glow_loop(fading: bool, precision: Precision) -> Any:
+    """The loop over a tile that adds the ambient term of a light at a position to all points within its reach.
+
+    fading  whether the light has attenuation; at most the largest number, as in `facing_loop`
+    """
+    zero, one, _, _, most, _ = _numbers(precision)
+    dot = lower(lambda_forms.dot, precision)
+    select, three, put_three = intrinsics.select, at.three, at.put_three
+
+    def glowing(s: Array, light: Array, flags: Array) -> None:
+        x, y, z = light[at.WHERE], light[at.WHERE + 1], light[at.WHERE + 2]
+        c, l, q, reach = light[at.FADE], light[at.FADE + 1], light[at.FADE + 2], light[at.REACH]  # noqa: E741  its name in texts
+        red, green, blue = light[at.GLOW], light[at.GLOW + 1], light[at.GLOW + 2]
+        for b in range(flags[at.USED]):
+            for j in range(at.BLOCK):
+                i = b * at.BLOCK + j
+                px, py, pz = three(s, at.POINT + i)
+                lx, ly, lz = x - px, y - py, z - pz
+                squared = dot(lx, ly, lz, lx, ly, lz)
+                fade = c
+                if fading:
+                    value = one / (c + l * np.sqrt(squared) + q * squared)
+                    fade = select(value < most, value, most)
+                w = select(squared <= reach, fade, zero)
+                r, g, u = three(s, at.SUM + i)
+                put_three(s, at.SUM + i, r + red * w, g + green * w, u + blue * w)
+
+    return jit.elementwise(loop_signature(precision.carrier), glowing, fused=False)
+
+
+@cache
 def coordinate_loop(
     space: str, form: str, light_planes: bool, view_planes: bool, exact_tail: bool, precision: Precision
 ) -> Any:
@@ -142,3 +173,35 @@ def coordinate_loop(
                 flags[at.LIT + b] = found
 
     return jit.elementwise(loop_signature(precision.carrier), coordinates, fused=False)
+
+
+@cache
+def incidence_loop(light_planes: bool, view_planes: bool, precision: Precision) -> Any:
+    """The loop over a tile that finds the cosine of incidence, v = V.H, where a block has a highlight.
+
+    light_planes, view_planes  as in `coordinate_loop`
+
+    Formula  v = |L + V| / 2 of unit L and V, which is sqrt((1 + L.V) / 2), but keeps its digits at grazing incidence;
+             0 for L = -V, and where L or V has no direction
+    """
+    zero = precision.constant(0.0)
+    dot, half = lower(lambda_forms.dot, precision), precision.constant(0.5)
+    put, select, three = intrinsics.put, intrinsics.select, at.three
+
+    def incidences(s: Array, light: Array, flags: Array) -> None:
+        x, y, z = light[at.WHERE], light[at.WHERE + 1], light[at.WHERE + 2]
+        ex, ey, ez = light[at.EYE], light[at.EYE + 1], light[at.EYE + 2]
+        for b in range(flags[at.USED]):
+            if flags[at.LIT + b]:
+                for j in range(at.BLOCK):
+                    i = b * at.BLOCK + j
+                    lx, ly, lz, vx, vy, vz = x, y, z, ex, ey, ez
+                    if light_planes:
+                        lx, ly, lz = three(s, at.TOWARDS + i)
+                    if view_planes:
+                        vx, vy, vz = three(s, at.VIEW + i)
+                    hx, hy, hz = lx + vx, ly + vy, lz + vz
+                    squared = dot(hx, hy, hz, hx, hy, hz)
+                    put(s, at.INCIDENCE + i, select(squared > zero, half * np.sqrt(squared), zero))
+
+    return jit.elementwise(loop_signature(precision.carrier), incidences, fused=False)

@@ -5,6 +5,7 @@ from dataclasses import dataclass, fields
 from typing import Any
 
 from phongbench.errors import InputError
+from phongbench.formulas.fresnel.reflectance import Fresnel
 from phongbench.inputs import mtl_files
 from phongbench.support.values import RGB, colour, direction, number, three
 
@@ -34,8 +35,11 @@ class Light:
                                    >= 0, not all 0
     diffuse      (r, g, b) >= 0    id: the colour, intensity included, of its diffuse term
     specular     (r, g, b) >= 0    is: that of its specular term
+    ambient      (r, g, b) >= 0    ia: what it adds to the ambient light, attenuated as its other terms. It stands for
+                                   light that comes by way of other surfaces, as a sum over lights (HYPERGRAPH): so it
+                                   reaches points that face away or lie in shadow, too
     reach        float | None      of a light at a position: it is left out beyond this distance, which changes a colour
-                                   by at most (kd id + ks is * largest specular value) / (c + l reach + q reach^2)
+                                   by at most (ka ia + kd id + ks is * largest specular value) * att(reach)
     Raises InputError naming the field.
     """
 
@@ -45,6 +49,7 @@ class Light:
     diffuse: Sequence[float] = WHITE
     specular: Sequence[float] = WHITE
     reach: float | None = None
+    ambient: Sequence[float] = BLACK
 
     def __post_init__(self) -> None:
         _one_of_two(self)
@@ -57,7 +62,7 @@ class Light:
         if self.reach is not None:
             object.__setattr__(self, "reach", number(self.reach, "reach"))
         object.__setattr__(self, "attenuation", attenuation)
-        for name in ("diffuse", "specular"):
+        for name in ("diffuse", "specular", "ambient"):
             object.__setattr__(self, name, colour(getattr(self, name), name))
 
 
@@ -80,6 +85,8 @@ class Viewer:
 class Material:
     """What a surface does to light: ka, kd and ks, each three numbers >= 0, and alpha >= 0.
 
+    fresnel  Fresnel | None  how much of ks is mirrored at each incidence: a highlight's colour is ks F(v), v = V.H.
+                             None: all of it, the constant ks of Phong's model
     A shininess below what the specular term's formula takes is refused where that term is not 0 anyway.
     """
 
@@ -87,6 +94,7 @@ class Material:
     diffuse: Sequence[float] = BLACK
     specular: Sequence[float] = BLACK
     shininess: float = 1.0
+    fresnel: Fresnel | None = None
 
     def __post_init__(self) -> None:
         for name in ("ambient", "diffuse", "specular"):

@@ -10,9 +10,10 @@ from phongbench.compiler import jit
 from phongbench.compiler.lowering import Precision
 from phongbench.compiler.precisions import Array
 from phongbench.errors import InputError
+from phongbench.formulas.spec import MAX_COEFFICIENTS
 from phongbench.shading import tiles as at
-from phongbench.shading.light_loops import facing_loop
-from phongbench.shading.lighting import CONSTANT, Light, Material, Skips, Viewer
+from phongbench.shading.light_loops import facing_loop, glow_loop, incidence_loop
+from phongbench.shading.lighting import BLACK, CONSTANT, Light, Material, Skips, Viewer
 from phongbench.shading.reach_bounds import reach_loop
 from phongbench.shading.specular_term import SpecularTerm
 
@@ -44,22 +45,35 @@ def loop_arguments(
     ambient: Sequence[float],
     shadowed: bool,
 ) -> LoopArguments:
-    """What there is to do for these lights; `ambient` is ka ia. A light whose terms are all 0 is left out here."""
+    """What there is to do for these lights; `ambient` is ka ia. A light whose terms are all 0 is left out here.
+
+    The ambient term of a light in a direction is the same everywhere: it is added to ka ia.
+    """
     precision = term.precision
     _check_places(lights, viewer, precision)
     view_planes = viewer.position is not None or not skips.constant_directions
     numbers = _numbers(lights, material, viewer, term, skips)
     plan = _plan(numbers, lights, term, skips, shadowed=shadowed, view_planes=view_planes)
-    used = plan[:, [at.ADDS_DIFFUSE, at.ADDS_SPECULAR]].any(axis=1) | (not skips.zero_colours)
+    _plan_glows(plan, numbers, lights, precision)
+    used = plan[:, [at.ADDS_DIFFUSE, at.ADDS_SPECULAR, at.GLOWS]].any(axis=1) | (not skips.zero_colours)
     numbers, plan = numbers[used], plan[used]
+    fresnel = np.zeros(3 * MAX_COEFFICIENTS, precision.carrier)
     highlights = bool(plan[:, at.HAS_LOOP].any())
     options = _options(numbers, viewer, skips, precision)
     options[at.NEEDS_VIEW] = highlights and view_planes
     options[at.FORMULA_LOOP] = term.kernel.address
+    if material.fresnel is not None and highlights:
+        fresnel = material.fresnel.rows(precision).reshape(-1)
+        options[[at.HAS_FRESNEL, at.FRESNEL_LOOP]] = True, jit.address(material.fresnel.loop(precision))
+        _plan_incidence(plan, numbers, view_planes, skips, precision)
+    everywhere = [*ambient]
+    for light in lights:
+        if light.position is None:
+            everywhere = [a + k * i for a, k, i in zip(everywhere, material.ambient, light.ambient, strict=True)]
     with np.errstate(over="ignore"):  # light beyond the range of float32 is infinite, as the loops make it
-        constants = np.array([*at.bounds(precision), *ambient], precision.carrier)
+        constants = np.array([*at.bounds(precision), *everywhere], precision.carrier)
     spread = np.ascontiguousarray(numbers.T).reshape(-1)
-    arrays = (numbers, spread, plan, options, constants, term.kernel.coefficients, term.kernel.table)
+    arrays = (numbers, spread, plan, options, constants, term.kernel.coefficients, term.kernel.table, fresnel)
     constant = sum(light.position is None for light in lights) + (highlights and not view_planes)
     return LoopArguments(arrays, int((~used).sum()), constant if skips.constant_directions else 0)
 
@@ -96,6 +110,22 @@ def _plan(
     return plan
 
 
+def _plan_glows(plan: Array, numbers: Array, lights: Sequence[Light], precision: Precision) -> None:
+    """Which lights add an ambient term point by point, and the loops that do: those at positions, unless it is 0."""
+    plan[:, at.GLOWS] = numbers[:, at.GLOW : at.GLOW + 3].any(axis=1)
+    for row, light in zip(plan, lights, strict=True):
+        if row[at.GLOWS]:
+            row[at.GLOW_LOOP] = jit.address(glow_loop(_fades(light), precision))
+
+
+def _plan_incidence(plan: Array, numbers: Array, view_planes: bool, skips: Skips, precision: Precision) -> None:
+    """The loop over incidence of each light that has one over coordinates: its direction lies where that finds it."""
+    for row, placed in zip(plan, numbers[:, at.PLACED] > 0, strict=True):
+        if row[at.HAS_LOOP]:
+            planes = bool(placed) or not skips.constant_directions
+            row[at.INCIDENCE_LOOP] = jit.address(incidence_loop(planes, view_planes, precision))
+
+
 def _options(numbers: Array, viewer: Viewer, skips: Skips, precision: Precision) -> Array:
     """The options that do not depend on the specular term."""
     options = np.zeros(at.OPTIONS, np.int64)
@@ -110,7 +140,12 @@ def _options(numbers: Array, viewer: Viewer, skips: Skips, precision: Precision)
 def _kind(light: Light, skips: Skips) -> str:
     if light.position is None:
         return "directional" if skips.constant_directions else "spread"
-    return "point" if tuple(light.attenuation)[1:] == CONSTANT[1:] else "fading"
+    return "fading" if _fades(light) else "point"
+
+
+def _fades(light: Light) -> bool:
+    """Whether the light of a lamp depends on its distance."""
+    return tuple(light.attenuation)[1:] != CONSTANT[1:]
 
 
 def _numbers(lights: Sequence[Light], material: Material, viewer: Viewer, term: SpecularTerm, skips: Skips) -> Array:
@@ -129,13 +164,15 @@ def _numbers(lights: Sequence[Light], material: Material, viewer: Viewer, term: 
             term.dark,
             term.tail,
             light.position is not None,
+            *(BLACK if light.position is None else light.ambient),
         )
         for light in lights
     ]
     numbers = np.array(rows, np.float64).reshape(-1, at.NUMBERS)
     numbers[:, at.DIFFUSE : at.DIFFUSE + 3] *= material.diffuse
     numbers[:, at.SPECULAR : at.SPECULAR + 3] *= material.specular
-    colours = slice(at.DIFFUSE, at.SPECULAR + 3)
-    numbers[:, colours] = np.minimum(numbers[:, colours], most)
+    numbers[:, at.GLOW : at.GLOW + 3] *= material.ambient
+    for colours in (slice(at.DIFFUSE, at.SPECULAR + 3), slice(at.GLOW, at.GLOW + 3)):
+        numbers[:, colours] = np.minimum(numbers[:, colours], most)
     with np.errstate(over="ignore", under="ignore"):
         return numbers.astype(carrier)

@@ -53,6 +53,14 @@ def judge(s: Any, spread: Any, verdicts: Any, room: Any, slack: Any, tiny: Any) 
         _put(room, FAR * len(verdicts) + k, far)
 
 
+@jit.inline
+def _lost(spread: Any, lights: Any, k: Any, channel: Any, lit: Any, shine: Any, glow: Any) -> Any:
+    """What a light gives to a channel by its diffuse, specular and ambient term of these strengths."""
+    diffuse = _entry(spread, (at.DIFFUSE + channel) * lights + k)
+    specular = _entry(spread, (at.SPECULAR + channel) * lights + k)
+    return diffuse * lit + specular * shine + _entry(spread, (at.GLOW + channel) * lights + k) * glow
+
+
 @jit.reduction
 def beyond_reach(spread: Array, room: Array, slack: Any) -> Any:
     """The most that the points of a tile lose by lights that do not reach them, all lights together, in any channel.
@@ -64,8 +72,8 @@ def beyond_reach(spread: Array, room: Array, slack: Any) -> Any:
 
     A light may be missing at a point if the tile's box is not all within its reach r. It is then at least
     d = max(r, least distance) away, its cosine is at most N.(P - p) / d, and 1; so it would add at most
-    att(d) (kd id cosine + ks is), and nothing if no N.(P - p) is positive. For normals no longer than 1 and specular
-    terms no larger than 1.
+    att(d) (kd id cosine + ks is), and nothing if no N.(P - p) is positive, beside its ambient term att(d) ka ia. For
+    normals no longer than 1 and specular terms no larger than 1, as reflectances are.
     """
     lights = len(room) // ROOM
     zero, one = spread.dtype.type(0), spread.dtype.type(1)
@@ -83,16 +91,13 @@ def beyond_reach(spread: Array, room: Array, slack: Any) -> Any:
         fade = one / (c + l * distance + q * squared)
         fade = _select(l + q > zero, _select(fade < most, fade, most), c)
         height = _entry(room, HEIGHT * lights + k)
-        missing = (_entry(room, FAR * lights + k) * (one + slack) > reach) & (height > zero)
-        shine = _select(missing, fade, zero)
+        beyond = _entry(room, FAR * lights + k) * (one + slack) > reach
+        missing = beyond & (height > zero)
+        glow, shine = _select(beyond, fade, zero), _select(missing, fade, zero)
         lit = _select(missing, fade * _select(height < distance, height / distance, one), zero)
-        red += _entry(spread, at.DIFFUSE * lights + k) * lit + _entry(spread, at.SPECULAR * lights + k) * shine
-        green += (
-            _entry(spread, (at.DIFFUSE + 1) * lights + k) * lit + _entry(spread, (at.SPECULAR + 1) * lights + k) * shine
-        )
-        blue += (
-            _entry(spread, (at.DIFFUSE + 2) * lights + k) * lit + _entry(spread, (at.SPECULAR + 2) * lights + k) * shine
-        )
+        red += _lost(spread, lights, k, 0, lit, shine, glow)
+        green += _lost(spread, lights, k, 1, lit, shine, glow)
+        blue += _lost(spread, lights, k, 2, lit, shine, glow)
     return max(red, green, blue) * (one + slack)
 
 

@@ -3,6 +3,7 @@
 import io
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from itertools import chain
 from pathlib import Path
 from typing import Any, TypeVar
@@ -14,6 +15,8 @@ from phongbench.compiler.lowering import precision_named
 from phongbench.compiler.precisions import Array
 from phongbench.errors import InputError
 from phongbench.formulas.formula import MODELS, Formula, Registry
+from phongbench.formulas.fresnel.catalogue import KINDS
+from phongbench.formulas.fresnel.reflectance import Fresnel
 from phongbench.formulas.registry import REGISTRY
 from phongbench.shading.lighting import BLACK, Light, Material, Viewer
 from phongbench.shading.shade import Shaded, shade
@@ -126,10 +129,18 @@ def _made(make: Callable[..., T], table: Table, **readers: Callable[[Table, str]
         return make(**members)
 
 
+def read_fresnel(table: Table, key: str = "fresnel") -> Fresnel:
+    """The reflectance under a key: an object of kind and what that takes, three numbers each of f0, f82, n, k."""
+    inside = table.table(key)
+    kind = inside.text("kind", among=KINDS)
+    return _made(partial(Fresnel, kind), inside, f0=_vector, f82=_vector, n=_vector, k=_vector)
+
+
 def _material(table: Table) -> Material:
     for key in ("ambient", "diffuse", "specular", "shininess"):
         table.value(key)  # a material has no default
-    return _made(Material, table, ambient=_colour, diffuse=_colour, specular=_colour, shininess=_not_negative)
+    colours = dict.fromkeys(("ambient", "diffuse", "specular"), _colour)
+    return _made(Material, table, **colours, shininess=_not_negative, fresnel=read_fresnel)
 
 
 def _light(table: Table) -> Light:
@@ -141,6 +152,7 @@ def _light(table: Table) -> Light:
         attenuation=_vector,
         diffuse=_colour,
         specular=_colour,
+        ambient=_colour,
         reach=_not_negative,
     )
 

@@ -1,10 +1,11 @@
 """The full reflection model over many points and lights: what scenes, the command line and the service shade with.
 
-    I = ka ia + sum over lights of att(d) [kd (L.N) id + ks (R.V)^alpha is]
+    I = ka ia + sum over lights of att(d) [ka ia + kd (L.N) id + ks F(V.H) (R.V)^alpha is]
 
 for each colour, R = 2 (N.L) N - L, att(d) = 1 / (c + l d + q d^2). A term counts only where its cosine is positive, the
 specular term only where L.N is, too. Model "blinn-phong" has (N.H)^alpha instead, H = (L + V) / |L + V|. Any registered
-formula may stand for the specular term.
+formula may stand for the specular term. F, the reflectance against incidence, is 1 unless the material says otherwise;
+a light's own ia is 0 unless it says otherwise, and needs no cosine.
 
 What need not be computed is left out in blocks and counted; `Skips` says what may be. See tiles.py for how it runs.
 """

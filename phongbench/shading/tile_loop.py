@@ -1,7 +1,9 @@
 """The loop of shading: for every tile, load it, ask every light, add up, store.
 
 For each light four loops run over a tile's blocks: which points face it, the coordinate of its highlight, the formula
-(a compiled loop of kernels.py over runs of blocks that have a highlight), and the sum.
+(a compiled loop of kernels.py over runs of blocks that have a highlight), and the sum. Where the specular colour
+depends on incidence, its cosine and the three channels' reflectances come before the sum; a light at a position that
+has an ambient term adds that first.
 """
 
 from typing import Any
@@ -11,6 +13,7 @@ import numpy as np
 from phongbench.compiler import intrinsics, jit
 from phongbench.compiler.precisions import Array
 from phongbench.formulas import coordinate_kernels
+from phongbench.formulas.spec import MAX_COEFFICIENTS
 from phongbench.shading import reach_bounds
 from phongbench.shading import tiles as at
 from phongbench.shading.light_loops import loop_at
@@ -20,8 +23,11 @@ _values_at = coordinate_kernels.values_at
 
 
 @jit.inline
-def _add(s: Any, light: Any, b: Any, diffuse: Any, lit: Any) -> None:
-    """Add a light's diffuse term, its specular term or both to the sums of a block."""
+def _add(s: Any, light: Any, b: Any, diffuse: Any, lit: Any, tinted: Any) -> None:
+    """Add a light's diffuse term, its specular term or both to the sums of a block.
+
+    tinted  whether the specular colour depends on incidence
+    """
     dr, dg, db = light[at.DIFFUSE], light[at.DIFFUSE + 1], light[at.DIFFUSE + 2]
     sr, sg, sb = light[at.SPECULAR], light[at.SPECULAR + 1], light[at.SPECULAR + 2]
     for j in range(at.BLOCK):
@@ -33,7 +39,11 @@ def _add(s: Any, light: Any, b: Any, diffuse: Any, lit: Any) -> None:
             r, g, u = r + dr * w, g + dg * w, u + db * w
         if lit:
             h = _entry(s, at.HIGHLIGHT + i) * fade
-            r, g, u = r + sr * h, g + sg * h, u + sb * h
+            if tinted:
+                fr, fg, fb = at.three(s, at.REFLECTED + i)
+                r, g, u = r + sr * (h * fr), g + sg * (h * fg), u + sb * (h * fb)
+            else:
+                r, g, u = r + sr * h, g + sg * h, u + sb * h
         at.put_three(s, at.SUM + i, r, g, u)
 
 
@@ -82,8 +92,11 @@ def _wanted(flags: Any, counts: Any, inside: Any, plan: Any, keep: Any) -> None:
 
 
 @jit.inline
-def _formula(s: Any, flags: Any, values: Any, coefficients: Any, table: Any) -> None:
-    """Evaluate the formula over each run of blocks that are lit: it is called for a run, not for a block."""
+def _formula(s: Any, flags: Any, values: Any, given: Any, coefficients: Any, table: Any, result: Any) -> None:
+    """Evaluate a formula over each run of blocks that are lit: it is called for a run, not for a block.
+
+    values  address of its loop, from plane `given` to plane `result`; 0 where the gate is closed
+    """
     start = -1
     for b in range(flags[at.USED] + 1):
         lit = b < flags[at.USED] and flags[at.LIT + b] != 0
@@ -92,28 +105,43 @@ def _formula(s: Any, flags: Any, values: Any, coefficients: Any, table: Any) -> 
         if not lit and start >= 0:
             low, high = start * at.BLOCK, b * at.BLOCK
             _values_at(values, s)(
-                s[at.COORDINATE + low : at.COORDINATE + high],
+                s[given + low : given + high],
                 s[at.GATE + low : at.GATE + high],
                 coefficients,
                 table,
-                s[at.HIGHLIGHT + low : at.HIGHLIGHT + high],
+                s[result + low : result + high],
             )
             start = -1
 
 
 @jit.inline
-def _sum(s: Any, light: Any, flags: Any, plan: Any) -> None:
+def _reflect(s: Any, light: Any, flags: Any, plan: Any, loop: Any, fresnel: Any) -> None:
+    """What the lit blocks reflect of each channel at their incidence."""
+    loop_at(plan[at.INCIDENCE_LOOP], s)(s, light, flags)
+    for c in range(3):
+        row = fresnel[c * MAX_COEFFICIENTS : (c + 1) * MAX_COEFFICIENTS]
+        _formula(s, flags, loop, at.INCIDENCE, row, fresnel[:1], at.REFLECTED + c * at.TILE)
+
+
+@jit.inline
+def _sum(s: Any, light: Any, flags: Any, plan: Any, tinted: Any) -> None:
     """Add what a light gives to the blocks that face it; the flags are told apart here, outside the loops."""
     diffuse, specular = plan[at.ADDS_DIFFUSE] != 0, plan[at.ADDS_SPECULAR] != 0
     for b in range(flags[at.USED]):
         if flags[at.FLAGS + b] & at.FACES:
             lit = specular and flags[at.LIT + b] != 0
             if diffuse and lit:
-                _add(s, light, b, True, True)
+                if tinted:
+                    _add(s, light, b, True, True, True)
+                else:
+                    _add(s, light, b, True, True, False)
             elif lit:
-                _add(s, light, b, False, True)
+                if tinted:
+                    _add(s, light, b, False, True, True)
+                else:
+                    _add(s, light, b, False, True, False)
             elif diffuse:
-                _add(s, light, b, True, False)
+                _add(s, light, b, True, False, False)
 
 
 @jit.inline
@@ -160,19 +188,18 @@ def shade_tiles(prepared: Any, vectors: Any, tiles: Array, out: Array, counts: A
         lights, spread       (L, at.NUMBERS) and the same transposed and flat
         plan, options        (L, at.PLAN) what is to be done for each light; at.OPTIONS
         constants            the bounds of the precision, then ka ia
-        coefficients, table  what the formula's loop takes
+        coefficients, table  what the formula's loop takes; fresnel, what the reflectance's takes for each channel
     vectors   read-only and flat
         points, normals      3n       rows of three or three columns (options)
         visible              (L, n)   of the shadowed lights; (0, 0) without
-        towards              3n       unit directions from the points to where they are seen from, as of reflected rays;
-                                      empty where that is the viewer
+        towards              3n       unit directions to where points are seen from; empty where that is the viewer
     tiles     2          first tile and the one after the last
     out       3n         colours, laid out as the points
     counts    at.COUNTS  added to
     lost      1          raised to the most that a point lost by reach, where the options want boxes
     s         at.SCRATCH
     """
-    lights, spread, plan, options, constants, coefficients, table = prepared
+    lights, spread, plan, options, constants, coefficients, table, fresnel = prepared
     points, normals, visible, towards = vectors
     flags = np.zeros(2 * at.BLOCKS + 1, np.int64)
     verdicts, spare = np.zeros(len(lights), points.dtype), np.zeros(len(lights), points.dtype)
@@ -195,10 +222,12 @@ def shade_tiles(prepared: Any, vectors: Any, tiles: Array, out: Array, counts: A
         for c in range(3):
             s[at.SUM + c * at.TILE : at.SUM + c * at.TILE + used * at.BLOCK] = constants[at.AMBIENT + c]
         for k in range(len(lights)):
+            light, todo = lights[k], plan[k]
+            if todo[at.GLOWS] and verdicts[k] < 2:
+                loop_at(todo[at.GLOW_LOOP], s)(s, light, flags)
             if verdicts[k] > 0:
                 counts[at.BEHIND if verdicts[k] < 2 else at.OUT] += inside
                 continue
-            light, todo = lights[k], plan[k]
             if todo[at.SEEN_ROW] >= 0:
                 _shadow(s, visible[todo[at.SEEN_ROW]], first, used * at.BLOCK, count)
             loop_at(todo[at.FACING_LOOP], s)(s, light, flags)
@@ -206,7 +235,9 @@ def shade_tiles(prepared: Any, vectors: Any, tiles: Array, out: Array, counts: A
                 if todo[at.HAS_LOOP]:
                     loop_at(todo[at.COORDINATE_LOOP], s)(s, light, flags)
                 _wanted(flags, counts, inside, todo, options[at.KEEP_UNLIT])
-                _formula(s, flags, options[at.FORMULA_LOOP], coefficients, table)
-                _sum(s, light, flags, todo)
+                _formula(s, flags, options[at.FORMULA_LOOP], at.COORDINATE, coefficients, table, at.HIGHLIGHT)
+                if options[at.HAS_FRESNEL] and todo[at.EVALUATES]:
+                    _reflect(s, light, flags, todo, options[at.FRESNEL_LOOP], fresnel)
+                _sum(s, light, flags, todo, options[at.HAS_FRESNEL] != 0)
         at.store(s, out, first, used, count, options[at.COLUMNS])
     return -1

@@ -28,24 +28,28 @@ POINT, NORMAL, VIEW, TOWARDS, SUM = 0, 3 * TILE, 6 * TILE, 9 * TILE, 12 * TILE
 FACING, FADING, COORDINATE, GATE, HIGHLIGHT, SEEN = (plane * TILE for plane in range(15, 21))
 #: lowest and highest values of the six planes of points and normals, first in each lane of a block
 LOW, HIGH = 21 * TILE, 22 * TILE
-SCRATCH = 23 * TILE
+#: of materials whose specular colour depends on incidence: its cosine, and what is reflected of red, green and blue
+INCIDENCE, REFLECTED = 23 * TILE, 24 * TILE
+SCRATCH = 27 * TILE
 
 #: columns of a light's numbers: direction or position, c l q, reach^2, diffuse and specular colour products, viewer,
-#: where the dark begins, the cosine below which exact Phong counts as dark, and 1 for a light at a position
-WHERE, FADE, REACH, DIFFUSE, SPECULAR, EYE, DARK, TAIL, PLACED = 0, 3, 6, 7, 10, 13, 16, 17, 18
-NUMBERS = 19
+#: where the dark begins, the cosine below which exact Phong counts as dark, 1 for a light at a position, and the
+#: ambient colour product of such a light
+WHERE, FADE, REACH, DIFFUSE, SPECULAR, EYE, DARK, TAIL, PLACED, GLOW = 0, 3, 6, 7, 10, 13, 16, 17, 18, 19
+NUMBERS = 22
 #: columns of a light's plan: address of its facing loop; of its coordinate loop, and whether it has one; whether the
-#: formula is evaluated; whether its diffuse and its specular term are added; the row that says what sees it, or -1
+#: formula is evaluated; whether its diffuse and its specular term are added; the row that says what sees it, or -1;
+#: whether its ambient term is added point by point, and by which loop; address of its loop over incidence
 FACING_LOOP, COORDINATE_LOOP, HAS_LOOP, EVALUATES, ADDS_DIFFUSE, ADDS_SPECULAR, SEEN_ROW = range(7)
-PLAN = 7
+GLOWS, GLOW_LOOP, INCIDENCE_LOOP = range(7, 10)
+PLAN = 10
 #: what is counted: pairs left out behind, out of reach, in shadow, in the dark; pairs whose R or H was not built
 BEHIND, OUT, SHADE, UNLIT, UNBUILT = range(5)
 COUNTS = 5
 #: entries of the options
-COLUMNS, NORMALISE, EYE_PLACED, NEEDS_VIEW, BOXES, KEEP_BEHIND, KEEP_UNLIT, LIMITED, REACH_LOOP, FORMULA_LOOP = range(
-    10
-)
-OPTIONS = 10
+COLUMNS, NORMALISE, EYE_PLACED, NEEDS_VIEW, BOXES, KEEP_BEHIND, KEEP_UNLIT, LIMITED, REACH_LOOP = range(9)
+FORMULA_LOOP, HAS_FRESNEL, FRESNEL_LOOP = range(9, 12)
+OPTIONS = 12
 #: a tile's flags: of each block how it faces the light, whether it has a highlight; then the number of its blocks
 FLAGS, LIT, USED = 0, BLOCKS, 2 * BLOCKS
 #: bits of a block's first flag: some point faces the light, lies within its reach, sees it

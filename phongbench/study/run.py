@@ -18,14 +18,12 @@ from phongbench.accuracy import probes, sweep, tables
 from phongbench.accuracy.probes import Probe, consistency
 from phongbench.accuracy.probes.probe import ProbeContext
 from phongbench.accuracy.sweep import Measured, Sweep
-from phongbench.errors import InputError, InterruptedStudyError
 from phongbench.formulas.registry import REGISTRY
 from phongbench.formulas.spec import Approximation
 from phongbench.inputs.plan import Plan
 from phongbench.results import checkpoints, runs
-from phongbench.results.provenance import collect, fingerprint_code
 from phongbench.results.runs import Run
-from phongbench.study import precompile
+from phongbench.study import precompile, run_folder
 from phongbench.study.kernel_timing import time_kernels
 from phongbench.support import process
 from phongbench.support.process import seldom_collected
@@ -103,28 +101,32 @@ def run_study(
     with (
         _clocked(seconds, "total"),
         runs.locked(path),
-        _resumable(path),
+        run_folder.resumable(path),
         process.heeded() as check,
         precompile.beside(plan) as helper,
     ):
-        with _clocked(seconds, "accuracy"):
-            parts = _prepare_folder(path, plan, fresh=fresh, resume=resume)
-            manifest = _manifest(path, run_id, plan, command, files)
-            checked = _Checked(progress or Progress(), check)
-            study = _Study(sweep.prepare(plan, registry), path, manifest, jobs or process.cores(), checked)
-            context = study.accuracy(parts)
-        with _clocked(seconds, "stability"):
-            study.store(study.probes(context))
-        with _clocked(seconds, "timing"):
-            precompile.stop(helper, at_once=not plan.timing)
-            if plan.timing:
-                study.store({"timing": time_kernels(study.sweep, checked)})
-        outcome = study.complete(context, seconds)
+        checked = _Checked(progress or Progress(), check)
+        parts = run_folder.prepare(path, plan, fresh=fresh, resume=resume)
+        prepared = sweep.prepare(plan, registry)
+        if parts is None:
+            precompile.stop(helper, at_once=True)
+            outcome = _finished(runs.load(path), prepared, seconds)
+        else:
+            manifest = run_folder.begin(path, run_id, plan, command, files)
+            study = _Study(prepared, path, manifest, jobs or process.cores(), checked)
+            outcome = study.measure(parts, seconds, lambda: precompile.stop(helper, at_once=not plan.timing))
         with _clocked(seconds, "report"):
             if build_report:
                 checked.stage("drawing the report")
                 outcome.report = build_report(outcome.run, path / "report")
     return outcome
+
+
+def _finished(run: Run, prepared: Sweep, seconds: dict[str, float]) -> Outcome:
+    """What a study did that was finished before: nothing is measured, but its report may be missing."""
+    seconds |= dict.fromkeys(("accuracy", "stability", "timing"), 0.0)
+    failures, violations = run.manifest.get("failures", {}), run.manifest.get("violations", [])
+    return Outcome(run, len(prepared.cells), prepared.evaluations, seconds, failures, violations)
 
 
 @contextmanager
@@ -153,60 +155,6 @@ class _Checked(Progress):
         self.progress.note(text)
 
 
-@contextmanager
-def _resumable(path: Path) -> Iterator[None]:
-    """Turn the user's interruption into an error that says how to go on."""
-    try:
-        yield
-    except KeyboardInterrupt as stop:
-        fix = f"the same command with --out {path} --resume goes on"
-        raise InterruptedStudyError("interrupted; what is done is kept", None, fix) from stop
-
-
-def _prepare_folder(path: Path, plan: Plan, *, fresh: bool, resume: bool) -> list[pd.DataFrame]:
-    """Make the folder ready; the parts a resumed run can keep."""
-    if fresh:
-        runs.clear(path)
-    if not (path / runs.MANIFEST).exists():
-        if resume:
-            fix = "leave out --resume, or give the folder of the interrupted run"
-            raise InputError("there is nothing to resume", str(path), fix)
-        return []
-    before = runs.load(path)
-    if not resume:
-        raise InputError("the folder already holds a run", str(path), "--resume goes on with it, --fresh discards it")
-    if before.complete:
-        fix = "`phongbench report` draws its report anew, --fresh measures it anew"
-        raise InputError("the run here is complete", str(path), fix)
-    if before.plan != plan:
-        raise InputError("the run here has another plan", str(path), "give the options it was started with, or --fresh")
-    if before.manifest["code"] != fingerprint_code():
-        fix = "its rows could differ in the last bits: use --fresh"
-        raise InputError("the run here was started by other code", str(path), fix)
-    return checkpoints.read_parts(path)
-
-
-def _manifest(path: Path, run_id: str, plan: Plan, command: Sequence[str], files: Sequence[str]) -> dict[str, Any]:
-    """What the folder says of a run that begins, or goes on under the name that it has."""
-    if (path / runs.MANIFEST).exists():
-        run_id = runs.load(path).id
-    elif runs.RUN_ID.match(path.name):
-        run_id = path.name
-    manifest: dict[str, Any] = {
-        "schema": runs.SCHEMA,
-        "run": run_id,
-        "state": "partial",
-        "plan": plan.as_dict(),
-        "seed": plan.seed,
-        "with": list(files),
-        "code": fingerprint_code(),
-        "provenance": collect(plan.seed, command).as_dict(),
-        "files": {},
-    }
-    runs.write_manifest(path, manifest)
-    return manifest
-
-
 @dataclass
 class _Study:
     """A study under way: its stages, each of which leaves what it did in the run's folder."""
@@ -216,6 +164,26 @@ class _Study:
     manifest: dict[str, Any]
     jobs: int
     progress: Progress
+
+    def measure(self, parts: list[pd.DataFrame], seconds: dict[str, float], end_help: Callable[[], None]) -> Outcome:
+        """All stages but the report.
+
+        parts     what an interrupted study has left of the sweep; is added to
+        seconds   receives what each stage took
+        end_help  called before the timing, which nothing may disturb
+        """
+        with _clocked(seconds, "accuracy"):
+            context = self.accuracy(parts)
+            self.store({"accuracy": context.accuracy, "worst": context.worst})  # enough for a report
+        with _clocked(seconds, "stability"):
+            frames = self.probes(context)
+            self.manifest |= {"violations": context.violations, "probes": context.facts}
+            self.store(frames)
+        with _clocked(seconds, "timing"):
+            end_help()
+            if self.sweep.plan.timing:
+                self.store({"timing": time_kernels(self.sweep, self.progress)})
+        return self.complete(context, seconds)
 
     def accuracy(self, parts: list[pd.DataFrame]) -> ProbeContext:
         """Run what is left of the sweep, appending to `parts` in memory and on disk; the rows of all of it."""
@@ -246,20 +214,20 @@ class _Study:
             fresh.clear()
 
     def probes(self, context: ProbeContext) -> dict[str, pd.DataFrame]:
-        """Run every probe of the plan, or take what an interrupted run kept of it; every table but the timing."""
+        """Run every probe of the plan, or take what an interrupted run kept of it; every table that they add to."""
         frames: dict[str, pd.DataFrame] = {}
         for probe in probes.chosen(context.plan):
             self.progress.stage(probe.title, 1.0)
             context.advance = self.progress.advance
             for name, frame in self._probed(probe, context).items():
+                frames[name] = frame
                 if name in ("accuracy", "worst"):
                     swept = getattr(context, name)
-                    setattr(context, name, pd.concat([swept, frame], ignore_index=True).astype(swept.dtypes))
-                else:
-                    frames[name] = frame
+                    frames[name] = pd.concat([swept, frame], ignore_index=True).astype(swept.dtypes)
+                    setattr(context, name, frames[name])
         context.violations += consistency.violations(context.accuracy)
         self.progress.stage("writing the tables")
-        return {"accuracy": context.accuracy, "worst": context.worst, **frames}
+        return frames
 
     def _probed(self, probe: Probe, context: ProbeContext) -> dict[str, pd.DataFrame]:
         """The tables of a probe; what it said beside them is in the context."""
@@ -277,9 +245,13 @@ class _Study:
         return frames
 
     def store(self, frames: Mapping[str, pd.DataFrame]) -> None:
-        """Write tables into the folder."""
+        """Write tables into the folder, and that they are there: an interrupted run has what it has stored."""
+        files = self.manifest["files"]
+        if any(files.pop(f"{name}.parquet", None) for name in frames):
+            runs.write_manifest(self.path, self.manifest)  # while a table is replaced, the run does not have it
         for name, frame in frames.items():
-            self.manifest["files"][f"{name}.parquet"] = runs.write_table(self.path, name, frame)
+            files[f"{name}.parquet"] = runs.write_table(self.path, name, frame)
+        runs.write_manifest(self.path, self.manifest)
 
     def complete(self, context: ProbeContext, seconds: dict[str, float]) -> Outcome:
         """Say in the manifest that all is there, and clear what only a resumed run needs."""
@@ -287,8 +259,6 @@ class _Study:
         self.manifest |= {
             "state": "complete",
             "failures": failures,
-            "violations": context.violations,
-            "probes": context.facts,
             "seconds": {stage: round(value, 3) for stage, value in seconds.items()},
         }
         runs.write_manifest(self.path, self.manifest)

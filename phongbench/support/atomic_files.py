@@ -1,38 +1,35 @@
 """Files appear whole or not at all: written under a temporary name, synced, renamed."""
 
-import errno
 import os
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from pathlib import Path
 
-from phongbench.errors import StorageError
-
-
-@contextmanager
-def storage(path: Path) -> Iterator[None]:
-    """Turn what the disk refuses into a StorageError that names the place."""
-    try:
-        yield
-    except OSError as problem:
-        fix = "free some space" if problem.errno == errno.ENOSPC else "give a folder that can be written with --out"
-        raise StorageError(f"cannot write: {problem.strerror or problem}", str(path), fix) from problem
+from phongbench.support.user_paths import check_file, make_folder, writing
 
 
 def write_whole(path: Path, write: Callable[[Path], object], *, sync: bool = True) -> None:
-    """Call `write` with a temporary path beside `path`, sync, rename.
+    """Call `write` with a temporary path beside `path`, sync, rename; folders that are missing are made.
 
     Readers see the old file or the new one, never a part. Without `sync`, for what can be made again, this holds unless
-    the machine itself goes down.
+    the machine itself goes down. A link stays: its file is written. A device or a pipe is written to as it is.
+
+    Raises InputError for a path that can be no file's, StorageError if the disk refuses.
     """
-    temporary = path.with_name(f".{path.name}.partial")
-    with storage(path):
+    check_file(path)
+    if path.exists() and not path.is_file():
+        with writing(path):
+            write(path)
+        return
+    target = Path(os.path.realpath(path))
+    make_folder(target.parent)
+    temporary = target.with_name(f".{target.name}.partial")
+    with writing(path):
         try:
             write(temporary)
             if sync:
                 with temporary.open("rb+") as file:  # Windows syncs only what can be written to
                     os.fsync(file.fileno())
-            temporary.replace(path)
+            temporary.replace(target)
         finally:
             temporary.unlink(missing_ok=True)
 
@@ -43,7 +40,5 @@ def write_text(path: Path, text: str) -> None:
 
 
 def write_bytes(path: Path, content: bytes, *, sync: bool = True) -> None:
-    """Write these bytes whole, into a folder that is made if it is missing; `sync` as for `write_whole`."""
-    with storage(path):
-        path.parent.mkdir(parents=True, exist_ok=True)
+    """Write these bytes whole; `sync` as for `write_whole`."""
     write_whole(path, lambda temporary: temporary.write_bytes(content), sync=sync)

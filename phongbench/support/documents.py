@@ -17,6 +17,7 @@ from typing import Any
 
 from phongbench.errors import InputError, UnknownNameError
 from phongbench.support.document_paths import DATA, Source, Steps, shown
+from phongbench.support.user_paths import reading
 
 Vector = tuple[float, float, float]
 #: largest number a scene may hold: its square is still far from float32's end
@@ -35,23 +36,23 @@ def load(path: Path, kind: str, fix: str | None = None) -> "Table":
     kind  what errors call it: a scene, a plan
     fix   where a malformed one is told how it is written
     """
+    with reading(path, kind, "give the path of a TOML file"), path.open("rb") as file:
+        data = file.read(LARGEST_FILE + 1)
+    if len(data) > LARGEST_FILE:
+        raise InputError(f"a {kind} has at most {LARGEST_FILE >> 20} MB", str(path), "leave data to other files")
     try:
-        if path.stat().st_size > LARGEST_FILE:
-            raise InputError(f"a {kind} has at most {LARGEST_FILE >> 20} MB", str(path), "leave data to other files")
-        text = path.read_text(encoding="utf-8-sig")  # Windows' editors put a byte order mark first
-    except OSError as problem:
-        what = f"cannot read the {kind}: {problem.strerror}"
-        raise InputError(what, str(path), "give the path of a TOML file") from problem
+        text = data.decode("utf-8-sig")  # Windows' editors put a byte order mark first
     except UnicodeDecodeError as problem:
         at = problem.object.count(b"\n", 0, problem.start) + 1
         raise InputError(f"cannot read the {kind}: not UTF-8", f"{path}:{at}", "save it as text in UTF-8") from problem
+    text = text.replace("\r\n", "\n").replace("\r", "\n")
     form, parse = ("JSON", json.loads) if path.suffix.lower() == ".json" else ("TOML", tomllib.loads)
     try:
-        data = parse(text)
+        document = parse(text)
     except (ValueError, RecursionError) as problem:
         what, line = _malformed(problem, text)
         raise InputError(f"not valid {form}: {what}", f"{path}:{line}" if line else str(path), fix) from problem
-    return Table.of(data, Source(str(path), text if form == "TOML" else ""), kind)
+    return Table.of(document, Source(str(path), text if form == "TOML" else ""), kind)
 
 
 def _malformed(problem: Exception, text: str) -> tuple[str, int | None]:

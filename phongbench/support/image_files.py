@@ -1,6 +1,5 @@
 """Pictures as files: linear light as sRGB codes in PNG, or as it is in npy and OpenEXR."""
 
-import os
 from importlib.util import find_spec
 from io import BytesIO
 from pathlib import Path
@@ -10,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phongbench import __version__
-from phongbench.errors import InputError, StorageError
-from phongbench.support.atomic_files import storage, write_bytes
+from phongbench.errors import InputError
+from phongbench.support.atomic_files import write_bytes
+from phongbench.support.user_paths import check_file
 
 Array = NDArray[Any]
 
@@ -47,8 +47,8 @@ def refuse_pixels(bad: NDArray[np.bool_], are: str) -> None:
 def check_writable(path: Path) -> None:
     """To be asked before a picture is drawn: raise what would keep it from being written.
 
-    InputError for a suffix that no picture has, or an EXR without its library; StorageError for a folder's name, and
-    for a place that cannot be written to.
+    InputError for a suffix that no picture has, an EXR without its library, and a name that no file can have;
+    StorageError for a place that cannot be written to.
     """
     suffix = path.suffix.lower()
     if suffix not in SUFFIXES:
@@ -57,12 +57,7 @@ def check_writable(path: Path) -> None:
     if suffix == ".exr" and find_spec("OpenEXR") is None:
         fix = "install it: pip install 'phongbench[scene]', or write .npy"
         raise InputError(".exr is written by OpenEXR, which is not installed", str(path), fix)
-    with storage(path):
-        if path.is_dir():
-            raise StorageError("cannot write: it is a folder", str(path), "name a file in it")
-        home = next(folder for folder in path.absolute().parents if folder.exists())
-        if not (home.is_dir() and os.access(home, os.W_OK | os.X_OK)):
-            raise StorageError(f"cannot write: nothing can be put into {home}", str(path), "choose another folder")
+    check_file(path)
 
 
 def save(path: Path, picture: Array) -> None:

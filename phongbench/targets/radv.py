@@ -72,9 +72,7 @@ class Radv(Target):
         """A compute shader, one thread for each set of vectors."""
         names = NAMES[: code.vectors]
         read = [f"vec3 {name} = given[{code.vectors}u * i + {k}u].xyz;" for k, name in enumerate(names)]
-        body = steps(
-            calls, code.vectors, context, lambda name, factor, other: f"{name} = {name}.yzx * {factor} + {other};"
-        )
+        body = steps(calls, code.vectors, context, "{} = {}.yzx * {} + {};")
         return "\n".join(
             [
                 "#version 450",

@@ -13,8 +13,10 @@ import numpy as np
 import pandas as pd
 
 from phongbench.analysis.rows import Rows
+from phongbench.results.runs import require_rows
 from phongbench.support.atomic_files import write_bytes
 from phongbench.support.process import cores, seldom_collected
+from phongbench.support.user_paths import make_folder
 from phongbench_reports.figures import FIGURES
 from phongbench_reports.figures.pictures import SECTIONS
 from phongbench_reports.page import Links, Section, render, style_sheet
@@ -141,8 +143,10 @@ def build(run: Run, out: Path, *, single_file: bool = False, processes: int = 1)
     single_file  bool     one index.html with everything in it, no figures/, data/ or style.css
     processes    int      from 2 on, where there are as many cores, another process draws some of the figures
     returns      Path     of index.html
+    Raises InputError for a run without accuracy rows, and for an `out` that can be no folder; StorageError.
     """
-    study = Rows(run)
+    study = Rows(require_rows(run))
+    make_folder(out)
     if min(processes, cores()) > 1:
         with beside(run.path, LATER) as theirs:
             sections, pictures = sections_of(study, theirs)

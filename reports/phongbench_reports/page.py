@@ -93,7 +93,8 @@ def unmeasured(study: Rows) -> list[str]:
     if names:
         sentences.append(f"Formulas {listed(names)}.")
     if study.timing.empty:
-        sentences.append("Time: the run was made with --no-timing.")
+        why = "was interrupted before it was timed" if study.awaits_timing else "was made with --no-timing"
+        sentences.append(f"Time: the run {why}.")
     else:
         sets = [name for name in ("l1", "l2", "memory") if name not in set(study.timing["working_set"].unique())]
         sentences += [f"Working sets {listed(sets)}."] if sets else []
@@ -133,7 +134,7 @@ def render(study: Rows, sections: list[Section], links: Links) -> str:
         "formulas": int(rows["approximation"].nunique()),
         "precisions": listed(study.precisions),
         "timings": number(len(study.timing)),
-        "partial": study.run.manifest.get("state") == "partial",
+        "partial": study.partial,
     }
     return (
         _environment()

@@ -6,6 +6,7 @@ from typing import Any
 
 import pandas as pd
 
+from phongbench.analysis.rows import Rows
 from phongbench.formulas.formula import Formula
 from phongbench.formulas.registry import REGISTRY
 from phongbench.formulas.spec import SPACES
@@ -117,3 +118,8 @@ def listed(words: Iterable[str]) -> str:
 def basis(rows: pd.DataFrame) -> str:
     """What accuracy rows rest on: "131 072 samples a cell, coverage: sampled"."""
     return f"{span(rows['samples'])} samples a cell, coverage: {listed(sorted(set(rows['coverage'].astype(str))))}"
+
+
+def time_it(study: Rows) -> str:
+    """What gives a run without times its times."""
+    return "Finish the run: it goes on with --resume." if study.awaits_timing else "Run again without --no-timing."

@@ -17,7 +17,7 @@ import pandas as pd
 import pytest
 
 import phongbench_reports
-from phongbench.errors import StorageError
+from phongbench.errors import InputError
 from phongbench_reports.figures import FIGURES
 
 HERE = Path(__file__).parent
@@ -173,7 +173,7 @@ def test_the_single_file_holds_everything(run: Any, report: Path, tmp_path: Path
 def test_an_unwritable_folder_is_told_in_words(made_up: Callable[..., Any], tmp_path: Path) -> None:
     (tmp_path / "taken").write_text("a file where the folder should be", encoding="utf-8")
     small = made_up(tmp_path / "run", alphas=(50.0,), gammas=(8,), precisions=("float32",))
-    with pytest.raises(StorageError, match="cannot write"):
+    with pytest.raises(InputError, match="cannot write"):
         phongbench_reports.build(small, tmp_path / "taken")
 
 

@@ -20,7 +20,7 @@ from phongbench.support.documents import LARGEST
 from phongbench_api.http import arrays, media
 from phongbench_api.http.openapi import described, object_schema
 from phongbench_api.http.problems import Cancelled, TooLargeError, request_errors
-from phongbench_api.models import FORMULA_SCHEMA, SPELLING_SCHEMA
+from phongbench_api.models import FORMULA_SCHEMA, FRESNEL_SCHEMA, SPELLING_SCHEMA
 from phongbench_api.service import Service, service
 from phongbench_api.settings import Settings
 from phongbench_api.work import render_cost, request_bodies
@@ -70,6 +70,7 @@ _MATERIAL = object_schema(
         "shininess": _number(0, 1e5),
         "reflectivity": _number(0, 1),
         "approximation": SPELLING_SCHEMA,
+        "fresnel": FRESNEL_SCHEMA,
     }
 )
 _BOARD = object_schema({"chequerboard": _list(2, _TEXT), "side": _LENGTH}, "chequerboard")
@@ -81,6 +82,7 @@ _LIGHT = object_schema(
         "reach": _LENGTH,
         "colour": _COLOUR,
         "highlight": _COLOUR,
+        "ambient": _COLOUR,
         "intensity": _number(0, BRIGHTEST),
     }
 )

@@ -16,7 +16,7 @@ from phongbench.support.document_paths import UNTRUSTED
 from phongbench_api.http import arrays, media, multipart
 from phongbench_api.http.openapi import described, object_schema
 from phongbench_api.http.problems import Cancelled, TooLargeError, request_errors
-from phongbench_api.models import FORMULA_SCHEMA
+from phongbench_api.models import FORMULA_SCHEMA, FRESNEL_SCHEMA
 from phongbench_api.service import Service, service
 from phongbench_api.work import request_bodies
 
@@ -48,6 +48,7 @@ _MATERIAL = object_schema(
         "diffuse": _COLOUR,
         "specular": _COLOUR,
         "shininess": {"type": "number", "minimum": ALPHA.low, "maximum": ALPHA.high},
+        "fresnel": FRESNEL_SCHEMA,
     },
     "ambient",
     "diffuse",
@@ -61,6 +62,7 @@ _LIGHT = object_schema(
         "attenuation": _COLOUR | {"description": "c, l, q of 1 / (c + l d + q d^2)"},
         "diffuse": _COLOUR,
         "specular": _COLOUR,
+        "ambient": _COLOUR | {"description": "added to ambient_light, attenuated as the light's other terms"},
         "reach": {"type": "number", "minimum": 0},
     }
 )

@@ -51,7 +51,10 @@ def tile(request: RenderRequest) -> int:
 def kinds(request: RenderRequest) -> set[object]:
     """What decides which loops are compiled: of each material its formula, and the kinds of lights and objects."""
     scene, picture = request.scene, request.scene.picture
-    lights = frozenset((light.position is None, tuple(light.attenuation)[1:] == (0, 0)) for light in scene.lights)
+    lights = frozenset(
+        (light.position is None, tuple(light.attenuation)[1:] == (0, 0), max(light.ambient) > 0)
+        for light in scene.lights
+    )
     shared = (request.model, picture.shadows, lights, bool(scene.of(Mesh)), request.compare)
     return {("picture", _formula(request, material), *shared) for material in scene.materials}
 
@@ -59,7 +62,8 @@ def kinds(request: RenderRequest) -> set[object]:
 def _formula(request: RenderRequest, material: SurfaceMaterial) -> object:
     formula = material.specular or request.specular
     exponent = material.reflection.highlight_exponent if _knows_exponent(formula.approximation) else None
-    return formula.approximation, formula.lambda_form, formula.gamma, type(formula.slope) is float, exponent
+    fresnel = material.reflection.fresnel and material.reflection.fresnel.kind
+    return formula.approximation, formula.lambda_form, formula.gamma, type(formula.slope) is float, exponent, fresnel
 
 
 def _knows_exponent(name: str) -> bool:

@@ -170,11 +170,13 @@ class Kernels:
 def shading_key(request: ShadingRequest) -> object:
     """What decides which loops a shading request takes: formula, model, type, and kinds of lights and viewer."""
     arguments = request.arguments
-    kinds = frozenset(light.direction is None for light in arguments["lights"])
+    lights, fresnel = arguments["lights"], arguments["material"].fresnel
+    kinds = frozenset((light.direction is None, max(light.ambient) > 0) for light in lights)
     specular, viewer = arguments["specular"], arguments["viewer"].direction is None
     name = (specular.approximation, specular.lambda_form, specular.gamma, isinstance(specular.slope, float))
     exponent = arguments["material"].highlight_exponent if specular.approximation in _COMPILED_EXPONENTS else None
-    return (name, exponent, arguments["model"], request.points.dtype.str, kinds, viewer)
+    kind = fresnel and fresnel.kind
+    return (name, exponent, arguments["model"], request.points.dtype.str, kinds, viewer, kind)
 
 
 def shadings() -> Iterator[ShadingRequest]:

@@ -11,7 +11,7 @@ from phongbench_reports.figures.speed import SETS
 from phongbench_reports.plots import BLUE, INK, MUTED, ORANGE, SURFACE, Plate, budget_lines, footnote, sheet
 from phongbench_reports.reproduce import reproduce
 from phongbench_reports.table import Absent
-from phongbench_reports.text import BUDGETS, INTERVAL, alpha_is, basis, label, listed, number, records
+from phongbench_reports.text import BUDGETS, INTERVAL, alpha_is, basis, label, listed, number, records, time_it
 from phongbench_reports.ticks import log_axis, named_ticks, octaves
 
 #: Exponents drawn, the nearest ones of the run: a wide lobe, the classic middle, a tight one.
@@ -94,7 +94,7 @@ def _name(axes: Axes, rows: pd.DataFrame) -> None:
 def draw(study: Rows, alphas: Sequence[float] = ALPHAS) -> Plate | Absent:
     """One panel per exponent, the nearest ones of the run; error on a log axis, time as a ratio to exact Phong."""
     if study.timing.empty:
-        return Absent("This run has no timing, so there is no front.", "Run again without --no-timing.")
+        return Absent("This run has no timing, so there is no front.", time_it(study))
     data = cells(study, alphas) if (study.timing["precision"] == study.precision).any() else pd.DataFrame()
     if data.empty:
         return Absent("No timed kernel matches a measured error.", "Run accuracy and timing at the same precision.")

@@ -10,7 +10,7 @@ from phongbench.analysis.rows import Rows, at, near
 from phongbench.results.schema import CEILINGS, TWIN
 from phongbench_reports.plots import BLUE, MUTED, SURFACE, Plate, footnote, sheet
 from phongbench_reports.table import Absent
-from phongbench_reports.text import label, listed, number, records, span
+from phongbench_reports.text import label, listed, number, records, span, time_it
 from phongbench_reports.ticks import named_ticks, steps_of_ten
 
 SETS = {"l1": "in L1", "l2": "in L2", "memory": "beyond cache"}
@@ -57,7 +57,7 @@ def _panel(axes: Axes, rows: pd.DataFrame, names: list[str]) -> None:
 def draw(study: Rows) -> Plate | Absent:
     """Nanoseconds on a log axis: dot the minimum over clean epochs, line to the median; hollow where memory decides."""
     if study.timing.empty:
-        return Absent("This run has no timing.", "Run again without --no-timing.")
+        return Absent("This run has no timing.", time_it(study))
     data = rows_of(study)
     sets = [name for name in SETS if (data["working_set"] == name).any()]
     first = data[(data["working_set"] == sets[0]) & ~data["approximation"].isin(CEILINGS)] if sets else data.iloc[:0]

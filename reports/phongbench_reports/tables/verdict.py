@@ -13,7 +13,7 @@ from phongbench_reports.figures.speed import SETS
 from phongbench_reports.names import title
 from phongbench_reports.reproduce import reproduce
 from phongbench_reports.table import Absent, Table
-from phongbench_reports.text import INTERVAL, alpha_is, basis, interval, label, number, records
+from phongbench_reports.text import INTERVAL, alpha_is, basis, interval, label, number, records, time_it
 
 #: Rows of a long table that the page shows; the CSV holds all.
 SHOWN = 24
@@ -111,7 +111,7 @@ def _accuracy_only(study: Rows, precision: str, budget: float, name: str) -> Tab
         )
     headings = ("α", f"fewest squarings within {name}", f"cells within {name}", "errs least", "its error, 8-bit codes")
     lacking = "This run has no timing" if study.timing.empty else f"Nothing was timed at {precision}"
-    fix = " Run again without --no-timing." if study.timing.empty else ""
+    fix = f" {time_it(study)}" if study.timing.empty else ""
     sentence = f"{lacking}: the table says what is accurate enough, not what is cheapest.{fix}"
     note = f"{precision}; {basis(unit)}"
     return Table(headings, tuple(rows), pd.DataFrame(data), sentence, note, frozenset({0, 2, 4}))

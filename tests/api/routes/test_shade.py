@@ -90,9 +90,23 @@ def test_a_formula_may_be_spelled(client: TestClient) -> None:
     assert spelled.json() == client.post("/v1/shade", json=parts).json()
 
 
+def test_a_highlight_may_depend_on_incidence_and_a_light_have_an_ambient_term(client: TestClient) -> None:
+    copper = {"kind": "conductor", "n": [0.2378, 1.0066, 1.2404], "k": [3.6264, 2.5823, 2.3929]}
+    document = EXAMPLE | {"material": MATERIAL | {"fresnel": copper}}
+    document["lights"] = [{**document["lights"][0], "ambient": [0.5, 0.5, 0.5]}]
+    answer = client.post("/v1/shade", json=document)
+    assert answer.status_code == 200, answer.text
+    plain = np.array(client.post("/v1/shade", json=EXAMPLE).json()["colours"][0])
+    # normal incidence: 1 becomes the reflectance of copper; 0.5 of ambient light comes on top, of which 0.1 is seen
+    assert answer.json()["colours"][0] == pytest.approx(plain - 1 + (0.9352, 0.6235, 0.5383) + 0.05, abs=1e-4)
+
+
 @pytest.mark.parametrize(
     ("change", "field"),
     [
+        ({"material": MATERIAL | {"fresnel": {"kind": "dielectric", "n": [-1, 1, 1]}}}, "material.fresnel.n"),
+        ({"material": MATERIAL | {"fresnel": {"kind": "glass"}}}, "material.fresnel.kind"),
+        ({"material": MATERIAL | {"fresnel": {"kind": "conductor", "n": [1, 1, 1]}}}, "material.fresnel.k"),
         ({"model": "lambert"}, "model"),
         ({"specular": {"approximation": "nobodys"}}, "specular.approximation"),
         ({"specular": {"approximation": "lyon"}}, "specular.gamma"),

@@ -72,6 +72,15 @@ def test_compare_tells_what_changed(call):
     assert call("compare", "run-1", "run-2", "--metric", "maxabs").exit_code == 2
 
 
+def test_a_tolerance_is_a_finite_number_of_at_least_0(call):
+    assert call("run", *BARELY, "--out", "run-1").exit_code == 0
+    for tolerance in ("-1", "-1e-300", "nan", "inf", "-inf", "a little", ""):
+        found = call("compare", "run-1", "run-1", "--tolerance", tolerance)
+        assert found.exit_code == 2, tolerance
+        assert "at least 0" in found.stderr or "not a valid float" in found.stderr
+        assert found.stdout == ""
+
+
 @pytest.mark.parametrize(
     ("words", "code", "said"),
     [
@@ -92,7 +101,7 @@ def test_compare_tells_what_changed(call):
         (["run", "--resume", "--out", "empty"], 2, "nothing to resume"),
         (["run", "--no-timing", "--no-report", "--out", "/proc/nothing"], 5, "cannot write"),
         (["show", "nothing"], 2, "no run 'nothing'"),
-        (["show", "."], 6, "is not a run"),
+        (["show", "."], 2, "is not a run"),
         (["report", "latest"], 2, "no run yet"),
         (["verify", "latest"], 2, "phongbench run"),
         (["nonsense"], 2, "nonsense"),

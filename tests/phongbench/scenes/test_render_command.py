@@ -104,7 +104,7 @@ def test_where_nothing_can_be_written_nothing_is_drawn(tmp_path: Path, out: str)
     (tmp_path / "folder.png").mkdir()
     (tmp_path / "file").write_text("")
     done = render("test-card", "--size", "8x8", "--out", tmp_path / out)
-    assert done.exit_code == 5
+    assert done.exit_code == 2
     assert "cannot write" in done.stderr
     assert "render test-card" not in done.stderr
 

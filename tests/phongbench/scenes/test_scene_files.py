@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from phongbench.errors import InputError
+from phongbench.inputs.optical_constants import EXACT, in_terms_of
 from phongbench.scenes.scene import Mesh, Plane, Scene, Sphere
 from phongbench.scenes.scene_files import examples, read_scene, scene_of
 from phongbench.support.document_paths import line_of
@@ -46,6 +47,25 @@ def test_what_a_scene_says_is_what_it_holds(small: str, written: Written) -> Non
     assert (plane.pattern.even, plane.pattern.odd, plane.pattern.side) == (0, 1, 0.5)
     assert scene.lights[1].reach == 20
     assert np.linalg.norm(scene.lights[0].direction or ()) == pytest.approx(1)
+
+
+def test_copper_and_glass_are_what_was_measured() -> None:
+    """The shipped scene's numbers are those of the optical constants, to its four digits."""
+    scene = read_scene("copper-and-glass")
+    assert len(scene.materials) == 8
+    for material in scene.materials:
+        name, _, kind = material.name.partition("-")
+        exact = EXACT[name]
+        found, expected = material.reflection.fresnel, in_terms_of(exact, exact.kind if kind == "exact" else kind)
+        assert found is not None
+        assert found.kind == expected.kind
+        for field in ("f0", "f82", "n", "k"):
+            assert getattr(found, field) == pytest.approx(getattr(expected, field), abs=5.1e-5)
+
+
+def test_a_lights_ambient_is_multiplied_by_its_intensity(small: str, written: Written) -> None:
+    scene = written(small.replace("[[lights]]", "[[lights]]\nambient = [0.5, 0.25, 0.0]\nintensity = 2", 1))
+    assert scene.lights[0].ambient == (1.0, 0.5, 0.0)
 
 
 def test_json_says_the_same_as_toml(small: str, written: Written, tmp_path: Path) -> None:
@@ -95,6 +115,11 @@ WRONG = [
     ("shininess = 20", 'shininess = 20.5\napproximation = "integer-power"', 0, "does not take"),
     ("shininess = 20", "shininess = 20\napproximation = 8", 1, "approximation: approximation = 8 is not a string"),
     ("position = [1.0, 2.0, 2.0]", "position = [inf, 2.0, 2.0]", 0, "lights[1].position[0]: position[0] = Infinity"),
+    ("shininess = 20", 'shininess = 20\nfresnel = { kind = "glass" }', 1, "unknown kind 'glass'"),
+    ("shininess = 20", 'shininess = 20\nfresnel = { kind = "conductor", n = [1, 1, 1] }', 1, "needs k"),
+    ("shininess = 20", 'shininess = 20\nfresnel = { kind = "dielectric", n = [1, -1, 1] }', 1, "-1 is outside"),
+    ("shininess = 20", 'shininess = 20\nfresnel = { kind = "dielectric", n = [1, nan, 1] }', 1, "finite"),
+    ("reach = 20", "reach = 20\nambient = [0, 0, 2]", 1, "outside"),
     ("size = [48, 32]", "size = [48.5, 32]", 0, "two whole numbers"),
     ("size = [48, 32]", "size = [-48, 32]", 0, "outside"),
 ]

@@ -60,6 +60,9 @@ def twin(
         V = np.array(viewer.direction) if viewer.position is None else unit(np.array(viewer.position) - p)
         total = np.multiply(material.ambient, ambient_light)
         for k, light in enumerate(lights):
+            away = 0.0 if light.position is None else float(np.linalg.norm(np.array(light.position) - p))
+            c, linear, q = light.attenuation
+            total = total + np.multiply(material.ambient, light.ambient) / (c + linear * away + q * away * away)
             if visible is not None and not visible[k][i]:
                 continue
             L, att = np.array(light.direction or (0, 0, 0)), 1.0
@@ -73,7 +76,11 @@ def twin(
             a, b = (2 * (N @ L) * N - L, V) if space == "reflect" else (N, unit(L + V))
             if a @ b > 0:
                 x = float(a @ b) if form == "none" else float(LAMBDA_FORMS[form](*a, *b))
-                total = total + att * float(body(x)) * np.multiply(material.specular, light.specular)
+                colour = np.multiply(material.specular, light.specular)
+                if material.fresnel is not None:
+                    incidence = np.sqrt((1 + L @ V) / 2)
+                    colour = colour * [float(material.fresnel.bound(c)(incidence)) for c in range(3)]
+                total = total + att * float(body(x)) * colour
         colours[i] = total
     return colours
 

@@ -33,10 +33,10 @@ def lamps(rng: np.random.Generator, count: int, reach: float | None) -> list[Lig
     """Lights around the patch, of all colours, each with an attenuation of its own."""
     places = rng.normal((0, 4, 0), 6, (count, 3))
     fades = rng.uniform(0.01, 0.5, (count, 3)) * rng.integers(0, 2, (count, 3)) + (0.01, 0, 0)
-    shine = rng.uniform(0, 1, (count, 2, 3))
+    shine = rng.uniform(0, 1, (count, 3, 3))
     return [
-        Light(position=p, attenuation=f, diffuse=d, specular=s, reach=reach)
-        for p, f, (d, s) in zip(places, fades, shine, strict=True)
+        Light(position=p, attenuation=f, diffuse=d, specular=s, ambient=a, reach=reach)
+        for p, f, (d, s, a) in zip(places, fades, shine, strict=True)
     ]
 
 

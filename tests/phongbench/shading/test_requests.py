@@ -16,6 +16,7 @@ from hypothesis import strategies as st
 from phongbench.cli.main import main
 from phongbench.compiler import jit
 from phongbench.errors import InputError
+from phongbench.formulas.fresnel.reflectance import Fresnel
 from phongbench.shading.requests import parse_json, shaded_json, shading_request
 from phongbench.shading.shade import Formula, Ledger, Light, Material, Shaded, Viewer, shade
 
@@ -75,6 +76,16 @@ def test_a_request_is_the_call_of_shade_that_it_spells(precision: str) -> None:
 
 
 @compiled
+def test_a_material_may_say_what_it_reflects_at_each_incidence_and_a_light_what_it_adds_everywhere() -> None:
+    document = changed(("material", "fresnel"), {"kind": "f82", "f0": [0.9, 0.6, 0.5], "f82": [0.9, 0.7, 0.7]})
+    document["lights"][1]["ambient"] = [0.1, 0.2, 0.3]
+    request = shading_request(document)
+    assert request.arguments["material"].fresnel == Fresnel("f82", f0=(0.9, 0.6, 0.5), f82=(0.9, 0.7, 0.7))
+    assert request.arguments["lights"][1].ambient == (0.1, 0.2, 0.3)
+    assert (request.shade().colours != shading_request(REQUEST).shade().colours).any()
+
+
+@compiled
 def test_vectors_may_come_apart_from_the_document() -> None:
     document = {k: v for k, v in REQUEST.items() if k not in ("points", "normals")}
     vectors = (np.array(REQUEST["points"], "f8"), np.array(REQUEST["normals"], "f8"))
@@ -123,6 +134,23 @@ def test_what_may_be_left_out_has_a_default() -> None:
         (("lights", 1, "attenuation"), [0, 0, 0], "lights[1].attenuation", "not all 0"),
         (("lights", 1, "attenuation"), [0, 0, 10**400], "lights[1].attenuation[2]", "no finite number"),
         (("lights", 1, "reach"), -1, "lights[1].reach", "finite number"),
+        (("lights", 1, "ambient"), [1, 1], "lights[1].ambient", "is not a list of 3 numbers"),
+        (("lights", 1, "ambient"), [1, 1, -1], "lights[1].ambient[2]", "at least 0"),
+        (("material", "fresnel"), "glass", "material.fresnel", "is not an object"),
+        (("material", "fresnel"), {}, "material.fresnel.kind", "missing"),
+        (("material", "fresnel"), {"kind": "frensel"}, "material.fresnel.kind", "unknown kind"),
+        (("material", "fresnel"), {"kind": "dielectric"}, "material.fresnel.n", "needs n"),
+        (("material", "fresnel"), {"kind": "dielectric", "n": 1.5}, "material.fresnel.n", "is not a list of 3 numbers"),
+        (("material", "fresnel"), {"kind": "dielectric", "n": [1, -1, 1]}, "material.fresnel.n", "outside"),
+        (
+            ("material", "fresnel"),
+            {"kind": "conductor", "n": [1] * 3, "k": [1, 1, -2]},
+            "material.fresnel.k",
+            "outside",
+        ),
+        (("material", "fresnel"), {"kind": "schlick", "f0": [1] * 3, "k": [1] * 3}, "material.fresnel.k", "takes no k"),
+        (("material", "fresnel"), {"kind": "schlick", "f0": [1, None, 1]}, "material.fresnel.f0[1]", "not a number"),
+        (("material", "fresnel"), {"kind": "schlick", "f": [1] * 3}, "material.fresnel.f", "unknown key 'f'"),
         (("viewer",), {}, "viewer.direction", "neither"),
         (("model",), "gouraud", "model", "unknown model"),
         (("model",), ["phong"], "model", "is not a string"),

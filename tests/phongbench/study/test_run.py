@@ -15,6 +15,7 @@ from phongbench.errors import InputError, InterruptedStudyError
 from phongbench.inputs.plan import preset
 from phongbench.results import checkpoints, runs
 from phongbench.study import run as study
+from phongbench.study import run_folder
 from phongbench.study.forecast import forecast
 from phongbench.support.progress import Progress
 
@@ -133,8 +134,19 @@ def test_a_killed_process_is_resumed_with_the_same_rows(tmp_path):
 def test_a_folder_with_a_run_is_not_overwritten(whole, plan):
     with pytest.raises(InputError, match="already holds a run"):
         study.run_study(plan, whole.run.path)
-    with pytest.raises(InputError, match="is complete"):
-        study.run_study(plan, whole.run.path, resume=True)
+
+
+def test_a_finished_study_is_resumed_by_doing_what_is_left(whole, plan, monkeypatch):
+    """Nothing is measured, not even by other code; a report that was not drawn is."""
+    monkeypatch.setattr(sweep, "compile_kernels", None)
+    monkeypatch.setattr(run_folder, "fingerprint_code", lambda: "other")
+    before = (whole.run.path / "manifest.json").read_bytes()
+    again = study.run_study(plan, whole.run.path, resume=True, build_report=lambda run, folder: folder / run.id)
+    assert (again.cells, again.evaluations) == (whole.cells, whole.evaluations)
+    assert again.report == whole.run.path / "report" / whole.run.id
+    assert (whole.run.path / "manifest.json").read_bytes() == before
+    with pytest.raises(InputError, match="another plan"):
+        study.run_study(replace(plan, seed=9), whole.run.path, resume=True)
 
 
 def test_only_the_same_plan_and_code_are_resumed(plan, tmp_path, monkeypatch):
@@ -142,7 +154,7 @@ def test_only_the_same_plan_and_code_are_resumed(plan, tmp_path, monkeypatch):
         study.run_study(plan, tmp_path / "run", progress=Killer(1))
     with pytest.raises(InputError, match="another plan"):
         study.run_study(replace(plan, seed=9), tmp_path / "run", resume=True)
-    monkeypatch.setattr(study, "fingerprint_code", lambda: "other")
+    monkeypatch.setattr(run_folder, "fingerprint_code", lambda: "other")
     with pytest.raises(InputError, match="other code"):
         study.run_study(plan, tmp_path / "run", resume=True)
     with pytest.raises(InputError, match="nothing to resume"):

@@ -1,0 +1,77 @@
+"""The folder of a study before it measures: what it may hold, what is kept of it, and what it says from then on."""
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from phongbench.errors import CorruptRunError, InputError, InterruptedStudyError
+from phongbench.inputs.plan import Plan
+from phongbench.results import checkpoints, runs
+from phongbench.results.provenance import collect, fingerprint_code
+
+
+@contextmanager
+def resumable(path: Path) -> Iterator[None]:
+    """Turn the user's interruption into an error that says how to go on."""
+    try:
+        yield
+    except KeyboardInterrupt as stop:
+        fix = f"the same command with --out {path} --resume goes on"
+        raise InterruptedStudyError("interrupted; what is done is kept", None, fix) from stop
+
+
+def prepare(path: Path, plan: Plan, *, fresh: bool, resume: bool) -> list[pd.DataFrame] | None:
+    """Make the folder ready; the parts that a resumed run can keep, or None if nothing is left to measure.
+
+    Raises InputError for a folder that holds another run, or another program's manifest.
+    """
+    if fresh:
+        _discard(path)
+    if not (path / runs.MANIFEST).exists():
+        if resume:
+            fix = "leave out --resume, or give the folder of the interrupted run"
+            raise InputError("there is nothing to resume", str(path), fix)
+        return []
+    before = runs.load(path)
+    if not resume:
+        raise InputError("the folder already holds a run", str(path), "--resume goes on with it, --fresh discards it")
+    if before.plan != plan:
+        raise InputError("the run here has another plan", str(path), "give the options it was started with, or --fresh")
+    if before.complete:
+        return None
+    if before.manifest["code"] != fingerprint_code():
+        fix = "its rows could differ in the last bits: use --fresh"
+        raise InputError("the run here was started by other code", str(path), fix)
+    return checkpoints.read_parts(path)
+
+
+def _discard(path: Path) -> None:
+    """Remove the run in a folder, be it corrupt; a folder without one keeps what it has, whatever its names are."""
+    if (path / runs.MANIFEST).exists():
+        with suppress(CorruptRunError):
+            runs.load(path)  # InputError: the manifest is another program's
+        runs.clear(path)
+
+
+def begin(path: Path, run_id: str, plan: Plan, command: Sequence[str], files: Sequence[str]) -> dict[str, Any]:
+    """What the folder says of a run that begins, or goes on under the name that it has: its manifest, written."""
+    if (path / runs.MANIFEST).exists():
+        run_id = runs.load(path).id
+    elif runs.RUN_ID.match(path.name):
+        run_id = path.name
+    manifest: dict[str, Any] = {
+        "schema": runs.SCHEMA,
+        "run": run_id,
+        "state": "partial",
+        "plan": plan.as_dict(),
+        "seed": plan.seed,
+        "with": list(files),
+        "code": fingerprint_code(),
+        "provenance": collect(plan.seed, command).as_dict(),
+        "files": {},
+    }
+    runs.write_manifest(path, manifest)
+    return manifest
