@@ -14,10 +14,12 @@ import pandas as pd
 from phongbench.analysis import front, law_bounds, measured_errors
 from phongbench.analysis.error_budget import Budget
 from phongbench.analysis.exponents import Exponents
+from phongbench.analysis.target_costs import CPU, checked, priced
 from phongbench.formulas.formula import Formula
 from phongbench.formulas.registry import REGISTRY
 from phongbench.results import runs
 from phongbench.results.runs import DEFAULT_ROOT, Run
+from phongbench.targets.chips import TARGETS
 
 
 def recommend(
@@ -29,6 +31,8 @@ def recommend(
     precision: str = "float32",
     space: str = "reflect",
     working_set: str = "l1",
+    target: str = CPU,
+    short_of: str | None = None,
 ) -> dict[str, Any]:
     """The cheapest formula within an error budget, the next cheapest, and the nearest miss, as plain data.
 
@@ -40,6 +44,7 @@ def recommend(
     precision            a name that `precision_named` knows
     space                reflect (R, V), or half (N, H), whose errors hold for coplanar vectors only
     working_set          whose times count: l1, l2 or memory
+    target, short_of     where the formula will run, a name that `target_named` knows, and the unit that is scarce there
     returns              basis ("run" or "laws"), run, the budget, `choices` (best, then next; empty where nothing is
                          within it), `nearest_miss`, `notes` in words. In each choice `max_abs` is the largest known
                          error, and `bound` what is compared with the budget
@@ -48,10 +53,10 @@ def recommend(
     """
     budget = Budget.of(alpha, max_error, length_error, precision, space, working_set)
     notes: list[str] = []
-    cells = law_bounds.cells(budget, notes) if run is None else measured_errors.cells(run, budget, notes)
+    cells = _cells(run, budget, target, short_of, notes)
     choice = front.choose(cells, budget.max_error, by="bound")
-    choices = [_plain(row, budget) for row in (choice.best, choice.runner_up) if row is not None]
-    miss = None if choice.nearest_miss is None else _plain(choice.nearest_miss, budget)
+    choices = [_plain(row, budget, target) for row in (choice.best, choice.runner_up) if row is not None]
+    miss = None if choice.nearest_miss is None else _plain(choice.nearest_miss, budget, target)
     for chosen, other in zip(choices, [*choices[1:], None], strict=False):
         chosen["why"] = _why(chosen, other, budget, choice.resolved)
     if miss is not None:
@@ -66,10 +71,35 @@ def recommend(
         "precision": precision,
         "space": space,
         "working_set": working_set,
+        "target": target,
+        "short_of": short_of,
         "choices": choices,
         "nearest_miss": miss,
         "notes": notes,
     }
+
+
+def _cells(run: Run | None, budget: Budget, target: str, short_of: str | None, notes: list[str]) -> pd.DataFrame:
+    """The formulas that apply, each with its error and its cost on the target."""
+    if checked(target, short_of) == CPU:
+        return law_bounds.cells(budget, notes) if run is None else measured_errors.cells(run, budget, notes)
+    known = law_bounds.cells(budget, notes) if run is None else measured_errors.errors(run, budget, notes)
+    return priced(known, budget.alpha.values, target, short_of, notes)
+
+
+def elsewhere(run: Run | None, answer: Mapping[str, Any], **question: Any) -> list[dict[str, Any]]:
+    """The best choice on each compiled target where it is another formula than in this answer, as plain data.
+
+    answer    of `recommend` to the same question
+    question  its arguments, without target and short_of
+    """
+    here = answer["choices"][0]["name"] if answer["choices"] else None
+    best = []
+    for target in TARGETS if question.get("precision", "float32") == "float32" else ():
+        choices = recommend(run, **question, target=target)["choices"]
+        if choices and choices[0]["name"] != here:
+            best.append({key: choices[0][key] for key in ("target", "name", "cost", "unit", "ratio", "max_abs")})
+    return best
 
 
 def run_for(name: str | None, root: Path = DEFAULT_ROOT) -> Run | None:
@@ -83,14 +113,15 @@ def run_for(name: str | None, root: Path = DEFAULT_ROOT) -> Run | None:
     return next((run for run in whole if run.manifest["files"].get("timing.parquet", {}).get("rows", 0)), None)
 
 
-def _plain(row: pd.Series, budget: Budget) -> dict[str, Any]:
+def _plain(row: pd.Series, budget: Budget, target: str) -> dict[str, Any]:
     """A row of cells as plain data."""
     cell = {str(name): value for name, value in row.items()}
     formula, by_law = Formula.of_row(cell), cell["coverage"] == "law"
     spec = REGISTRY.get(formula.approximation)
     single = spec is not None and len(budget.alpha.values) == 1
     beta = spec.coefficients(formula.setting(budget.alpha.values[0])).get("beta") if single and spec else None
-    times = {name: None if by_law else _number(cell[name]) for name in ("ns", "ratio", "ratio_low", "ratio_high")}
+    counted = by_law and target == CPU
+    times = {name: None if counted else _number(cell[name]) for name in ("ns", "ratio", "ratio_low", "ratio_high")}
     return {
         "name": str(formula),
         "approximation": formula.approximation,
@@ -108,8 +139,19 @@ def _plain(row: pd.Series, budget: Budget) -> dict[str, Any]:
         "samples": None if by_law else int(cell["samples"]),
         **times,
         "certified": _number(cell.get("certified")),
-        "work": float(cell["ratio"]) if by_law else None,
+        "work": float(cell["ratio"]) if counted else None,
+        "target": target,
+        **_priced(cell, counted),
     }
+
+
+def _priced(cell: Mapping[str, Any], counted: bool) -> dict[str, Any]:
+    """What a choice costs: here its time, or operations that were counted; elsewhere what a compiler says."""
+    if "cost" in cell:
+        return {"cost": float(cell["cost"]), **{name: str(cell[name]) for name in ("unit", "cost_kind", "bound_by")}}
+    if counted:
+        return {"cost": float(cell["ratio"]), "unit": "operations", "cost_kind": "counted", "bound_by": None}
+    return {"cost": _number(cell["ns"]), "unit": "ns", "cost_kind": "measured", "bound_by": None}
 
 
 def _number(value: Any) -> float | None:
@@ -136,6 +178,9 @@ def _basis(choice: Mapping[str, Any], budget: Budget) -> str:
 def _cost(choice: Mapping[str, Any]) -> str:
     if choice["ratio"] is None:
         return f"about {choice['work']:.0f} operations an element, counted and not timed"
+    if choice["cost_kind"] == "compiled":
+        over = f"{choice['cost']:.3g} {choice['unit']} beyond the dot product on {choice['target']}"
+        return f"{over}, {choice['ratio']:.3g} of exact Phong's, by the compiler; bound by {choice['bound_by']}"
     interval = f"interval {choice['ratio_low']:.3g} .. {choice['ratio_high']:.3g}"
     return f"{choice['ratio']:.3g} of exact Phong's time ({interval})"
 
@@ -145,6 +190,8 @@ def _why(choice: Mapping[str, Any], other: Mapping[str, Any] | None, budget: Bud
     parts = [_basis(choice, budget), f"within {budget.max_error:.4g}", _cost(choice)]
     if other is not None and choice["ratio"] is None:
         parts.append(f"the next, {other['name']}, takes about {other['work']:.0f}")
+    elif other is not None and choice["cost_kind"] == "compiled":
+        parts.append(f"the next, {other['name']}, takes {other['cost']:.3g} {other['unit']}")
     elif other is not None:
         sure = "surely slower" if resolved else "which is faster is not settled, the intervals overlap"
         parts.append(f"the next, {other['name']}, takes {other['ratio']:.3g}: {sure}")

@@ -47,6 +47,10 @@ class CostTable:
         row = self.rows.get(wanted.shape)
         return None if row is None else row[1]
 
+    def known_of(self, formula: Formula, alpha: float, registry: Registry = REGISTRY) -> Cost | None:
+        """A formula's cost at an exponent, if its code was compiled."""
+        return self.known(code(formula, alpha, self.target.language, registry))
+
     @property
     def baseline(self) -> Cost:
         """Exact Phong's cost."""

@@ -6,8 +6,14 @@ from hypothesis import strategies as st
 
 from phongbench.errors import InputError
 from phongbench.formulas.formula import Formula
-from phongbench.formulas.registry import REGISTRY
+from phongbench.formulas.registry import REGISTRY, example
+from phongbench.formulas.spec import Approximation
 from phongbench.targets.code_shapes import Code, catalogue, code
+
+
+def spelled(spec: Approximation) -> Formula:
+    setting = example(spec)
+    return Formula.of(spec.name, None, setting.gamma, setting.slope, setting.space)
 
 
 def shape(spelling: str, alpha: float, language: str = "glsl") -> str:
@@ -44,7 +50,9 @@ def test_comments_and_layout_are_no_part_of_it() -> None:
 
 def test_the_catalogue_holds_every_formula_and_each_shape_once() -> None:
     codes = catalogue("glsl")
-    assert {one.name.partition(" ")[0].partition(":")[0].partition("@")[0] for one in codes} == set(REGISTRY)
+    assert {code(spelled(spec), example(spec).alpha, "glsl").shape for spec in REGISTRY.values()} <= {
+        one.shape for one in codes
+    }
     assert len({one.shape for one in codes}) == len(codes)
 
 

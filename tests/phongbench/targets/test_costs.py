@@ -123,3 +123,15 @@ def test_an_own_formula_needs_the_compiler(monkeypatch: pytest.MonkeyPatch) -> N
     with pytest.raises(InputError, match="pip install it") as caught:
         shipped("rdna2").of(Formula.parse("integer-power"), 3001.0)
     assert caught.value.where == "rdna2"
+
+
+@pytest.mark.parametrize(
+    ("target", "most"),
+    [
+        ("rdna2", {"gaussian:dot": 6.5, "lyon:dot:8": 8.5, "phong": 10.5}),
+        ("gcn4", {"gaussian:dot": 25, "lyon:dot:8": 17, "phong": 41}),
+    ],
+)
+def test_code_that_is_written_keeps_its_bars(target: str, most: dict[str, float]) -> None:
+    found = {name: shipped(target).of(Formula.parse(name), 50.0).cost for name in most}
+    assert all(found[name] <= bar for name, bar in most.items()), found

@@ -5,9 +5,10 @@ from dataclasses import replace
 import pytest
 
 from phongbench.errors import InputError
+from phongbench.formulas.formula import Formula
 from phongbench.targets import radv
 from phongbench.targets.chips import target_named
-from phongbench.targets.code_shapes import Code
+from phongbench.targets.code_shapes import Code, code
 from phongbench.targets.harness import UNROLLED
 from phongbench.targets.measure import CONTEXTS, bare, costs, surrounded
 from phongbench.targets.target import Counts
@@ -26,14 +27,14 @@ def compiler() -> None:
 
 @pytest.mark.parametrize(
     ("target", "power", "gaussian", "lyon"),
-    # A wave of 64 issues an instruction in 2 cycles, or 4, and a special one in 2, or 16. On RDNA 2 a bare dot product
-    # fuses with the sum and a power does not; a chain's last product does everywhere. GCN 4 reads one constant a time.
-    [("rdna2", 5 * 2, 3 * 2, 4 * 2), ("gcn4", 2 * 4 + 2 * 16, 2 * 4 + 16, 4 * 4)],
+    # A wave of 64 issues an instruction in 2 cycles, or 4, and a special one in 2, or 16; a chain's last product is one
+    # with the sum. RDNA 2 needs a maximum and a power, GCN 4 reads one constant at a time.
+    [("rdna2", 4 * 2, 2 * 2, 3 * 2), ("gcn4", 2 * 4 + 2 * 16, 2 * 4 + 16, 4 * 4)],
 )
 def test_costs_are_instructions_times_cycles(target: str, power: float, gaussian: float, lyon: float) -> None:
     found = costs(target_named(target), [Code("", text) for text in (POWER, GAUSSIAN, LYON)])
-    assert [cost.cost for cost in found] == pytest.approx([power, gaussian, lyon], abs=0.25)
-    assert [cost.issue for cost in found] == pytest.approx([power, gaussian, lyon], abs=0.25)
+    assert [cost.cost for cost in found] == pytest.approx([power, gaussian, lyon], abs=0.3)
+    assert [cost.issue for cost in found] == pytest.approx([power, gaussian, lyon], abs=0.3)
     assert [cost.specials for cost in found] == [2, 1, 0]
 
 
@@ -41,10 +42,13 @@ def test_costs_are_instructions_times_cycles(target: str, power: float, gaussian
 def test_what_multiply_adds_around_change_is_computed_as_compiled(target: str) -> None:
     chip = target_named(target)
     assert chip.multiply_add is not None
-    for one in (Code("", POWER), bare("glsl", 2, dot=True)):
-        found = chip.compile([chip.program(one, UNROLLED, context) for context in CONTEXTS])
-        for whole, predicted in zip(found, surrounded(found[0], chip.multiply_add), strict=True):
-            assert whole.cycles == pytest.approx(predicted.cycles, rel=0.005)
+    power, dot = (
+        chip.compile([chip.program(one, UNROLLED, context) for context in CONTEXTS])
+        for one in (Code("", POWER), bare("glsl", 2, dot=True))
+    )
+    predicted = zip(surrounded(power[0], chip.multiply_add), surrounded(dot[0], chip.multiply_add), strict=True)
+    compiled = [more.cycles - less.cycles for more, less in zip(power, dot, strict=True)]
+    assert compiled == [more.cycles - less.cycles for more, less in predicted]
 
 
 def test_a_special_unit_hides_behind_enough_other_work() -> None:
@@ -84,3 +88,21 @@ def test_what_is_missing_is_named_with_its_package(gone: str, said: str, monkeyp
     assert said in str(chip.why_not())
     with pytest.raises(InputError, match="cannot compile for gcn4"):
         chip.compile([])
+
+
+CROSS = """float highlight(vec3 a, vec3 b) {
+    vec3 c = cross(a, b);
+    float x = clamp(1.0 - 3.125 * dot(c, c), 0.0, 1.0);
+    x *= x; x *= x; x *= x;
+    return dot(a, b) > 0.0 ? x : 0.0;
+}"""
+SCHLICK = HEAD.format("d = max(d, 0.0); return d / (50.0 - 50.0 * d + d);")
+
+
+@pytest.mark.parametrize("target", ["gcn4", "gcn5", "rdna2", "rdna3"])
+def test_written_code_costs_no_more_than_the_best_by_hand(target: str) -> None:
+    by_hand = {"phong": POWER, "gaussian:dot": GAUSSIAN, "lyon:dot:8": LYON, "lyon:cross:8": CROSS, "schlick": SCHLICK}
+    ours = [code(Formula.parse(name), 50.0, "glsl") for name in by_hand]
+    found = costs(target_named(target), [*ours, *(Code("", text) for text in by_hand.values())])
+    for name, written, hand in zip(by_hand, found, found[len(ours) :], strict=False):
+        assert written.cost <= hand.cost, name
