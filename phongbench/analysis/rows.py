@@ -9,9 +9,12 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from phongbench.analysis.choice import Choice, choose, promised
+from phongbench.analysis.error_budget import Budget
 from phongbench.analysis.front import front
 from phongbench.analysis.mesh_edges import lyon
 from phongbench.compiler.precisions import in_order
+from phongbench.formulas.user_files import installed
 from phongbench.results.schema import CASE, EXACT, TABLES, TWIN
 
 #: lambda forms in the order in which they are shown
@@ -45,6 +48,8 @@ class Rows:
     skips = _table("skips")
     scene_times = _table("scene_times")
     far = _table("far")
+    moments = _table("moments")
+    cuts = _table("cuts")
 
     def stored(self, name: str) -> pd.DataFrame:
         """A table as the run has it, in the order of its file."""
@@ -163,6 +168,18 @@ class Rows:
             rows = at(self.highlight, space="reflect")
             self._fronts[key] = front(rows, self.timing, alpha=alpha, precision=precision, working_set=self.working_set)
         return self._fronts[key]
+
+    def choice(self, alpha: float, precision: str, max_error: float) -> Choice:
+        """The cheapest formula of that front for an error budget, by the promise that `recommend` decides by."""
+        key = (alpha, precision, max_error)
+        if key not in self._choices:
+            judge = promised(Budget.of(alpha, max_error, precision=precision), installed())
+            self._choices[key] = choose(self.front(alpha, precision), max_error, judge)
+        return self._choices[key]
+
+    @cached_property
+    def _choices(self) -> dict[tuple[float, str, float], Choice]:
+        return {}
 
     @cached_property
     def _fronts(self) -> dict[tuple[float, str], pd.DataFrame]:

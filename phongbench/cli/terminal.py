@@ -124,13 +124,13 @@ def recommendation(answer: Mapping[str, Any]) -> None:
     miss, choices = answer["nearest_miss"], answer["choices"]
     named = [*zip(("best", "next"), choices, strict=False), *([("nearest miss", miss)] if miss else [])]
     rows = [
-        (role, c["name"], c["beta"], c["max_abs"], c["codes_8bit"], c["coverage"], c["ratio"], _spread(c))
+        (role, c["name"], c["beta"], c["bound"], _codes(c["bound"]), c["coverage"], c["ratio"], _spread(c))
         for role, c in named
     ]
     where = "" if answer["target"] == "cpu" else f", {answer['target']}"
     title = f"Largest error at most {answer['max_error']:.4g} at alpha {answer['alpha']}, {answer['precision']}{where}"
     heads = ("time / exact Phong", "99 % interval") if not where else ("cost / exact Phong", "cost")
-    columns = ("", "formula", "beta", "error", "8-bit codes", "coverage", *heads)
+    columns = ("", "formula", "beta", "at most", "8-bit codes", "coverage", *heads)
     table(title, columns, rows, right=columns[2:5] + columns[6:])
     console = Console(markup=False, highlight=False)
     if not choices:
@@ -207,6 +207,10 @@ def _spread(choice: Mapping[str, Any]) -> str:
     if choice["cost_kind"] == "compiled":
         return f"{choice['cost']:.3g} {choice['unit']}"
     return _interval(choice)
+
+
+def _codes(bound: float | None) -> float | None:
+    return None if bound is None else 255 * bound
 
 
 def _interval(row: Mapping[str, Any]) -> str:

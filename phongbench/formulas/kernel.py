@@ -119,10 +119,12 @@ def highlights(
 def limit(spec: Approximation, setting: Setting, precision: Precision) -> float:
     """Where the dark begins: from this cosine down, or this lambda up, the kernel's value is exactly 0.
 
-    A support that ends says where. Exact Phong's power becomes 0 where it would be subnormal.
+    A support that ends says where. Exact Phong's power becomes 0 where it would be subnormal; at alpha 0 it never does.
     """
     if spec.cutoff is not None:
         return spec.cutoff(setting) * (1 + _ROOM)
+    if setting.alpha == 0:
+        return 0.0
     least = -1022.0 if precision == FLOAT64 else -126.0
     return float(2.0 ** (least * (1 + _ROOM) / setting.alpha))
 

@@ -15,10 +15,11 @@ from phongbench.compiler import elementary, intrinsics, jit
 from phongbench.compiler.lowering import FLOAT64, Precision, lower
 from phongbench.compiler.polynomials import through_chebyshev_nodes
 from phongbench.inputs.length_errors import spoil
+from phongbench.inputs.normalising import made_unit
 from phongbench.inputs.random_numbers import key_of, uniform, uniforms
 from phongbench.inputs.strata import CUTOFF_ULPS, HIGHLIGHT_REACH, STRATA, Stratum
 
-_LAWS = {"uniform": 0, "highlight": 1, "lengths": 1, "peak": 2, "cutoff": 3, "grazing": 4}
+_LAWS = {"uniform": 0, "highlight": 1, "lengths": 1, "normalised": 1, "peak": 2, "cutoff": 3, "grazing": 4}
 
 
 def pairs(
@@ -47,6 +48,8 @@ def pairs(
         places = uniforms(seed + _CAUSES_SEED, start, count, 2)
         for v, t in zip((a, b) if stratum.cause.both else (a,), places, strict=False):
             spoil(stratum.cause, t, v)
+    if stratum.name == "normalised":
+        return made_unit(precision, a, b, seed=seed, start=start)
     for v in (a, b):
         hold(precision, v)
     return a, b

@@ -17,10 +17,12 @@ from phongbench.formulas.registry import REGISTRY
 from phongbench.formulas.spec import ALPHA, GAMMA, SPACES, Approximation, Setting
 from phongbench.inputs.meshes import TESSELLATIONS
 from phongbench.inputs.obj_files import load
-from phongbench.inputs.strata import STRATUM_NAMES
+from phongbench.inputs.strata import STRATUM_NAMES, USUAL_STRATA
 
 #: questions beyond the sweep; phongbench.accuracy.probes answers them
-PROBE_NAMES: tuple[str, ...] = ("cosines", "search", "certify", "meshes", "hostile", "smoothness", "scenes", "recheck")
+PROBE_NAMES: tuple[str, ...] = (
+    "cosines", "search", "certify", "meshes", "hostile", "smoothness", "lobes", "scenes", "recheck",
+)  # fmt: skip
 #: those of a study that does not ask for others: scenes take minutes, and a question of their own
 USUAL_PROBES = tuple(name for name in PROBE_NAMES if name != "scenes")
 #: what must not be empty
@@ -35,6 +37,8 @@ _AXES = (
     "precisions",
     "strata",
 )
+#: what the quick preset leaves to the others: near kin of what it has, and many cells
+LEFT_TO_STANDARD = ("gaussian-quadratic",)
 ALL_SLOPES = ("taylor", "minimax", "energy")
 #: real exponents (materials, file formats) and the non-powers of two that expose what powers of two hide
 QUICK_ALPHAS = (5.0, 10.0, 20.0, 32.0, 50.0, 64.0, 100.0, 128.0, 200.0, 256.0, 512.0, 1000.0)
@@ -98,12 +102,12 @@ class Plan:
     alphas: tuple[float, ...] = QUICK_ALPHAS
     gammas: tuple[int, ...] = (2, 4, 8, 16, 32, 64)
     lambda_forms: tuple[str, ...] = ("dot", "difference", "cross")
-    approximations: tuple[str, ...] = tuple(REGISTRY)
+    approximations: tuple[str, ...] = tuple(name for name in REGISTRY if name not in LEFT_TO_STANDARD)
     slopes: tuple[str, ...] = ("taylor", "minimax")
     spaces: tuple[str, ...] = SPACES
     length_spaces: tuple[str, ...] = ("reflect",)
     precisions: tuple[str, ...] = ("float16", "float32")
-    strata: tuple[str, ...] = STRATUM_NAMES
+    strata: tuple[str, ...] = USUAL_STRATA
     samples: int = 100 * 1024
     seed: int = 1
     timing: bool = True
@@ -157,9 +161,8 @@ class Plan:
                 )
         for alpha in self.alphas:
             if not (math.isfinite(alpha) and ALPHA.low <= alpha <= ALPHA.high):
-                raise InputError(
-                    f"alpha = {alpha:g} is not in {ALPHA.low:g} .. {ALPHA.high:g}", None, "alpha is Phong's exponent"
-                )
+                fix = "alpha is Phong's exponent" if alpha else "at alpha 0 Phong is 1 where the light is in front"
+                raise InputError(f"alpha = {alpha:g} is not in {ALPHA.low:g} .. {ALPHA.high:g}", None, fix)
         for gamma in self.gammas:
             if not GAMMA.low <= gamma <= GAMMA.high or gamma & (gamma - 1):
                 raise InputError(
@@ -224,8 +227,10 @@ PRESETS: Mapping[str, Plan] = {
         alphas=QUICK_ALPHAS + STANDARD_ALPHAS,
         gammas=(1, 2, 4, 8, 16, 32, 64, 128),
         lambda_forms=tuple(LAMBDA_FORMS),
-        slopes=(*ALL_SLOPES, "lagarde"),
+        approximations=tuple(REGISTRY),
+        slopes=(*ALL_SLOPES, "lagarde", "unreal"),
         precisions=("float16", "bfloat16", "float32", "float64"),
+        strata=STRATUM_NAMES,
         samples=1 << 17,
         timing_budget=60.0,
         processes=2,
@@ -236,9 +241,11 @@ PRESETS: Mapping[str, Plan] = {
         alphas=QUICK_ALPHAS + STANDARD_ALPHAS,
         gammas=(1, 2, 4, 8, 16, 32, 64, 128, 256),
         lambda_forms=tuple(LAMBDA_FORMS),
-        slopes=(*ALL_SLOPES, "lagarde"),
+        approximations=tuple(REGISTRY),
+        slopes=(*ALL_SLOPES, "lagarde", "unreal"),
         length_spaces=SPACES,
         precisions=("float16", "bfloat16", "float32", "float64"),
+        strata=STRATUM_NAMES,
         samples=1 << 20,
         timing_budget=600.0,
         processes=8,
@@ -253,6 +260,11 @@ def preset(name: str) -> Plan:
     if name not in PRESETS:
         raise UnknownNameError("preset", name, PRESETS)
     return PRESETS[name]
+
+
+def with_own(plan: Plan, registry: Mapping[str, Approximation]) -> tuple[str, ...]:
+    """The approximations of a plan, and those of a registry that we do not ship: plug-ins and the user's own."""
+    return tuple(name for name in registry if name in plan.approximations or name not in REGISTRY)
 
 
 def _known(kind: str, names: Iterable[str], known: Iterable[str]) -> None:

@@ -21,7 +21,7 @@ Scale = Literal["none", "alpha", "cutoff"]
 class Stratum:
     """One kind of input.
 
-    name          str      uniform, highlight, peak, cutoff, grazing, lengths or hostile
+    name          str      uniform, highlight, peak, cutoff, grazing, lengths, normalised or hostile
     scale         str      what the deficits are scaled by: nothing, 1 / alpha, or the cell's own cutoff
     perturbation  str      none, a, both or opposite: whose length is wrong; or one of causes.CAUSES: why
     length_error  float    relative and signed; 0.01 is 1 % too long (for `opposite`: a too long, b too short); 0 where
@@ -81,6 +81,9 @@ STRATA: tuple[Stratum, ...] = (
     Stratum("cutoff", "cutoff"),
     Stratum("grazing"),
     *_length_strata(),
+    Stratum("normalised", "alpha"),
     Stratum("hostile"),
 )
 STRATUM_NAMES = tuple(dict.fromkeys(s.name for s in STRATA))
+#: what a study measures that does not ask for more; what normalising adds to a largest error is proven without samples
+USUAL_STRATA = tuple(name for name in STRATUM_NAMES if name != "normalised")

@@ -76,6 +76,8 @@ class Run:
     skips = _table("skips")
     scene_times = _table("scene_times")
     far = _table("far")
+    moments = _table("moments")
+    cuts = _table("cuts")
 
     def read(self, name: str) -> pd.DataFrame:
         """A table, read anew. CorruptRunError if it cannot be read or lacks columns."""

@@ -94,7 +94,7 @@ class SpecularTerm:
                 dark = limit(spec, setting, precision)
         if skips.dark_tail and exact:
             least = 4 * float(np.finfo(precision.carrier).eps) if skips.tail is None else skips.tail
-            tail = least ** (1 / setting.alpha)
+            tail = least ** (1 / setting.alpha) if setting.alpha else 0.0
             dark = max(dark, tail)
         space = "half" if model == "blinn-phong" else formula.space
         return cls(spec, setting, form, space, precision, dark, tail)

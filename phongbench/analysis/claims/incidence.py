@@ -17,13 +17,13 @@ def judge(rows: Rows) -> Finding:
     """By formula, not by a run's rows: Schlick's reflectance r + (1 - r) (1 - cos i)^5 of a material that reflects r at
     normal incidence, against the constant ks = r, for light of full intensity. Holds if the difference exceeds 1/255
     somewhere up to 85 degrees of incidence for glass, iron and silver alike, fails if for none, else holds under
-    conditions; with the incidence up to which a constant ks stays within 1/255.
+    conditions; with the incidence up to which a constant ks changes by at most 1/255.
     """
     records = tuple(_record(name, r) for name, r in MATERIALS.items())
     seen = [one["error_at_85_degrees"] > VISIBLE for one in records]
     verdict = grade(all(seen), any(seen))
     parts = [
-        f"{one['material']}: within 1/255 up to {one['incidence_to_degrees']:.3g} degrees, off by "
+        f"{one['material']}: at most 1/255 up to {one['incidence_to_degrees']:.3g} degrees, off by "
         f"{codes(one['error_at_60_degrees'])} at 60 and {codes(one['error_at_85_degrees'])} at 85"
         for one in records
     ]
