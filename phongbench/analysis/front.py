@@ -13,7 +13,7 @@ import pandas as pd
 
 from phongbench.analysis.exponents import Exponents
 from phongbench.analysis.kernel_times import WHOLE_POWER, timed, timed_precision, times_at, times_of
-from phongbench.analysis.target_costs import CPU, TIE, checked, priced, same_cost
+from phongbench.analysis.target_costs import CPU, checked, priced, same_cost
 from phongbench.errors import UnknownNameError
 from phongbench.formulas.formula import Formula
 from phongbench.results.provenance import fingerprint_machine

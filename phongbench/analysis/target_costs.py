@@ -50,7 +50,8 @@ def priced(
     if set(cells["precision"].astype(str)) - {"float32"}:
         raise InputError(f"costs on {target} are those of float32 code", "precision", "leave the precision out")
     table, every = shipped(target), tuple(alphas)
-    found = [_worst(table, row, every, short_of) for row in cells.to_dict("records")]
+    rows = [{str(name): value for name, value in row.items()} for row in cells.to_dict("records")]
+    found = [_worst(table, row, every, short_of) for row in rows]
     known = pd.Series([cost is not None for cost in found], index=cells.index, dtype=bool)
     if not known.all():
         names = sorted({str(name) for name in cells.loc[~known, "approximation"]})

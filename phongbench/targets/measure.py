@@ -114,7 +114,7 @@ def _cost(whole: Sequence[Counts], reference: Sequence[Counts], calls: int) -> C
     first, less = whole[0], reference[0]
 
     def each(name: str) -> float:
-        return (getattr(first, name) - getattr(less, name)) / calls
+        return float(getattr(first, name) - getattr(less, name)) / calls
 
     return Cost(
         around=tuple((w.cycles - r.cycles) / calls for w, r in zip(whole, reference, strict=True)),

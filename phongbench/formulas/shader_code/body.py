@@ -59,10 +59,10 @@ class BodyWriter:
             self._assign(argument, value)
         for statement in definition.body:
             match statement:
-                case ast.Return(value=ast.expr() as value):
-                    return self.value(value)
-                case ast.Assign(targets=[ast.Name(id=name)], value=value):
-                    self._assign(name, self.value(value))
+                case ast.Return(value=ast.expr() as result):
+                    return self.value(result)
+                case ast.Assign(targets=[ast.Name(id=name)], value=given):
+                    self._assign(name, self.value(given))
                 case _:
                     raise self._refusal(statement)
         raise KernelError(f"{definition.name} returns nothing", None, "end it by a return")
