@@ -17,7 +17,7 @@ from phongbench.analysis.target_costs import CPU, checked, priced, same_cost
 from phongbench.errors import UnknownNameError
 from phongbench.formulas.formula import Formula
 from phongbench.results.provenance import fingerprint_machine
-from phongbench.results.runs import Run, intact, strongest
+from phongbench.results.runs import Run, as_given, intact, strongest
 from phongbench.results.schema import CELL, ERROR_METRICS, INPUT, KERNEL
 
 COLUMNS = [*CELL, "error", "ns", "ratio", "ratio_low", "ratio_high", "state"]
@@ -47,7 +47,7 @@ def errors_at(
         known = sorted(accuracy[column].astype(str).unique())
         if wanted not in known:
             raise UnknownNameError(column, wanted, known)
-    exponents = Exponents.of(alpha)
+    exponents, accuracy = Exponents.of(alpha), as_given(accuracy)
     alphas = exponents.measured(accuracy["alpha"].unique())
     unit = (accuracy["perturbation"] == "none") & (accuracy["length_error"] == 0.0) & accuracy["gated"].astype(bool)
     meant = (accuracy["stratum"] == stratum) & (accuracy["precision"] == precision) & (accuracy["truth"] == "angle")

@@ -19,7 +19,7 @@ from phongbench.errors import InputError
 from phongbench.formulas.formula import Formula
 from phongbench.formulas.registry import REGISTRY
 from phongbench.results import runs
-from phongbench.results.runs import Run
+from phongbench.results.runs import Run, as_given
 from phongbench.results.schema import CELL, INPUT, TWIN
 
 #: strata of unit vectors that a budget must hold on; the last is the search's, which looks at nearly unit ones
@@ -80,7 +80,9 @@ def _worst(
 ) -> pd.DataFrame:
     """Each formula's largest error over these exponents and all inputs of the budget; formulas that apply only."""
     mine = (accuracy["precision"] == budget.precision) & (accuracy["space"] == budget.space)
-    rows = accuracy[mine & accuracy["alpha"].isin(alphas) & accuracy["gated"] & (accuracy["truth"] == "angle")]
+    rows = as_given(
+        accuracy[mine & accuracy["alpha"].isin(alphas) & accuracy["gated"] & (accuracy["truth"] == "angle")]
+    )
     if rows.empty:
         raise _without_cells(run, budget)
     rows = _on_inputs(run, rows, budget, notes)

@@ -8,7 +8,7 @@ widened by the rounding law. Of what is only sampled nothing is promised.
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
@@ -20,6 +20,7 @@ from phongbench.analysis.law_bounds import rounding_bound
 from phongbench.compiler.precisions import precision_named
 from phongbench.errors import InputError
 from phongbench.formulas.formula import Formula
+from phongbench.formulas.recipes import PAIR
 from phongbench.formulas.registry import REGISTRY
 from phongbench.formulas.spec import Approximation
 
@@ -48,6 +49,11 @@ class Promise:
         return self.coverage != "sampled" and math.isfinite(self.bound)
 
 
+#: ways to remove lengths that leave nothing of them but rounding
+EXACT_WAYS = ("each", "once", "squared")
+#: roundings before the formula's own, in those that the rounding law allows for: R from N, L and V errs by up to 13.5
+#: eps of its length where N is normalised first, 6.5 where nothing is, and one root of squares by 4.25
+MORE_ROUNDINGS = 2
 UNPROMISED = Promise(math.inf, "sampled")
 
 
@@ -64,7 +70,7 @@ def promise(
     sharp   False: the bound only says on which side of the budget it is, which is sooner known
     search  False: a formula that cannot be enclosed is not searched, and nothing is promised of it
     """
-    if formula.approximation not in registry:
+    if formula.approximation not in registry or formula.raw:
         return UNPROMISED
     spec, within = formula.spec(registry), None if sharp else budget.max_error
     ranged = budget.alpha.continuous
@@ -83,9 +89,35 @@ def promise(
     return Promise(max(bounds) + (_between(bounds, budget.precision) if ranged else 0.0), coverage)
 
 
+def promise_raw(
+    formula: Formula,
+    budget: Budget,
+    registry: Mapping[str, Approximation] = REGISTRY,
+    *,
+    any_length: bool = True,
+    sharp: bool = True,
+    search: bool = True,
+) -> Promise:
+    """What may be promised of a formula for raw vectors: that of the same formula on its pair, with more rounding.
+
+    any_length  the lengths are any whose squares and products the precision holds; else as wrong as the budget says
+    """
+    exact = formula.normalise in EXACT_WAYS
+    if formula.space != "reflect" or formula.normalise not in ("none", *EXACT_WAYS) or (any_length and not exact):
+        return UNPROMISED
+    growth = 3 if formula.recipe == "lengthwise" else 1  # R is then as long as the square of N times L
+    left = 0.0 if exact else math.expm1(growth * math.log1p(budget.length_error))
+    on_pair = replace(formula, recipe=PAIR, normalise="none")
+    kept = promise(on_pair, replace(budget, length_error=left), registry, sharp=sharp, search=search)
+    room = rounding_bound(formula.gamma, MORE_ROUNDINGS * max(budget.alpha.values), budget.precision)
+    return Promise(kept.bound + room, kept.coverage)
+
+
 def bound_at(formula: Formula, alpha: float, registry: Mapping[str, Approximation] = REGISTRY) -> float | None:
     """The bound in float32 at one exponent, None where nothing is promised: what a shader's header may say."""
-    kept = promise(formula, Budget.of(alpha, 1.0, space=formula.space), registry, search=False)
+    budget = Budget.of(alpha, 1.0, space=formula.space)
+    judge = promise_raw if formula.raw else promise
+    kept = judge(formula, budget, registry, search=False)
     return kept.bound if kept.kept else None
 
 

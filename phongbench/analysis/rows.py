@@ -15,6 +15,7 @@ from phongbench.analysis.front import front
 from phongbench.analysis.mesh_edges import lyon
 from phongbench.compiler.precisions import in_order
 from phongbench.formulas.user_files import installed
+from phongbench.results.runs import as_given
 from phongbench.results.schema import CASE, EXACT, TABLES, TWIN
 
 #: lambda forms in the order in which they are shown
@@ -48,11 +49,17 @@ class Rows:
     skips = _table("skips")
     scene_times = _table("scene_times")
     far = _table("far")
+    incidence = _table("incidence")
+    incidence_times = _table("incidence_times")
     moments = _table("moments")
     cuts = _table("cuts")
 
     def stored(self, name: str) -> pd.DataFrame:
-        """A table as the run has it, in the order of its file."""
+        """A table in the order of its file, without the rows of formulas that remove lengths or make their pair."""
+        return as_given(self.raw(name))
+
+    def raw(self, name: str) -> pd.DataFrame:
+        """A table as the run has it."""
         rows: pd.DataFrame | None = getattr(self.run, name, None)
         return TABLES[name].frame() if rows is None else rows
 
@@ -142,6 +149,17 @@ class Rows:
         rows = at(self.meshes, gated=True)
         mine = at(rows, precision=self.precision)
         return (mine if len(mine) else at(rows, precision="float32")).reset_index(drop=True)
+
+    @cached_property
+    def incidence_precision(self) -> str:
+        """The precision that reflectances are judged at: that of the others, or float32 where it was not measured."""
+        return self.precision if (self.incidence["precision"] == self.precision).any() else "float32"
+
+    @cached_property
+    def judged_incidence(self) -> pd.DataFrame:
+        """Errors of reflectances at the judged precision, glass first: of the two, it varies most."""
+        rows = at(self.incidence, precision=self.incidence_precision)
+        return rows.sort_values("material", ascending=False, kind="stable").reset_index(drop=True)
 
     @cached_property
     def judged_times(self) -> pd.DataFrame:

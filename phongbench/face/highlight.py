@@ -91,11 +91,17 @@ def curve(
     chosen, registry = formula_of(formula, own)
     alpha = number(alpha, "alpha")
     chosen.check(alpha, registry)
+    chosen.check_pair("formula")
     angle = np.linspace(0, 90, 361) if degrees is None else np.asarray(degrees, dtype=np.float64)
     if angle.ndim != 1:
         raise InputError(f"degrees of shape {angle.shape}", "degrees", "give angles in one dimension")
     value, exact = curves.against_exact(
-        chosen.spec(registry), chosen.lambda_form, chosen.setting(alpha), angle, precision_named(precision)
+        chosen.spec(registry),
+        chosen.lambda_form,
+        chosen.setting(alpha),
+        angle,
+        precision_named(precision),
+        normalise=chosen.normalise,
     )
     return pd.DataFrame({"angle_degrees": angle, "value": value, "exact": exact, "error": value - exact})
 
@@ -155,9 +161,11 @@ def _kernel(
 ) -> Kernel:
     chosen, registry = formula_of(formula, own)
     spec = chosen.spec(registry)
+    chosen.check_pair("formula")
     with guarded(spec):
         chosen.check(alpha, registry)
-        return Kernel.of_pairs(spec, chosen.lambda_form, chosen.setting(alpha), precision, layout)
+        setting = chosen.setting(alpha)
+        return Kernel.of_pairs(spec, chosen.lambda_form, setting, precision, layout, normalise=chosen.normalise)
 
 
 def numbers(name: str, given: ArrayLike) -> Array:

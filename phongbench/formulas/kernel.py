@@ -13,6 +13,7 @@ from phongbench.compiler.precisions import Array
 from phongbench.errors import InputError
 from phongbench.formulas import coordinate_kernels, pair_kernels
 from phongbench.formulas.pair_kernels import AXIS
+from phongbench.formulas.recipes import PAIR
 from phongbench.formulas.spec import MAX_COEFFICIENTS, Approximation, Setting
 
 #: a support that ends here ends before 90 degrees, with room for rounding
@@ -45,11 +46,21 @@ class Kernel:
 
     @classmethod
     def of_pairs(
-        cls, spec: Approximation, form: str, setting: Setting, precision: Precision, layout: str = "soa"
+        cls,
+        spec: Approximation,
+        form: str,
+        setting: Setting,
+        precision: Precision,
+        layout: str = "soa",
+        *,
+        normalise: str = "none",
+        recipe: str = PAIR,
     ) -> "Kernel":
         """The loop from pairs of vectors to values, see `pair_kernels.pairs_kernel`; gated where that is needed."""
         known, gated = known_values(spec, setting), needs_gate(spec, form, setting)
-        loop = pair_kernels.pairs_kernel(spec, form, precision, known, layout=layout, gated=gated)
+        loop = pair_kernels.pairs_kernel(
+            spec, form, precision, known, layout=layout, gated=gated, normalise=normalise, recipe=recipe
+        )
         return cls(loop, coefficient_row(spec, setting, precision), table_row(spec, setting, precision))
 
     @cached_property

@@ -113,6 +113,8 @@ class Approximation:
                   if alpha 0 is merely out of range
     also          where the same formula stands under another name
     peak          the value where both directions are the same; 1 but for formulas that miss the peak
+    exponent      the kernel's argument that is an exponent of the cosine, where the formula is such a power and takes
+                  any exponent: it may then be given the cosine's square and half of it
     falls         True if the value never grows away from the peak, but for rounding: what lies between two
                   coordinates is then bounded by the values there
     """
@@ -136,6 +138,7 @@ class Approximation:
     at_zero: Callable[[Setting], str | None] | None = None
     also: tuple[Source, ...] = ()
     peak: float = 1.0
+    exponent: str = ""
     falls: bool = False
     arguments: tuple[str, ...] = field(init=False, default=())
 

@@ -15,13 +15,15 @@ from phongbench.formulas.formula import Formula
 from phongbench.formulas.lambda_forms import LAMBDA_FORMS
 from phongbench.formulas.registry import REGISTRY
 from phongbench.formulas.spec import ALPHA, GAMMA, SPACES, Approximation, Setting
+from phongbench.inputs import raw_formulas
 from phongbench.inputs.meshes import TESSELLATIONS
 from phongbench.inputs.obj_files import load
+from phongbench.inputs.raw_formulas import RAW
 from phongbench.inputs.strata import STRATUM_NAMES, USUAL_STRATA
 
 #: questions beyond the sweep; phongbench.accuracy.probes answers them
 PROBE_NAMES: tuple[str, ...] = (
-    "cosines", "search", "certify", "meshes", "hostile", "smoothness", "lobes", "scenes", "recheck",
+    "cosines", "search", "certify", "meshes", "hostile", "smoothness", "incidence", "lobes", "scenes", "recheck",
 )  # fmt: skip
 #: those of a study that does not ask for others: scenes take minutes, and a question of their own
 USUAL_PROBES = tuple(name for name in PROBE_NAMES if name != "scenes")
@@ -90,6 +92,8 @@ class Plan:
     strata          of strata.STRATUM_NAMES
     samples         pairs per cell and stratum
     seed            any whole number >= 0
+    raw             spellings of formulas that remove lengths or start from N, L and V, e.g. phong/each; those that the
+                    axes above leave out are not measured
     timing          measure time too
     timing_budget   seconds the timing may take
     processes       fresh processes that share the timing; 1 for the study's own
@@ -110,6 +114,7 @@ class Plan:
     strata: tuple[str, ...] = USUAL_STRATA
     samples: int = 100 * 1024
     seed: int = 1
+    raw: tuple[str, ...] = RAW
     timing: bool = True
     timing_budget: float = 6.0
     processes: int = 1
@@ -149,6 +154,7 @@ class Plan:
             length_spaces=_ordered(self.length_spaces, SPACES),
             precisions=in_order(self.precisions),
             strata=_ordered(self.strata, STRATUM_NAMES),
+            raw=tuple(dict.fromkeys(self.raw)),
             probes=_ordered(self.probes, PROBE_NAMES),
             meshes=tuple(dict.fromkeys(self.meshes)),
         )
@@ -179,6 +185,7 @@ class Plan:
             precision_named(name)
         _known("stratum", self.strata, STRATUM_NAMES)
         _known("probe", self.probes, PROBE_NAMES)
+        raw_formulas.check(self.raw, registry)
 
     def _check_meshes(self) -> None:
         """Read every mesh now, so that a bad one does not end a long run; the probe finds them read."""
@@ -201,12 +208,19 @@ class Plan:
             raise InputError(f"processes = {self.processes} is not in 1 .. 64", None, "8 give an interval across them")
 
     def cells(self, registry: Mapping[str, Approximation] = REGISTRY) -> Iterator[Cell]:
-        """Every formula with every exponent that it takes, in every precision; each form gated, then ungated."""
+        """Every formula with every exponent that it takes, in every precision; each form gated, then ungated.
+
+        Those for raw vectors come last.
+        """
         for precision, name in product(self.precisions, self.approximations):
             for formula, alpha in self.formulas(registry[name]):
                 yield Cell(formula, alpha, precision)
                 if formula.lambda_form != "none":
                     yield Cell(formula, alpha, precision, gated=False)
+        for precision, formula in product(self.precisions, raw_formulas.of(self, registry)):
+            if formula.normalises_in(precision):
+                spec = formula.spec(registry)
+                yield from (Cell(formula, a, precision) for a in self.alphas if spec.accepts(formula.setting(a)))
 
     def formulas(self, spec: Approximation) -> Iterator[tuple[Formula, float]]:
         """The formulas of this plan that an approximation takes, each with every exponent that it takes."""

@@ -35,15 +35,20 @@ _CELL = (
     Column("beta", "float64", "slope at the peak; missing for formulas without one"),
     _key("precision", "str", "working precision; `exact` for certified rows"),
     _key("gated", "bool", "values are 0 where a.b <= 0"),
+    _key("recipe", "str", "how the pair is made of N, L, V: reflect, lengthwise, halfway; pair where it is given"),
+    _key("normalise", "str", "how wrong lengths are removed: none, each, once, squared, fast, estimate"),
 )
 _BY_NAME = {column.name: column for column in _CELL}
+_FORMULA = ("approximation", "lambda_form", "space", "beta_policy", "gamma")
+#: columns of what is done to raw vectors, and their values where nothing is: runs of older versions lack them
+RAW = {"recipe": "pair", "normalise": "none"}
 _INPUTS = (
     _key(
         "stratum",
         "str",
-        "inputs: highlight, uniform, peak, cutoff, grazing, lengths, normalised, hostile, cosines, vectors",
+        "highlight, uniform, peak, cutoff, grazing, lengths, normalised, hostile, configurations, cosines, vectors",
     ),
-    _key("perturbation", "str", "wrong lengths: none, a, both, opposite, or as a cause such as rsqrt-12 leaves them"),
+    _key("perturbation", "str", "wrong lengths: none, a, both, opposite, any, or as a cause such as rsqrt-12 leaves"),
     _key("length_error", "float64", "largest relative error of the vectors' lengths, signed", "1"),
     _key("truth", "str", "exact Phong of the true angle (angle), or of the vectors as they are (given)"),
 )
@@ -99,7 +104,7 @@ ACCURACY = _table(
 )
 TIMING = _table(
     "Times of kernels from vectors to values, interleaved with exact Phong's",
-    *(_BY_NAME[name] for name in ("approximation", "lambda_form", "space", "beta_policy", "gamma", "precision")),
+    *(_BY_NAME[name] for name in (*_FORMULA, "precision")),
     _key("working_set", "str", "which memory holds the data: l1, l2, memory"),
     Column("elements", "int64", "pairs of a pass", "count"),
     _key("threads", "int64", "threads that ran at once", "count"),
@@ -115,6 +120,7 @@ TIMING = _table(
     Column("compile_ms", "float64", "time of compiling; 0 where a cache had it", "ms", optional=True),
     Column("lit", "float64", "share of pairs that are lit, of kernels that skip dark ones", "1", True, True),
     Column("processes", "int64", "fresh processes whose readings are merged", "count", optional=True),
+    *(_BY_NAME[name] for name in RAW),
 )
 WORST = _table(
     "The inputs of a cell's largest errors",
@@ -222,6 +228,31 @@ FAR = _table(
     Column("incidence_degrees", "float64", "of the worst placement: light from normal", "degrees"),
     Column("offset_degrees", "float64", "of the worst placement: viewer from mirrored light", "degrees"),
 )
+INCIDENCE = _table(
+    "Reflectance of a material by a formula against the exact one, over incidence from 0 to 90 degrees",
+    _key("material", "str", "glass or copper"),
+    _key("reflectance", "str", "the formula: a kind of fresnel, with the material's own numbers"),
+    _key("precision", "str", "working precision"),
+    _key("channel", "str", "red, green or blue"),
+    _SAMPLES,
+    _MAX_ABS,
+    Column("worst_degrees", "float64", "incidence of the largest |error|", "degrees"),
+    _MEAN_ABS,
+    _CODES,
+    Column("within_degrees", "float64", "incidence up to which no error exceeds 1/255", "degrees"),
+    Column("error_60", "float64", "|error| at 60 degrees", "1"),
+    Column("error_85", "float64", "|error| at 85 degrees", "1"),
+)
+INCIDENCE_TIMES = _table(
+    "Times of formulas of reflectance, from a cosine of incidence to one channel, interleaved",
+    _key("reflectance", "str", "the formula, or an exact one once more"),
+    _key("precision", "str", "working precision"),
+    _key("against", "str", "the exact formula that `ratio` compares with"),
+    Column("elements", "int64", "cosines of a pass", "count"),
+    Column("rounds", "int64", "rounds that were kept", "count"),
+    Column("ns", "float64", "least time, per cosine", "ns"),
+    *_RATIO,
+)
 _LOBE = tuple(_BY_NAME[name] for name in ("approximation", "lambda_form", "space", "beta_policy", "alpha", "gamma"))
 _OF_LAW = "by closed form, for light along the normal; missing where there is none"
 MOMENTS = _table(
@@ -258,6 +289,8 @@ TABLES: Mapping[str, Table] = {
     "skips": SKIPS,
     "scene_times": SCENE_TIMES,
     "far": FAR,
+    "incidence": INCIDENCE,
+    "incidence_times": INCIDENCE_TIMES,
     "moments": MOMENTS,
     "cuts": CUTS,
 }
@@ -268,6 +301,6 @@ ERROR_METRICS = [column.name for column in _ERRORS if column.name != "bias"]
 #: what identifies a measured case: an accuracy row but for its coverage, of which `runs.strongest` chooses
 CASE = [name for name in ACCURACY.key if name != _COVERAGE.name]
 #: what identifies a formula of a run at one precision, the kernel that it is timed by, and an input to it
-CELL = ["approximation", "lambda_form", "space", "beta_policy", "gamma", "precision"]
+CELL = [*_FORMULA, "precision", *RAW]
 KERNEL = [name for name in CELL if name != "beta_policy"]
 INPUT = ["alpha", "stratum", "perturbation", "length_error"]

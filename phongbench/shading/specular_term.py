@@ -28,6 +28,9 @@ def formula_for(formula: Formula, material: Material, model: str = "phong", regi
     """
     if model not in MODELS:
         raise UnknownNameError("model", model, MODELS, "model")
+    if formula.raw:
+        fix = f"give {formula.approximation} without @ and /: shading normalises what it is told to by itself"
+        raise InputError(f"{formula} removes lengths or makes its pair, which shading does", "specular", fix)
     parts = (formula.approximation, formula.lambda_form, formula.gamma, formula.slope, formula.space)
     formula = Formula.of(*parts, registry=registry, where="specular.")
     if model == "blinn-phong" and formula.space == "half":

@@ -9,12 +9,16 @@ import re
 from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from itertools import product
 
 from phongbench.errors import InputError
 from phongbench.formulas.formula import Formula, Registry
+from phongbench.formulas.normalising import NORMALISE
+from phongbench.formulas.recipes import PAIR, RECIPES
 from phongbench.formulas.registry import REGISTRY
 from phongbench.formulas.shader_code.export import source
 from phongbench.formulas.shader_code.languages import language_named
+from phongbench.formulas.shader_code.raw_vectors import arguments
 from phongbench.formulas.spec import Approximation
 from phongbench.inputs.plan import PRESETS, QUICK_ALPHAS, STANDARD_ALPHAS
 
@@ -23,6 +27,8 @@ from phongbench.inputs.plan import PRESETS, QUICK_ALPHAS, STANDARD_ALPHAS
 ALPHAS = (50.0, 1000.0, *(2.0**k for k in range(-2, 9)), *(1.4 * 2.0**k for k in range(-4, 8)))
 #: whole powers, whose code is another for every exponent
 WHOLE_ALPHAS = (*map(float, range(1, 33)), *(a for a in (*QUICK_ALPHAS, *STANDARD_ALPHAS) if a > 32 and a == int(a)))
+#: powers of chains on vectors that are made from others, or made unit, first
+RAW_GAMMAS = (8, 16)
 #: hexadecimal digits of a shape
 DIGITS = 16
 #: numbers that compilers treat as no other: what they multiply, or are the exponent of, is not computed
@@ -68,7 +74,7 @@ def _without_value(number: re.Match[str]) -> str:
 def code(formula: Formula, alpha: float, language: str, registry: Registry = REGISTRY) -> Code:
     """The code of a formula at an exponent; InputError for an exponent that it does not take."""
     text = source(formula, alpha, language_named(language), registry)
-    return Code(f"{formula.spelled(registry)} {alpha:g}", text)
+    return Code(f"{formula.spelled(registry)} {alpha:g}", text, len(arguments(formula)))
 
 
 def catalogue(language: str, registry: Registry = REGISTRY) -> tuple[Code, ...]:
@@ -82,10 +88,17 @@ def catalogue(language: str, registry: Registry = REGISTRY) -> tuple[Code, ...]:
 
 
 def _formulas(spec: Approximation) -> Iterator[tuple[Formula, float]]:
-    """The formulas of the full study, each at every exponent here that it takes."""
+    """The formulas of the full study at every exponent here that they take; of raw vectors, at the first one."""
     whole = "exponent" in spec.knowns
     registry = {spec.name: spec}
     for formula, alpha in replace(PRESETS["full"], alphas=WHOLE_ALPHAS if whole else ALPHAS).formulas(spec):
         with suppress(InputError):
             formula.check(alpha, registry)
             yield formula, alpha
+    forms = [form for form in spec.lambda_forms if form != "tan2"]  # free of lengths by itself
+    for gamma, form in product(RAW_GAMMAS if spec.uses_gamma else (None,), forms):
+        for recipe, normalise in product((PAIR, *RECIPES), NORMALISE):
+            with suppress(InputError):
+                formula = Formula.of(spec.name, form, gamma, recipe=recipe, normalise=normalise, registry=registry)
+                source(formula, ALPHAS[0], language_named("glsl"), registry)
+                yield formula, ALPHAS[0]

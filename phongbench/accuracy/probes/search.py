@@ -42,6 +42,7 @@ from phongbench.formulas.kernel import Kernel
 from phongbench.formulas.spec import Approximation
 from phongbench.inputs.pairs import hold
 from phongbench.inputs.plan import Cell, Plan
+from phongbench.results.runs import as_given
 
 #: boxes kept, points in each, and halvings
 BOXES, POINTS, LEVELS = 16, 128, 14
@@ -99,7 +100,7 @@ def seconds(plan: Plan, jobs: int) -> float:
 def _wanted(plan: Plan, cell: Cell, closely: Sequence[float]) -> bool:
     """False for ungated cells, and for float64, whose rounding is the truth's own; quick searches float32 if it can."""
     only = FLOAT32.name if plan.preset == "quick" and FLOAT32.name in plan.precisions else cell.precision
-    chosen = cell.alpha in closely and cell.formula.space in plan.length_spaces
+    chosen = cell.alpha in closely and cell.formula.space in plan.length_spaces and not cell.formula.raw
     return chosen and cell.gated and cell.precision != FLOAT64.name and cell.precision == only
 
 
@@ -127,6 +128,7 @@ def _stored(worst: pd.DataFrame) -> dict[tuple[Any, ...], list[Array]]:
     """
     if worst.empty:
         return {}
+    worst = as_given(worst)
     unit = worst[~worst["stratum"].isin(["lengths", "hostile", VECTORS]) & (worst["truth"] == "angle")]
     names = ["approximation", "lambda_form", "space", "beta_policy", "alpha", "gamma", "precision", "gated"]
     keys = zip(*(unit[n].fillna(0) if n == "gamma" else unit[n] for n in names), strict=True)

@@ -55,6 +55,7 @@ SPEC = Approximation(
     lambda_forms=("none",),
     spaces=("half",),
     slopes=tuple(RATIOS),
+    exponent="exponent",
     at_zero=lambda s: None,
     falls=True,
 )

@@ -30,6 +30,7 @@ SPEC = Approximation(
     domain="every alpha >= 0, where 0 gives 1 wherever x > 0; over-long vectors give values above 1",
     cost=Cost("one logarithm, one exponential", multiplies=1, transcendentals=2),
     lambda_forms=("none",),
+    exponent="alpha",
     at_zero=lambda s: None,
     falls=True,
 )

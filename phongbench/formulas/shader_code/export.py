@@ -11,9 +11,11 @@ from phongbench import __version__
 from phongbench.compiler.precisions import FLOAT32
 from phongbench.formulas.curves import lobe
 from phongbench.formulas.formula import Formula, Registry
+from phongbench.formulas.recipes import PAIR
 from phongbench.formulas.registry import REGISTRY
-from phongbench.formulas.shader_code.function import DIRECTIONS, written
+from phongbench.formulas.shader_code.function import written
 from phongbench.formulas.shader_code.languages import LANGUAGES, Language, language_named
+from phongbench.formulas.shader_code.raw_vectors import DIRECTIONS, FROM_N_L_V
 from phongbench.formulas.spec import Approximation, Setting
 
 __all__ = ["ANGLES", "LANGUAGES", "Shader", "language_named", "shader"]
@@ -65,7 +67,7 @@ def shader(
     chosen = language_named(language)
     text = source(formula, alpha, chosen, registry)
     spec = formula.spec(registry)
-    error = _largest_error(spec, formula.lambda_form, formula.setting(alpha))
+    error = _largest_error(spec, formula, formula.setting(alpha))
     made_by = _command(formula.spelled(registry), alpha, chosen.name, files)
     bound = None if bound is None else bound + folding(formula.setting(alpha))
     head = _head(spec, formula, alpha, _error(spec, error, bound), made_by)
@@ -76,7 +78,7 @@ def source(formula: Formula, alpha: float, language: Language, registry: Registr
     """The code alone, without what is said of it; arguments and errors as for `shader`."""
     formula.check(alpha, registry)
     spec, setting = formula.spec(registry), formula.setting(alpha)
-    return written(spec, formula.lambda_form, setting, language)
+    return written(spec, formula, setting, language)
 
 
 def folding(setting: Setting) -> float:
@@ -89,9 +91,9 @@ def folding(setting: Setting) -> float:
     return (2.0 * (setting.exponent + (setting.gamma or 1)) + 0.5) * 2.0**-24
 
 
-def _largest_error(spec: Approximation, form: str, setting: Setting) -> float:
+def _largest_error(spec: Approximation, formula: Formula, setting: Setting) -> float:
     degrees = 90.0 * np.linspace(0.0, 1.0, ANGLES) ** 2
-    value, exact = lobe(spec, form, setting, degrees, precision=FLOAT32)
+    value, exact = lobe(spec, formula.lambda_form, setting, degrees, precision=FLOAT32, normalise=formula.normalise)
     return float(np.abs(value - exact).max())
 
 
@@ -120,7 +122,7 @@ def _head(spec: Approximation, formula: Formula, alpha: float, error: str, made_
         f"{spec.title}: {spec.formula}",
         ", ".join(words),
         error,
-        DIRECTIONS[formula.space][2],
+        DIRECTIONS[formula.space][2] if formula.recipe == PAIR else FROM_N_L_V,
         spec.source.citation,
         f"phongbench {__version__}: {made_by}",
     ]

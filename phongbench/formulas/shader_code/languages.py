@@ -9,7 +9,8 @@ from phongbench.errors import UnknownNameError
 
 #: functions that every language has
 _BUILT_IN = """
-    abs acos ceil clamp exp exp2 floor length log log2 max min mix normalize pow reflect round select sign sqrt
+    abs acos ceil clamp exp exp2 floor inverseSqrt inversesqrt length log log2 max min mix normalize pow reflect round
+    rsqrt saturate select sign sqrt
 """
 BUILT_IN = frozenset(_BUILT_IN.split())
 #: words of GLSL, HLSL, WGSL, C and C++ that a kernel's author may well have taken for a name
@@ -107,7 +108,7 @@ GLSL = Language(
 HLSL = Language(
     "hlsl", "float", "int", ("float3", "{}"),
     literal=str, declared=_c_declared, header=_c_header, chosen=_c_chosen, listed=_c_listed,
-    names={"float_bits": "asint", "bits_float": "asfloat"},
+    names={"float_bits": "asint", "bits_float": "asfloat", "inversesqrt": "rsqrt"},
     saturated="saturate({})".format,
 )  # fmt: skip
 
@@ -122,7 +123,10 @@ WGSL = Language(
     listed=lambda name, values: (
         f"var<private> {name}: array<f32, {len(values)}> = array<f32, {len(values)}>({', '.join(values)});"
     ),
-    names={"float_bits": "bitcast<i32>", "bits_float": "bitcast<f32>", "float": "f32", "int": "i32"},
+    names={
+        "float_bits": "bitcast<i32>", "bits_float": "bitcast<f32>", "float": "f32", "int": "i32",
+        "inversesqrt": "inverseSqrt",
+    },
     saturated="saturate({})".format,
 )  # fmt: skip
 
