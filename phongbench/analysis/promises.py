@@ -28,7 +28,7 @@ from phongbench.formulas.spec import Approximation
 STEP = 1.2
 #: an answer proves a handful of formulas, of which each takes some ten milliseconds, tables up to half a second
 SECONDS = 0.1
-DOMAIN = "float vectors made unit as shaders do it, v * (1 / sqrt(v.v)) or v / sqrt(v.v), fused or not"
+DOMAIN = "all pairs of vectors made unit as shaders do it, v * (1 / sqrt(v.v)) or v / sqrt(v.v), fused or not"
 
 
 @dataclass(frozen=True)
@@ -67,7 +67,8 @@ def promise(
 ) -> Promise:
     """What may be promised of a formula over the exponents, precision and lengths of a budget.
 
-    sharp   False: the bound only says on which side of the budget it is, which is sooner known
+    sharp   False: the bound only says on which side of the budget it is, which is sooner known; of a range without the
+            room for what lies between the exponents that are proven
     search  False: a formula that cannot be enclosed is not searched, and nothing is promised of it
     """
     if formula.approximation not in registry or formula.raw:
@@ -86,7 +87,8 @@ def promise(
         bounds.append(bound)
         if within is not None and bound > within:
             return Promise(bound, coverage)
-    return Promise(max(bounds) + (_between(bounds, budget.precision) if ranged else 0.0), coverage)
+    room = _between(bounds, budget.precision) if ranged and sharp else 0.0
+    return Promise(max(bounds) + room, coverage)
 
 
 def promise_raw(
@@ -115,6 +117,8 @@ def promise_raw(
 
 def bound_at(formula: Formula, alpha: float, registry: Mapping[str, Approximation] = REGISTRY) -> float | None:
     """The bound in float32 at one exponent, None where nothing is promised: what a shader's header may say."""
+    if not alpha > 0:
+        return None  # exact Phong is then the same everywhere
     budget = Budget.of(alpha, 1.0, space=formula.space)
     judge = promise_raw if formula.raw else promise
     kept = judge(formula, budget, registry, search=False)

@@ -18,6 +18,7 @@ from phongbench.analysis.error_budget import Budget
 from phongbench.analysis.exponents import Exponents
 from phongbench.analysis.promises import DOMAIN, exponents_of
 from phongbench.analysis.target_costs import CPU, checked, priced
+from phongbench.compiler.precisions import precision_named
 from phongbench.formulas.formula import Formula
 from phongbench.formulas.user_files import installed
 from phongbench.results import runs
@@ -66,6 +67,9 @@ def recommend(
     choice = choose(cells, budget.max_error, as_given if run is None else promised(budget, installed(), search=search))
     choices = [_plain(row, budget, target) for row in (choice.best, choice.runner_up) if row is not None]
     miss = None if choice.nearest_miss is None else _plain(choice.nearest_miss, budget, target)
+    if run is not None:
+        vectors = "vectors rounded to it" if precision_named(precision).saturates else DOMAIN
+        notes.append(f"what an answer says holds in {precision} for {vectors}")
     for chosen, other in zip(choices, [*choices[1:], None], strict=False):
         chosen["why"] = _why(chosen, other, budget, choice.resolved)
     if miss is not None:
@@ -134,6 +138,8 @@ def _plain(cell: Row, budget: Budget, target: str) -> dict[str, Any]:
         "approximation": formula.approximation,
         "lambda": formula.lambda_form,
         "space": formula.space,
+        "recipe": formula.recipe,
+        "normalise": formula.normalise,
         "gamma": formula.gamma,
         "beta": _number(beta),
         "beta_policy": formula.slope,
@@ -188,7 +194,7 @@ def _promise(choice: Mapping[str, Any], where: str, budget: Budget) -> str:
         return f"nothing is promised {where}"
     most = f"errs by at most {_size(choice['bound'])} {where}"
     if choice["coverage"] == "certified":
-        return f"{most}, proven for {DOMAIN}"
+        return f"{most}, proven"
     if budget.alpha.continuous:
         return f"{most}, proven at {len(exponents_of(budget))} exponents of the range, with room for those between"
     return f"{most}: the worst that a search found, with the rounding that it may have missed"

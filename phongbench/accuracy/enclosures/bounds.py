@@ -50,6 +50,8 @@ def largest(
                   is above the budget as soon as one deficit may reach beyond it, and else a bound not above it
     Raises NotEnclosedError for a body that cannot run on intervals.
     """
+    if length_error >= 1:
+        return math.inf  # one of the vectors may be no direction at all
     problem = _Problem(spec, form, setting, precision, normalised(precision, length_error))
     try:
         if spec.kind == "exact" and form == "none" and setting.alpha >= 1 and not precision.saturates:
@@ -98,11 +100,12 @@ class _Problem:
 
     def errors(self, low: Ends, high: Ends) -> Ends:
         """A bound of the error on each interval of deficits."""
-        c = coordinates(self.form, self.precision, low, high, self.lengths)
         least, most = np.zeros_like(low), np.zeros_like(high)
-        lit = np.flatnonzero(c.opens)
+        with np.errstate(all="ignore"):  # ends may be infinite
+            c = coordinates(self.form, self.precision, low, high, self.lengths)
+            lit = np.flatnonzero(c.opens)
+            bottom, top = enclosed(self.body, c.low[lit], c.high[lit], self.precision) if len(lit) else (least, most)
         if len(lit):
-            bottom, top = enclosed(self.body, c.low[lit], c.high[lit], self.precision)
             shut = c.closes[lit]
             least[lit] = np.where(shut, np.minimum(bottom, 0.0), bottom)
             most[lit] = np.where(shut, np.maximum(top, 0.0), top)

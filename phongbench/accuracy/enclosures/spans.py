@@ -22,7 +22,7 @@ POWERS = {24: 1e-6, 53: 1e-13}
 #: the same of the arc cosine, absolute
 ARCS = {24: 3e-7, 53: 5e-15}
 #: combinations of answers that are followed before a body counts as too branched
-PATHS = 3000
+PATHS = 1200
 
 
 class TooBranchedError(ArithmeticError):
@@ -78,10 +78,10 @@ class Arithmetic:
     def approximate(self, low: Ends, high: Ends, table: dict[int, float], *, relative: bool = False) -> "Span":
         """What a compiled function gives that is off by at most so much."""
         off = np.full_like(high, table[self.digits])
-        if relative:
-            with np.errstate(all="ignore"):
+        with np.errstate(all="ignore"):
+            if relative:
                 off = off * np.maximum(high, 1.0) * (1 + np.log(np.maximum(high, 1.0)))
-        span = Span.of(low - off, high + off, self)
+            span = Span.of(low - off, high + off, self)
         return self.rounded(span.low, span.high) if self.precision.rounds else span
 
     def _nearest(self, values: Ends) -> Ends:
@@ -195,14 +195,18 @@ class Span:
     __lt__ = __le__ = _below
 
     def __int__(self) -> int:
-        number = self.whole(np.floor(self.low), np.floor(self.high))
-        self.low, self.high = np.maximum(self.low, number), np.minimum(self.high, number + 1)
+        """The whole number towards 0; the intervals are cut to the numbers that have it."""
+        number = self.whole(np.trunc(self.low), np.trunc(self.high))
+        low, high = number - (number <= 0), number + (number >= 0)
+        self.low, self.high = np.maximum(self.low, low), np.minimum(self.high, high)
         return number
 
     def __floor__(self) -> int:
-        """The same; only powers of two are made of it, and those below 2^-150 are as good as 0."""
-        self.low, self.high = np.maximum(self.low, -150.0), np.maximum(self.high, -150.0)
-        return int(self)
+        """The whole number below; only powers of two are made of it, and those below 2^-150 are as good as 0."""
+        low, high = np.maximum(self.low, -150.0), np.maximum(self.high, -150.0)
+        number = self.whole(np.floor(low), np.floor(high))
+        self.low, self.high = np.maximum(low, number), np.minimum(high, number + 1)
+        return number
 
     def whole(self, first: Ends, last: Ends) -> int:
         """One of the whole numbers from first to last; the intervals are cut to it by whoever asked."""

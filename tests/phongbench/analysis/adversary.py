@@ -158,6 +158,19 @@ def _bit_trick(m: Machine, x: Array, alpha: float) -> Array:
     return m.fit(np.where(x > 0, 2.0**k * (1 + np.maximum(t, -200.0) - k), 0.0))
 
 
+def _parabola(m: Machine, x: Array, octaves: float) -> Array:
+    constant, slope, curvature = (m.constant(v) for v in (1.0017247597, 0.6576359377, 0.3371894346))
+    t = np.maximum(m.mul(-octaves, np.maximum(x, 0.0)), -120.0)
+    k = np.trunc(t) - 1
+    f = m.fit(t - k)
+    value = m.mul(m.mad(f, m.mad(f, curvature, slope), constant), 2.0**k)
+    return np.where(t > -120.0, value, 0.0)
+
+
+def _doom3(m: Machine, x: Array) -> Array:
+    return _squarings(m, m.mad(-4.0, x, 1.0), 1)
+
+
 #: by name, the formulas written again: (machine, coordinate, coefficients by name)
 FORMULAS: dict[str, Callable[..., Array]] = {
     "lyon": _lyon,
@@ -171,6 +184,8 @@ FORMULAS: dict[str, Callable[..., Array]] = {
     "table-x": _table_x,
     "kuijk-blake": _kuijk_blake,
     "bit-trick": _bit_trick,
+    "gaussian-quadratic": _parabola,
+    "doom3": _doom3,
 }
 
 

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
-from adversary import WAYS, Attack, Machine, raw_pairs, worst
+from adversary import FORMULAS, WAYS, Attack, Machine, raw_pairs, worst
 
 from phongbench.analysis.error_budget import Budget
 from phongbench.analysis.law_bounds import rounding_bound
@@ -80,6 +80,7 @@ def times_of(accuracy: pd.DataFrame, rng: np.random.Generator) -> pd.DataFrame:
 def stored_runs(tmp_path_factory: pytest.TempPathFactory) -> list[Run]:
     """Runs of every formula that ships, with different times; their few samples decide next to nothing."""
     base = replace(preset("quick"), alphas=MEASURED, gammas=(2, 8, 32), slopes=("taylor", "minimax", "energy"))
+    base = replace(base, approximations=tuple(FORMULAS))
     plan = replace(base, precisions=tuple(dict.fromkeys(PRECISIONS)), length_spaces=("reflect", "half")).validated()
     accuracy, folder, made = rows_of(plan), tmp_path_factory.mktemp("promise"), []
     for seed in range(RUNS):

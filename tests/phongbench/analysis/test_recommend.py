@@ -93,10 +93,12 @@ def test_the_answer_is_json_with_the_keys_of_the_contract(stored: Stored) -> Non
 
 
 def test_what_is_promised_is_proven_and_what_was_sampled_is_told_beside_it(stored: Stored) -> None:
-    best = recommend(stored(), alpha=50, max_error=0.05)["choices"][0]
+    answer = recommend(stored(), alpha=50, max_error=0.05)
+    best = answer["choices"][0]
     assert (best["coverage"], best["error_coverage"]) == ("certified", "sampled")
     assert f"errs by at most {best['bound']:.3g}" in best["why"]
-    assert "proven for float vectors made unit as shaders do" in best["why"]
+    assert "at alpha 50, proven; " in best["why"]
+    assert "holds in float32 for all pairs of vectors made unit as shaders do" in answer["notes"][-1]
     assert f"{best['max_abs']:.3g} was the largest of 6,000 samples a stratum" in best["why"]
     assert "surely slower" in best["why"]
 
@@ -114,7 +116,7 @@ def test_a_budget_between_samples_and_bound_is_not_known_to_be_met(stored: Store
 
 def test_a_range_of_exponents_is_proven_at_some_and_says_so(stored: Stored) -> None:
     best = recommend(stored(), alpha="10..50", max_error=0.2)["choices"][0]
-    assert best["coverage"] == "searched"
+    assert (best["coverage"], best["name"]) == ("searched", "lyon:dot:4")
     assert "exponents of the range, with room for those between" in best["why"]
     each = [recommend(stored(f"other-run-{a}"), alpha=a, max_error=0.2)["choices"][0] for a in (11, 37)]
     assert all(best["bound"] >= one["bound"] for one in each if one["name"] == best["name"])
