@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
+from phongbench.compiler.lowering import Body
 from phongbench.errors import InputError
 from phongbench.formulas import normalising, recipes
 from phongbench.formulas.formula import Formula
@@ -65,10 +66,10 @@ def _in_vectors(writer: Writer, formula: Formula) -> Pair:
 
     for name, text in _MADE.get(formula.recipe, ()):
         declare(name, text.format(rsqrt=root))
-    pair = DIRECTIONS[formula.space][:2] if formula.recipe == PAIR else _PAIR_OF[formula.recipe]
+    a, b = DIRECTIONS[formula.space][:2] if formula.recipe == PAIR else _PAIR_OF[formula.recipe]
     if formula.normalise == "each":
-        pair = tuple(declare(name, f"{of} * {root}(dot({of}, {of}))") for name, of in zip("ab", pair, strict=True))
-    return Pair(*pair)
+        a, b = (declare(name, f"{of} * {root}(dot({of}, {of}))") for name, of in (("a", a), ("b", b)))
+    return Pair(a, b)
 
 
 def _in_components(writer: Writer, formula: Formula) -> Pair:
@@ -90,8 +91,9 @@ def _in_components(writer: Writer, formula: Formula) -> Pair:
         first, second = given("n"), named("h", made)
     elif formula.recipe != PAIR:
         normal, light, more = given("n"), given("l"), list[Value]()
+        body: Body = recipes.mirrored
         if formula.recipe == "reflect":
-            normal, body = unit("m", normal), recipes.mirrored
+            normal = unit("m", normal)
         else:
             body, more = recipes.mirrored_lengthwise, [writer.named("square", writer.call(dot, normal + normal))]
         twice = writer.named("twice", writer.call(recipes.doubled_cosine, normal + light))
