@@ -20,7 +20,7 @@ from phongbench.targets.target import UNITS
 #: this machine, whose costs are the times of a run
 CPU = "cpu"
 #: what a row says of its cost besides: in which unit, of which kind, and what limits the program
-COLUMNS = ["cost", "unit", "cost_kind", "bound_by"]
+COLUMNS = ["target", "cost", "unit", "cost_kind", "bound_by"]
 #: the column that decides between formulas which take equally much of a scarce unit: their cost where none is
 TIE = "cost_alone"
 
@@ -64,6 +64,7 @@ def priced(
         ratio=ratio,
         ratio_low=ratio,
         ratio_high=ratio,
+        target=target,
         cost=[cost.short_of(short_of) for cost in costs],
         **{TIE: [cost.cost for cost in costs]},
         unit=table.target.unit,

@@ -127,7 +127,8 @@ def recommendation(answer: Mapping[str, Any]) -> None:
         (role, c["name"], c["beta"], c["bound"], _codes(c["bound"]), c["coverage"], c["ratio"], _spread(c))
         for role, c in named
     ]
-    where = "" if answer["target"] == "cpu" else f", {answer['target']}"
+    target = answer.get("target", "cpu")
+    where = "" if target == "cpu" else f", {target}"
     title = f"Largest error at most {answer['max_error']:.4g} at alpha {answer['alpha']}, {answer['precision']}{where}"
     heads = ("time / exact Phong", "99 % interval") if not where else ("cost / exact Phong", "cost")
     columns = ("", "formula", "beta", "at most", "8-bit codes", "coverage", *heads)
@@ -137,6 +138,8 @@ def recommendation(answer: Mapping[str, Any]) -> None:
         console.print("nothing meets the budget")
     for role, choice in named:
         console.print(f"{role}: {choice['why']}", soft_wrap=True)
+    if answer.get("steps"):
+        _steps(answer, console)
     for note in answer["notes"]:
         console.print(f"note: {note}", soft_wrap=True)
     for other in answer.get("elsewhere", ()):
@@ -146,6 +149,19 @@ def recommendation(answer: Mapping[str, Any]) -> None:
     if choices and answer["precision"] == "float32" and not re.search(r",|\.\.", answer["alpha"]):
         console.print(f"as code: phongbench shader {choices[0]['name']} --alpha {answer['alpha']}", soft_wrap=True)
     console.print(f"from {answer['run']}" if answer["run"] else "from the laws, without a run")
+
+
+def _steps(answer: Mapping[str, Any], console: Console) -> None:
+    """What each step of a highlight from raw vectors costs, and the recipe that normalises everything."""
+    if usual := answer["usual"]:
+        cost = f"{usual['ratio']:.3g} of exact Phong's time"
+        console.print(f"to compare: {usual['name']}, which normalises everything, takes {cost}", soft_wrap=True)
+    rows = [
+        (s["step"], s["what"], s["ns"], s["share"], f"{s['share_low']:.2g} .. {s['share_high']:.2g}")
+        for s in answer["steps"]
+    ]
+    columns = ("step", "", "ns", "share of exact Phong", "99 % interval")
+    table(f"What each step costs, {answer['working_set']}", columns, rows, right=columns[2:])
 
 
 def claims_table(answer: Mapping[str, Any]) -> None:
@@ -204,7 +220,7 @@ def bench_tables(answer: Mapping[str, Any]) -> None:
 
 def _spread(choice: Mapping[str, Any]) -> str:
     """A time's interval, or the cost that a compiler counted."""
-    if choice["cost_kind"] == "compiled":
+    if choice.get("cost_kind") == "compiled":
         return f"{choice['cost']:.3g} {choice['unit']}"
     return _interval(choice)
 

@@ -70,7 +70,7 @@ def shader(
     error = _largest_error(spec, formula, formula.setting(alpha))
     made_by = _command(formula.spelled(registry), alpha, chosen.name, files)
     bound = None if bound is None else bound + folding(formula.setting(alpha))
-    head = _head(spec, formula, alpha, _error(spec, error, bound), made_by)
+    head = _head(spec, formula, alpha, _error(spec, formula, error, bound), made_by)
     return Shader(chosen.name, f"{head}\n\n{text}\n", error, bound)
 
 
@@ -104,12 +104,14 @@ def _command(spelling: str, alpha: float, language: str, files: Iterable[str]) -
     return shlex.join([*words, "--language", language])
 
 
-def _error(spec: Approximation, sampled: float, bound: float | None) -> str:
+def _error(spec: Approximation, formula: Formula, sampled: float, bound: float | None) -> str:
     """What is promised of the error, or what was sampled."""
     if bound is None:
-        return f"largest error against exact Phong at {ANGLES} angles: {sampled:.3g}; sampled, not promised"
+        plane = " of coplanar vectors" if formula.recipe == "halfway" else ""
+        return f"largest error against exact Phong at {ANGLES} angles{plane}: {sampled:.3g}; sampled, not promised"
     terms = " if powers and arcs err by at most 1e-6" if spec.cost.transcendentals else ""
-    most = f"errs by at most {bound:.3g}, {255 * bound:.2g} of 255, on directions made unit in float32: proven{terms}"
+    where = "on vectors of lengths from 0.001 to 1000" if formula.raw else "on directions made unit in float32"
+    most = f"errs by at most {bound:.3g}, {255 * bound:.2g} of 255, {where}: proven{terms}"
     return f"{most}; {sampled:.3g} was sampled"
 
 
