@@ -16,8 +16,7 @@ from phongbench.analysis.kernel_times import multiplications
 from phongbench.compiler.precisions import precision_named
 from phongbench.errors import InputError
 from phongbench.formulas import error_laws
-from phongbench.formulas.formula import Formula
-from phongbench.results.schema import CELL
+from phongbench.results.schema import CELL, RAW
 
 #: without times, work is counted: operations from vectors to each coordinate (the gate on a.b > 0 included), what a
 #: logarithm or an exponential takes, and what the laws' formulas add
@@ -61,7 +60,7 @@ def cells(budget: Budget, notes: list[str]) -> pd.DataFrame:
         f"{measure.capitalize()}"
     )
     columns = [*CELL, "error", "ratio"]
-    bounded = pd.DataFrame(list(_formulas(budget)), columns=columns)
+    bounded = pd.DataFrame([dict(zip(columns, row, strict=True)) for row in _formulas(budget)], columns=columns)
     unknown = bounded["error"].isna()
     if unknown.any():
         notes.append(f"{int(unknown.sum())} formulas are left out: the laws do not reach so large a length error there")
@@ -70,25 +69,14 @@ def cells(budget: Budget, notes: list[str]) -> pd.DataFrame:
     return bounded.assign(coverage="law", ns=np.nan, samples=np.nan, ratio_low=ratio, ratio_high=ratio)
 
 
-def _formulas(budget: Budget) -> Iterator[dict[str, Any]]:
-    """Columns CELL, error and ratio, the work, of every formula with a law: |error| is largest at an end of a range."""
+def _formulas(budget: Budget) -> Iterator[tuple[Any, ...]]:
+    """(cell.., error, work) of every formula with a law: |error| is largest at an end of a range."""
     alphas = budget.alpha.values
 
-    def row(name: str, form: str, policy: str, gamma: int | None, work: float) -> dict[str, Any]:
+    def row(name: str, form: str, policy: str, gamma: int | None, work: float) -> tuple[Any, ...]:
         error = float(np.max([_error(name, form, gamma, alpha, budget) for alpha in alphas]))  # NaN where any is
-        formula = Formula(name, form, gamma, policy)
-        return {
-            "approximation": formula.approximation,
-            "lambda_form": formula.lambda_form,
-            "space": formula.space,
-            "recipe": formula.recipe,
-            "normalise": formula.normalise,
-            "beta_policy": formula.slope,
-            "gamma": formula.gamma,
-            "precision": budget.precision,
-            "error": error,
-            "ratio": _FORM_WORK[form] + work,
-        }
+        given = RAW.values()  # laws speak of pairs that are given
+        return (name, form, "reflect", policy, gamma, budget.precision, *given, error, _FORM_WORK[form] + work)
 
     for form in ("dot", "difference", "cross"):
         if form == "cross" and alphas[0] < 10:

@@ -76,22 +76,22 @@ def recommend(
     if unknown:
         notes.append(f"{', '.join(unknown)}: only sampled, and the formula is not here, so nothing is promised of it")
     choice = choose(cells, budget.max_error, as_given if run is None else promised(budget, installed(), search=search))
-    if run is not None:
-        vectors = "vectors rounded to it" if precision_named(precision).saturates else DOMAIN
-        notes.append(f"what an answer says holds in {precision} for {vectors}")
+    vectors = "vectors rounded to it" if precision_named(precision).saturates else DOMAIN
+    notes.append(f"what an answer says holds in {precision} for {vectors}")
+    return {**_asked(run, budget), "target": target, "short_of": short_of, **answered(choice, budget), "notes": notes}
+
+
+def _asked(run: Run | None, budget: Budget) -> dict[str, Any]:
+    """Who answers, and to which budget, as plain data."""
     return {
         "basis": "laws" if run is None else "run",
         "run": None if run is None else run.id,
         "alpha": str(budget.alpha),
         "max_error": budget.max_error,
         "length_error": budget.length_error,
-        "precision": precision,
-        "space": space,
-        "working_set": working_set,
-        "target": target,
-        "short_of": short_of,
-        **answered(choice, budget),
-        "notes": notes,
+        "precision": budget.precision,
+        "space": budget.space,
+        "working_set": budget.working_set,
     }
 
 

@@ -102,6 +102,7 @@ def front_table(answer: Mapping[str, Any], *, everything: bool = False) -> None:
     columns = ("formula", answer["metric"], "8-bit codes", *kinds, "state")
     table(title, columns, rows, right=columns[1:6])
     notes = Console(stderr=True, markup=False, highlight=False, soft_wrap=True)
+    notes.print("errors were measured, and are lower bounds: nothing is promised of them; `recommend` proves bounds")
     if compiled:
         notes.print(f"errors: of run {answer['run']}; costs: beyond the dot product on {answer['target']}, compiled")
         for note in answer["notes"]:
