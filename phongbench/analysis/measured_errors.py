@@ -51,7 +51,7 @@ def errors(run: Run, budget: Budget, notes: list[str]) -> pd.DataFrame:
 
     Arguments and errors as for `cells`.
     """
-    accuracy = runs.intact(run).accuracy
+    accuracy = runs.with_raw(runs.intact(run).accuracy)
     return _worst(run, accuracy, _vouching(run, accuracy, budget, notes), budget, notes)
 
 
