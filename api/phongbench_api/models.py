@@ -57,7 +57,7 @@ PrecisionName = Annotated[str, OneOf(PRECISIONS)]
 #: a formula in one word
 Spelling = Annotated[str, Field(max_length=80, examples=["lyon:cross:8", "lyon:dot:8:minimax"])]
 GammaValue = Annotated[int, _Gamma()]
-AlphaValue = Annotated[float, Field(ge=ALPHA.low, le=ALPHA.high, allow_inf_nan=False)]
+AlphaValue = Annotated[float, Field(ge=0, le=ALPHA.high, allow_inf_nan=False)]
 #: 50, or 10,50,200, or 10..200
 Alphas = Annotated[
     str,

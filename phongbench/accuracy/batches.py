@@ -7,7 +7,11 @@ from typing import Any
 from phongbench.compiler.lowering import Precision, precision_named
 from phongbench.compiler.precisions import Array
 from phongbench.formulas.lambda_forms import cutoff_deficit
+from phongbench.formulas.normalising import NORMALISE
+from phongbench.formulas.recipes import PAIR, RECIPES
 from phongbench.formulas.spec import Approximation
+from phongbench.inputs.configurations import configurations
+from phongbench.inputs.length_errors import ANY
 from phongbench.inputs.pairs import HOSTILE_PAIRS, pairs
 from phongbench.inputs.plan import Cell, Plan
 from phongbench.inputs.strata import STRATA, Stratum
@@ -17,8 +21,9 @@ from phongbench.inputs.strata import STRATA, Stratum
 class Batch:
     """Cells that see the same pairs.
 
-    cells  positions in the plan's list of cells
-    scale  what the stratum's deficits are scaled by
+    cells              positions in the plan's list of cells
+    scale              what the stratum's deficits are scaled by
+    recipe, normalise  of the cells' formulas
     """
 
     index: int
@@ -28,11 +33,23 @@ class Batch:
     scale: float
     cells: tuple[int, ...]
     samples: int
+    recipe: str = PAIR
+    normalise: str = "none"
+
+    @property
+    def raw(self) -> bool:
+        """True if its cells remove lengths or make their pair."""
+        return self.recipe != PAIR or self.normalise != "none"
 
     @property
     def truths(self) -> int:
-        """Rows per cell: one truth on unit vectors, both where lengths are wrong."""
-        return 2 if self.stratum.unnormalised else 1
+        """Rows per cell: one truth on unit vectors, both where lengths are wrong and nothing is done about them."""
+        return 2 if self.stratum.unnormalised and not self.raw else 1
+
+    @property
+    def half_space_truth(self) -> bool:
+        """True if the truth is that of twice the pair's angle; of a recipe it is that of (R, V) itself."""
+        return self.space == "half" and self.recipe == PAIR
 
     @property
     def evaluations(self) -> int:
@@ -40,7 +57,12 @@ class Batch:
         return self.samples * len(self.cells)
 
     def pairs(self, seed: int, start: int, count: int) -> tuple[Array, Array]:
-        """Pairs start .. start + count of the batch: a and b, each (3, count) in the precision's carrier."""
+        """Pairs start .. start + count of the batch: a and b, each (3, count) in the precision's carrier.
+
+        Of a recipe N, and V above L as (6, count).
+        """
+        if self.recipe != PAIR:
+            return configurations(self.stratum, self.precision, seed=seed, start=start, count=count, scale=self.scale)
         half = self.space == "half"
         return pairs(
             self.stratum, self.precision, seed=seed, start=start, count=count, scale=self.scale, half_space=half
@@ -55,33 +77,54 @@ def batches(plan: Plan, cells: Sequence[Cell], registry: Mapping[str, Approximat
             if _sees(plan, cell, stratum):
                 scale = _scale(cell, stratum, registry[cell.approximation])
                 if scale is not None:
-                    key = (plan.precisions.index(cell.precision), plan.spaces.index(cell.formula.space), order, scale)
-                    groups.setdefault(key, []).append(position)
+                    f = cell.formula
+                    places = (plan.precisions.index(cell.precision), plan.spaces.index(f.space))
+                    raw = (list(RECIPES).index(f.recipe) + 1 if f.recipe != PAIR else 0, _WAYS.index(f.normalise))
+                    groups.setdefault((*places, *raw, order, scale), []).append(position)
     return [
         Batch(
             index=index,
             precision=precision_named(plan.precisions[key[0]]),
             space=plan.spaces[key[1]],
-            stratum=STRATA[key[2]],
-            scale=key[3],
+            stratum=STRATA[key[4]],
+            scale=key[5],
             cells=tuple(groups[key]),
-            samples=_samples(plan, STRATA[key[2]]),
+            samples=_samples(plan, STRATA[key[4]], raw=any(key[2:4])),
+            recipe=(PAIR, *RECIPES)[key[2]],
+            normalise=_WAYS[key[3]],
         )
         for index, key in enumerate(sorted(groups))
     ]
 
 
-def _samples(plan: Plan, stratum: Stratum) -> int:
-    """Pairs of a stratum: hostile ones are as many as there are, causes get a share."""
-    return HOSTILE_PAIRS if stratum.name == "hostile" else max(1, int(plan.samples * stratum.share))
+_WAYS = tuple(NORMALISE)
+#: the share of a plan's samples that raw formulas get: where lengths are removed, little is left that varies
+RAW_SHARE = 1 / 16
+
+
+def _samples(plan: Plan, stratum: Stratum, raw: bool) -> int:
+    """Pairs of a stratum: hostile ones are as many as there are, causes and raw formulas get a share."""
+    if stratum.name == "hostile":
+        return HOSTILE_PAIRS
+    return max(1, int(plan.samples * (RAW_SHARE if raw else stratum.share)))
 
 
 def _sees(plan: Plan, cell: Cell, stratum: Stratum) -> bool:
     """True if the cell is measured in the stratum.
 
-    Ungated ones only where the gate matters, lengths only in the spaces asked for.
+    Ungated ones only where the gate matters, lengths only in the spaces asked for; what starts from N, L and V only in
+    configurations, and what removes lengths only where there are highlights, wrong lengths or hostile vectors.
     """
-    if stratum.name not in plan.strata or not (cell.gated or stratum.reaches_back):
+    formula = cell.formula
+    if stratum.name not in plan.strata or (formula.recipe != PAIR) != (stratum.name == "configurations"):
+        return False
+    if formula.recipe != PAIR:
+        return True
+    if formula.normalise != "none" and stratum.name not in ("highlight", "lengths", "hostile"):
+        return False
+    if stratum.perturbation == ANY.name and formula.normalise == "none":
+        return False
+    if not (cell.gated or stratum.reaches_back):
         return False
     return stratum.name != "lengths" or cell.formula.space in plan.length_spaces
 

@@ -55,7 +55,7 @@ class Sweep:
         """The compiled kernel of the cell at this position, in its own precision and in float64."""
         if position not in self._kernels:
             cell = self.cells[position]
-            spec, own = self.registry[cell.approximation], precision_named(cell.precision)
+            spec, own = cell.formula.spec(self.registry), precision_named(cell.precision)
             self._kernels[position] = Kernel.of(spec, cell.setting, own), Kernel.of(spec, cell.setting, FLOAT64)
         return self._kernels[position]
 
@@ -95,7 +95,7 @@ def compile_kernels(sweep: Sweep, progress: Callable[[int, int], None] | None = 
     """
     loops: dict[tuple[Any, ...], list[int]] = {}
     for position, cell in enumerate(sweep.cells):
-        spec = sweep.registry[cell.approximation]
+        spec = cell.formula.spec(sweep.registry)
         try:
             key = (cell.approximation, cell.precision, known_values(spec, cell.setting))
             table_row(spec, cell.setting, FLOAT64)

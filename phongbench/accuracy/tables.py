@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from phongbench.accuracy.accumulators import EXCLUDED, METRICS, WORST_FIELDS, ErrorAccumulator
 from phongbench.accuracy.sweep import Measured, Sweep
 from phongbench.formulas.exact import TRUTHS
+from phongbench.formulas.recipes import PAIR
 from phongbench.results.schema import ACCURACY, WORST
 
 #: worst inputs kept per cell: of unit vectors, of wrong lengths, of hostile ones; the last would crowd out the rest
@@ -50,12 +51,14 @@ def accuracy(sweep: Sweep, parts: Sequence[pd.DataFrame]) -> pd.DataFrame:
 def worst(sweep: Sweep, parts: Sequence[pd.DataFrame]) -> pd.DataFrame:
     """The rows of worst.parquet: each cell's largest errors on unit, wrongly long and hostile vectors, in hex floats.
 
-    `rank` counts within a cell and one of these three kinds of input.
+    `rank` counts within a cell and one of these three kinds of input. Configurations of N, L and V are no pairs, so
+    they are not among them.
     """
     numbers = _ordered(parts)
     kinds = np.array([c.stratum.name if c.stratum.name in WORST_KEPT else "unit" for c in sweep.batches], dtype=object)
     numbers["kind"] = kinds[numbers["batch"].to_numpy()]
-    numbers = numbers[numbers["worst0"] > 0].sort_values(
+    made = np.array([batch.recipe != PAIR for batch in sweep.batches], bool)[numbers["batch"].to_numpy()]
+    numbers = numbers[(numbers["worst0"] > 0) & ~made].sort_values(
         ["cell", "kind", "worst0", "batch", "truth"], ascending=[True, False, False, True, True]
     )
     numbers["rank"] = numbers.groupby(["cell", "kind"], sort=False).cumcount() + 1
@@ -96,6 +99,8 @@ def of_cells(sweep: Sweep, positions: NDArray[Any]) -> pd.DataFrame:
         "approximation": looked_up([f.approximation for f in formulas], index),
         "lambda_form": looked_up([f.lambda_form for f in formulas], index),
         "space": looked_up([f.space for f in formulas], index),
+        "recipe": looked_up([f.recipe for f in formulas], index),
+        "normalise": looked_up([f.normalise for f in formulas], index),
         "beta_policy": looked_up([str(f.slope) for f in formulas], index),
         "alpha": np.array([cell.alpha for cell in cells], np.float64)[index],
         "gamma": pd.array([f.gamma for f in formulas], dtype="Int64")[index],

@@ -1,11 +1,10 @@
-"""Error/time front with uncertainty, and the cheapest formula for an error budget.
+"""Error/time front with uncertainty.
 
 A *cell* here is one formula at one precision. Its error comes from accuracy rows at the requested alpha, its time from
 timing rows; time depends neither on alpha nor on the beta policy, so the join leaves both out. Ratios are over the time
 of exact Phong in the same run, with a 99 % interval.
 """
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -17,26 +16,10 @@ from phongbench.analysis.kernel_times import WHOLE_POWER, timed, timed_precision
 from phongbench.errors import UnknownNameError
 from phongbench.formulas.formula import Formula
 from phongbench.results.provenance import fingerprint_machine
-from phongbench.results.runs import Run, intact, strongest
+from phongbench.results.runs import Run, as_given, intact, strongest
 from phongbench.results.schema import CELL, ERROR_METRICS, INPUT, KERNEL
 
 COLUMNS = [*CELL, "error", "ns", "ratio", "ratio_low", "ratio_high", "state"]
-
-
-@dataclass(frozen=True)
-class Choice:
-    """Answer to an error budget.
-
-    best          row of `front` or None   cheapest cell whose error is within the budget
-    runner_up     row of `front` or None   the next cheapest one
-    resolved      bool                     the intervals of best and runner_up do not overlap
-    nearest_miss  row of `front` or None   cell with the smallest error beyond the budget, of those faster than `best`
-    """
-
-    best: pd.Series | None
-    runner_up: pd.Series | None
-    resolved: bool
-    nearest_miss: pd.Series | None
 
 
 def errors_at(
@@ -63,7 +46,7 @@ def errors_at(
         known = sorted(accuracy[column].astype(str).unique())
         if wanted not in known:
             raise UnknownNameError(column, wanted, known)
-    exponents = Exponents.of(alpha)
+    exponents, accuracy = Exponents.of(alpha), as_given(accuracy)
     alphas = exponents.measured(accuracy["alpha"].unique())
     unit = (accuracy["perturbation"] == "none") & (accuracy["length_error"] == 0.0) & accuracy["gated"].astype(bool)
     meant = (accuracy["stratum"] == stratum) & (accuracy["precision"] == precision) & (accuracy["truth"] == "angle")
@@ -194,21 +177,3 @@ def records(cells: pd.DataFrame) -> list[dict[str, Any]]:
 def of_this_machine(run: Run) -> bool:
     """False if the run was timed on another kind of machine: its nanoseconds mean nothing here, only its ratios."""
     return run.manifest["provenance"].get("machine_fingerprint") in (None, fingerprint_machine())
-
-
-def choose(cells: pd.DataFrame, max_error: float, by: str = "error") -> Choice:
-    """The cheapest cell of a front whose error is within `max_error`, the next one, and the nearest miss.
-
-    by  the column that is compared with `max_error`
-    Variants of one kernel (beta policies) take the same time; only the most accurate of them stands for it.
-    """
-    ordered = cells.sort_values(["ratio", by, *CELL], kind="stable")
-    one_each = ordered.drop_duplicates(KERNEL)
-    fits = one_each[one_each[by] <= max_error]
-    misses = ordered[ordered[by] > max_error].sort_values(by, kind="stable")
-    best = fits.iloc[0] if len(fits) else None
-    if best is not None:
-        misses = misses[misses["ratio"] < best["ratio"]]
-    second = fits.iloc[1] if len(fits) > 1 else None
-    resolved = best is not None and second is not None and bool(best["ratio_high"] < second["ratio_low"])
-    return Choice(best, second, resolved, misses.iloc[0] if len(misses) else None)

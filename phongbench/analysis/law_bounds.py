@@ -65,8 +65,8 @@ def cells(budget: Budget, notes: list[str]) -> pd.DataFrame:
     if unknown.any():
         notes.append(f"{int(unknown.sum())} formulas are left out: the laws do not reach so large a length error there")
     bounded = bounded[~unknown].astype({"gamma": "Int64"})
-    ratio, error = bounded["ratio"], bounded["error"]
-    return bounded.assign(coverage="law", ns=np.nan, samples=np.nan, ratio_low=ratio, ratio_high=ratio, bound=error)
+    ratio = bounded["ratio"]
+    return bounded.assign(coverage="law", ns=np.nan, samples=np.nan, ratio_low=ratio, ratio_high=ratio)
 
 
 def _formulas(budget: Budget) -> Iterator[tuple[Any, ...]]:

@@ -1,8 +1,8 @@
 """What a stored run says about an error budget: each formula's largest error where it must hold, and its time.
 
 Errors are taken on unit vectors (strata highlight, uniform and peak, and what a search has found) and, where wrong
-lengths are allowed, on every kind of them up to that size, against Phong of the true angle. Of samples the largest
-error is only a lower bound: the bound that a budget is compared with adds the rounding that they may have missed.
+lengths are allowed, on every kind of them up to that size, against Phong of the true angle. They are lower bounds of
+what may happen: what a budget is compared with is in `promises`.
 """
 
 import math
@@ -15,23 +15,22 @@ import pandas as pd
 from phongbench.analysis import front, kernel_times
 from phongbench.analysis.error_budget import Budget
 from phongbench.analysis.exponents import Exponents
-from phongbench.analysis.law_bounds import rounding_bound
 from phongbench.errors import InputError
 from phongbench.formulas.formula import Formula
 from phongbench.formulas.registry import REGISTRY
 from phongbench.results import runs
-from phongbench.results.runs import Run
+from phongbench.results.runs import Run, as_given
 from phongbench.results.schema import CELL, INPUT, TWIN
 
 #: strata of unit vectors that a budget must hold on; the last is the search's, which looks at nearly unit ones
-STRATA = ("highlight", "uniform", "peak", "vectors")
+STRATA = ("highlight", "uniform", "peak", "normalised", "vectors")
 #: perturbations that leave vectors of any wrong lengths; a cause leaves lengths of one kind only
 _ANY_LENGTHS = ("a", "both", "opposite")
 _FORMULA = [name for name in CELL if name != "precision"]
 
 
 def cells(run: Run, budget: Budget, notes: list[str]) -> pd.DataFrame:
-    """The formulas that apply: columns as of `front.joined`, then samples, coverage, bound and certified.
+    """The formulas that apply: columns as of `front.joined`, then samples, coverage and certified.
 
     notes   receives what to bear in mind
     Raises InputError for what the run did not measure, naming the command that does.
@@ -73,7 +72,9 @@ def _worst(
 ) -> pd.DataFrame:
     """Each formula's largest error over these exponents and all inputs of the budget; formulas that apply only."""
     mine = (accuracy["precision"] == budget.precision) & (accuracy["space"] == budget.space)
-    rows = accuracy[mine & accuracy["alpha"].isin(alphas) & accuracy["gated"] & (accuracy["truth"] == "angle")]
+    rows = as_given(
+        accuracy[mine & accuracy["alpha"].isin(alphas) & accuracy["gated"] & (accuracy["truth"] == "angle")]
+    )
     if rows.empty:
         raise _without_cells(run, budget)
     rows = _on_inputs(run, rows, budget, notes)
@@ -82,15 +83,7 @@ def _worst(
     columns = [*CELL, *INPUT, "max_abs", "samples", "coverage"]
     worst = front.worst_of(rows[columns].rename(columns={"max_abs": "error"}))
     worst = worst[[_applies(row, budget.alpha) for row in front.records(worst)]]
-    worst = worst.assign(bound=[_bound(row, alphas[-1], budget) for row in front.records(worst)])
     return worst.merge(_certified(accuracy, alphas), on=_FORMULA, how="left")
-
-
-def _bound(row: Mapping[str, Any], alpha: float, budget: Budget) -> float:
-    """A largest error; of samples with the rounding that they may have missed, up to this exponent."""
-    if row["coverage"] != "sampled":
-        return float(row["error"])
-    return float(row["error"]) + rounding_bound(row["gamma"], alpha, budget.precision, budget.space)
 
 
 def _without_cells(run: Run, budget: Budget) -> InputError:

@@ -1,21 +1,25 @@
 """Which formula to ship for an error budget: the cheapest one whose largest error is within it, and why.
 
-A stored run answers by measurement; without one the closed-form laws answer, which know errors but no times. An answer
-says what its error rests on: samples, a search, every input, or a law, and the proven bound of the formula's own error
-where there is one.
+A stored run tells which formulas there are and what they cost; without one the closed-form laws answer, which know
+errors but no times. What is compared with the budget is a promise (`promises`): proven, or searched and widened. What
+was measured is told beside it, and decides nothing.
 """
 
+import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import pandas as pd
 
-from phongbench.analysis import front, law_bounds, measured_errors
+from phongbench.analysis import law_bounds, measured_errors
+from phongbench.analysis.choice import Row, as_given, choose, promised
 from phongbench.analysis.error_budget import Budget
 from phongbench.analysis.exponents import Exponents
+from phongbench.analysis.promises import DOMAIN, exponents_of
+from phongbench.compiler.precisions import precision_named
 from phongbench.formulas.formula import Formula
-from phongbench.formulas.registry import REGISTRY
+from phongbench.formulas.user_files import installed
 from phongbench.results import runs
 from phongbench.results.runs import DEFAULT_ROOT, Run
 
@@ -29,6 +33,7 @@ def recommend(
     precision: str = "float32",
     space: str = "reflect",
     working_set: str = "l1",
+    search: bool = True,
 ) -> dict[str, Any]:
     """The cheapest formula within an error budget, the next cheapest, and the nearest miss, as plain data.
 
@@ -40,23 +45,30 @@ def recommend(
     precision            a name that `precision_named` knows
     space                reflect (R, V), or half (N, H), whose errors hold for coplanar vectors only
     working_set          whose times count: l1, l2 or memory
+    search               False: what cannot be proven is not searched either, which takes seconds; nothing is promised
     returns              basis ("run" or "laws"), run, the budget, `choices` (best, then next; empty where nothing is
-                         within it), `nearest_miss`, `notes` in words. In each choice `max_abs` is the largest known
-                         error, and `bound` what is compared with the budget
+                         within it), `nearest_miss`, `notes` in words. In each choice `max_abs` is the largest error
+                         that was measured, or a law's; `bound` is what is compared with the budget, None where nothing
+                         is promised, and `coverage` what it rests on
     Raises InputError for numbers out of range and for what the run did not measure, naming the command that does;
     UnknownNameError for an unknown precision or space; CorruptRunError for a run whose bytes have changed.
     """
     budget = Budget.of(alpha, max_error, length_error, precision, space, working_set)
     notes: list[str] = []
     cells = law_bounds.cells(budget, notes) if run is None else measured_errors.cells(run, budget, notes)
-    choice = front.choose(cells, budget.max_error, by="bound")
+    unknown = sorted(set(cells["approximation"]) - set(installed()))
+    if unknown:
+        notes.append(f"{', '.join(unknown)}: only sampled, and the formula is not here, so nothing is promised of it")
+    choice = choose(cells, budget.max_error, as_given if run is None else promised(budget, installed(), search=search))
     choices = [_plain(row, budget) for row in (choice.best, choice.runner_up) if row is not None]
     miss = None if choice.nearest_miss is None else _plain(choice.nearest_miss, budget)
+    if run is not None:
+        vectors = "vectors rounded to it" if precision_named(precision).saturates else DOMAIN
+        notes.append(f"what an answer says holds in {precision} for {vectors}")
     for chosen, other in zip(choices, [*choices[1:], None], strict=False):
         chosen["why"] = _why(chosen, other, budget, choice.resolved)
     if miss is not None:
-        beyond = f"beyond {budget.max_error:.4g} by a factor of {miss['bound'] / budget.max_error:.3g}"
-        miss["why"] = f"{beyond}: {_basis(miss, budget)}; {_cost(miss)}"
+        miss["why"] = f"{_beyond(miss, budget)}: {_basis(miss, budget)}; {_cost(miss)}"
     return {
         "basis": "laws" if run is None else "run",
         "run": None if run is None else run.id,
@@ -83,11 +95,10 @@ def run_for(name: str | None, root: Path = DEFAULT_ROOT) -> Run | None:
     return next((run for run in whole if run.manifest["files"].get("timing.parquet", {}).get("rows", 0)), None)
 
 
-def _plain(row: pd.Series, budget: Budget) -> dict[str, Any]:
+def _plain(cell: Row, budget: Budget) -> dict[str, Any]:
     """A row of cells as plain data."""
-    cell = {str(name): value for name, value in row.items()}
     formula, by_law = Formula.of_row(cell), cell["coverage"] == "law"
-    spec = REGISTRY.get(formula.approximation)
+    spec = installed().get(formula.approximation)
     single = spec is not None and len(budget.alpha.values) == 1
     beta = spec.coefficients(formula.setting(budget.alpha.values[0])).get("beta") if single and spec else None
     times = {name: None if by_law else _number(cell[name]) for name in ("ns", "ratio", "ratio_low", "ratio_high")}
@@ -103,8 +114,9 @@ def _plain(row: pd.Series, budget: Budget) -> dict[str, Any]:
         "formula": spec.formula if spec else None,
         "max_abs": float(cell["error"]),
         "codes_8bit": 255 * float(cell["error"]),
-        "bound": float(cell["bound"]),
+        "bound": float(cell["bound"]) if math.isfinite(cell["bound"]) else None,
         "coverage": str(cell["coverage"]),
+        "error_coverage": str(cell["error_coverage"]),
         "samples": None if by_law else int(cell["samples"]),
         **times,
         "certified": _number(cell.get("certified")),
@@ -116,21 +128,44 @@ def _number(value: Any) -> float | None:
     return None if value is None or pd.isna(value) else float(value)
 
 
+def _beyond(miss: Mapping[str, Any], budget: Budget) -> str:
+    if miss["bound"] is None:
+        return f"not known to be within {budget.max_error:.4g}"
+    return f"beyond {budget.max_error:.4g} by a factor of {miss['bound'] / budget.max_error:.3g}"
+
+
 def _basis(choice: Mapping[str, Any], budget: Budget) -> str:
-    """Its error and what the number rests on."""
+    """What is promised, where, what that rests on, and what was measured."""
     lengths = f" and lengths up to {budget.length_error:.3g} wrong" if budget.length_error else ""
-    error = f"{choice['max_abs']:.3g} ({choice['codes_8bit']:.2g} 8-bit codes)"
-    head = f"largest error {error} at alpha {budget.alpha}{lengths}"
+    where = f"at alpha {budget.alpha}{lengths}"
     if choice["coverage"] == "law":
-        return f"{head}, by law"
+        return f"largest error {_size(choice['max_abs'])} {where}, by law"
     certified = choice["certified"]
-    proven = "" if certified is None else f"; the formula alone errs by at most {certified:.3g}, proven"
-    if choice["coverage"] == "sampled":
-        missed = f"at most {choice['bound']:.3g} with the rounding that they may have missed"
-        return f"{head}, the largest of {choice['samples']:,} samples a stratum: a lower bound; {missed}{proven}"
-    if choice["coverage"] == "searched":
-        return f"{head}, the worst that a search found: a lower bound of the true maximum{proven}"
-    return f"{head}, {choice['coverage']}{proven}"
+    alone = "" if certified is None else f"; the formula alone errs by at most {certified:.3g}, proven"
+    return f"{_promise(choice, where, budget)}; {_measured(choice)}{alone}"
+
+
+def _promise(choice: Mapping[str, Any], where: str, budget: Budget) -> str:
+    if choice["bound"] is None:
+        return f"nothing is promised {where}"
+    most = f"errs by at most {_size(choice['bound'])} {where}"
+    if choice["coverage"] == "certified":
+        return f"{most}, proven"
+    if budget.alpha.continuous:
+        return f"{most}, proven at {len(exponents_of(budget))} exponents of the range, with room for those between"
+    return f"{most}: the worst that a search found, with the rounding that it may have missed"
+
+
+def _measured(choice: Mapping[str, Any]) -> str:
+    """The largest error that was measured, which is a lower bound."""
+    error, how = f"{choice['max_abs']:.3g}", choice["error_coverage"]
+    if how == "sampled":
+        return f"{error} was the largest of {choice['samples']:,} samples a stratum"
+    return f"{error} was the worst that a search found" if how == "searched" else f"{error} was measured ({how})"
+
+
+def _size(error: float) -> str:
+    return f"{error:.3g} ({255 * error:.2g} 8-bit codes)"
 
 
 def _cost(choice: Mapping[str, Any]) -> str:

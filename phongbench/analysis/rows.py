@@ -9,9 +9,13 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from phongbench.analysis.choice import Choice, choose, promised
+from phongbench.analysis.error_budget import Budget
 from phongbench.analysis.front import front
 from phongbench.analysis.mesh_edges import lyon
 from phongbench.compiler.precisions import in_order
+from phongbench.formulas.user_files import installed
+from phongbench.results.runs import as_given
 from phongbench.results.schema import CASE, EXACT, TABLES, TWIN
 
 #: lambda forms in the order in which they are shown
@@ -45,9 +49,17 @@ class Rows:
     skips = _table("skips")
     scene_times = _table("scene_times")
     far = _table("far")
+    incidence = _table("incidence")
+    incidence_times = _table("incidence_times")
+    moments = _table("moments")
+    cuts = _table("cuts")
 
     def stored(self, name: str) -> pd.DataFrame:
-        """A table as the run has it, in the order of its file."""
+        """A table in the order of its file, without the rows of formulas that remove lengths or make their pair."""
+        return as_given(self.raw(name))
+
+    def raw(self, name: str) -> pd.DataFrame:
+        """A table as the run has it."""
         rows: pd.DataFrame | None = getattr(self.run, name, None)
         return TABLES[name].frame() if rows is None else rows
 
@@ -139,6 +151,17 @@ class Rows:
         return (mine if len(mine) else at(rows, precision="float32")).reset_index(drop=True)
 
     @cached_property
+    def incidence_precision(self) -> str:
+        """The precision that reflectances are judged at: that of the others, or float32 where it was not measured."""
+        return self.precision if (self.incidence["precision"] == self.precision).any() else "float32"
+
+    @cached_property
+    def judged_incidence(self) -> pd.DataFrame:
+        """Errors of reflectances at the judged precision, glass first: of the two, it varies most."""
+        rows = at(self.incidence, precision=self.incidence_precision)
+        return rows.sort_values("material", ascending=False, kind="stable").reset_index(drop=True)
+
+    @cached_property
     def judged_times(self) -> pd.DataFrame:
         """Times at the judged precision on one thread, all pairs lit, of rows with enough rounds for an interval."""
         rows = at(self.timing, precision=self.precision, threads=1)
@@ -163,6 +186,18 @@ class Rows:
             rows = at(self.highlight, space="reflect")
             self._fronts[key] = front(rows, self.timing, alpha=alpha, precision=precision, working_set=self.working_set)
         return self._fronts[key]
+
+    def choice(self, alpha: float, precision: str, max_error: float) -> Choice:
+        """The cheapest formula of that front for an error budget, by the promise that `recommend` decides by."""
+        key = (alpha, precision, max_error)
+        if key not in self._choices:
+            judge = promised(Budget.of(alpha, max_error, precision=precision), installed())
+            self._choices[key] = choose(self.front(alpha, precision), max_error, judge)
+        return self._choices[key]
+
+    @cached_property
+    def _choices(self) -> dict[tuple[float, str, float], Choice]:
+        return {}
 
     @cached_property
     def _fronts(self) -> dict[tuple[float, str], pd.DataFrame]:

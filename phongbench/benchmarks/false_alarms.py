@@ -68,7 +68,7 @@ def count(
     check(1.0, working_sets, (1,))
     with machine_lock():
         kernels = [k for k in timed_kernels.companions(precision) if k.name not in _SLOW]
-        Block.prepare(precision, kernels[0])
+        Block.prepare(precision, kernels)
         results = []
         for name in working_sets:
             started = time.perf_counter()

@@ -48,6 +48,7 @@ def plan_of_bench(samples: int = 1 << 17) -> Plan:
         strata=("uniform", "highlight", "peak", "grazing"),
         samples=samples,
         timing=False,
+        raw=(),
     ).validated()
 
 
@@ -108,7 +109,7 @@ def _key(cell: Cell, batch: Batch, truth: str) -> dict[str, Any]:
     f, s = cell.formula, batch.stratum
     of_cell = (f.approximation, f.lambda_form, f.space, f.slope, cell.alpha, f.gamma, cell.precision, cell.gated)
     of_batch = (s.name, s.perturbation, s.length_error, truth, "sampled")
-    return dict(zip(ACCURACY.key, (*of_cell, *of_batch), strict=True))
+    return dict(zip(ACCURACY.key, (*of_cell, f.recipe, f.normalise, *of_batch), strict=True))
 
 
 def throughput(samples: int = 1 << 17, repeats: int = 3) -> dict[str, float]:

@@ -13,8 +13,8 @@ from phongbench.compiler.precisions import Array
 from phongbench.errors import InputError
 from phongbench.scenes.scene import Camera, Mesh, Plane, Scene, Sphere
 
-#: how far from its surface a ray starts, as a share of the coordinates' size
-_LIFT = 4e-5
+#: how far from its surface a ray starts, and how far before its light it ends, in roundings of what it is computed from
+_LIFT = 256
 
 
 def trace(
@@ -80,14 +80,15 @@ class _Tracer:
             return colours
         points = origins[hit] + t[hit, None] * directions[hit]
         normals, worn = self.surface(points, directions[hit], which[hit])
+        starts = self.lifted(points, normals, t[hit] + self.sizes()[which[hit]])
         k = np.array([m.reflectivity for m in self.scene.materials], self.dtype)[worn][:, None]
-        direct = (1 - k) * self.lit(points, normals, -directions[hit], worn)
+        direct = (1 - k) * self.lit(points, starts, normals, -directions[hit], worn)
         mirror = k[:, 0] > 0
         if depth > 0 and mirror.any():
             along = directions[hit][mirror]
             across = normals[mirror]
             reflected = along - 2 * (along * across).sum(axis=1, keepdims=True) * across
-            direct[mirror] += k[mirror] * self.follow(self.lifted(points, normals)[mirror], reflected, depth - 1)
+            direct[mirror] += k[mirror] * self.follow(starts[mirror], reflected, depth - 1)
         colours[hit] = direct
         return colours
 
@@ -123,7 +124,9 @@ class _Tracer:
             mine = which == index
             if isinstance(thing, Sphere):
                 worn[mine] = thing.material
-                normals[mine] = (points[mine] - np.array(thing.centre, self.dtype)) / self.dtype(thing.radius)
+                outward = (points[mine] - np.array(thing.centre, self.dtype)) / self.dtype(thing.radius)
+                behind = (outward * directions[mine]).sum(axis=1, keepdims=True) > 0
+                normals[mine] = np.where(behind, -outward, outward)
             elif isinstance(thing, Plane):
                 worn[mine] = thing.material
                 normal = np.array(thing.normal, self.dtype)
@@ -132,7 +135,7 @@ class _Tracer:
                     worn[mine] = np.where(_odd(thing, points[mine]), thing.pattern.odd, thing.pattern.even)
         return normals, worn
 
-    def lit(self, points: Array, normals: Array, views: Array, worn: Array) -> Array:
+    def lit(self, points: Array, starts: Array, normals: Array, views: Array, worn: Array) -> Array:
         """Direct light: I = ka ia + sum of att [ka ia + kd (L.N) id + ks F (R.V)^alpha is]."""
         made = [m.reflection for m in self.scene.materials]
         ambient, diffuse, specular = (
@@ -146,7 +149,7 @@ class _Tracer:
             facing = (normals * towards).sum(axis=1)
             seen = facing > 0
             if self.shadows:
-                seen &= ~self.hidden(points, normals, towards, distance)
+                seen &= ~self.hidden(starts, towards, distance)
             mirrored = 2 * facing[:, None] * normals - towards
             cosine = np.maximum((mirrored * views).sum(axis=1), 0)
             with np.errstate(under="ignore"):
@@ -178,17 +181,27 @@ class _Tracer:
         constant, linear, quadratic = light.attenuation
         return away / distance[:, None], 1 / (constant + linear * distance + quadratic * distance**2), distance
 
-    def hidden(self, points: Array, normals: Array, towards: Array, distance: Array) -> Array:
-        """Where something stands between a point and the light."""
-        origins = self.lifted(points, normals)
-        hidden = np.zeros(len(points), bool)
+    def hidden(self, starts: Array, towards: Array, distance: Array) -> Array:
+        """Where something stands between a start and the light; a lamp on a surface is not hidden by it."""
+        hidden = np.zeros(len(starts), bool)
         for thing in self.scene.objects:
-            hidden |= self.distance(thing, origins, towards) < distance
+            hidden |= self.distance(thing, starts, towards) < distance * (1 - self.rounding)
         return hidden
 
-    def lifted(self, points: Array, normals: Array) -> Array:
-        """A little above the surface."""
-        return np.asarray(points + self.dtype(_LIFT) * (np.abs(points).sum(axis=1, keepdims=True) + 1) * normals)
+    def lifted(self, points: Array, normals: Array, sizes: Array) -> Array:
+        """A little above the surface: sizes are of what the points were computed from, besides themselves."""
+        return np.asarray(points + self.rounding * (np.abs(points).sum(axis=1) + sizes)[:, None] * normals)
+
+    def sizes(self) -> Array:
+        """How large each object's own numbers are."""
+        solids = [thing for thing in self.scene.objects if not isinstance(thing, Mesh)]
+        rows = [(*t.centre, t.radius) if isinstance(t, Sphere) else t.point for t in solids]
+        return np.array([np.abs(row).sum() for row in rows], self.dtype)
+
+    @property
+    def rounding(self) -> Any:
+        """A share that no sum or product here is wrong by."""
+        return self.dtype(_LIFT * np.finfo(self.dtype).eps)
 
 
 def _odd(plane: Plane, points: Array) -> Array:

@@ -162,6 +162,7 @@ def run(
     """
     from phongbench.cli.terminal import TerminalProgress
     from phongbench.formulas.user_files import registry_with
+    from phongbench.inputs.plan import preset, with_own
     from phongbench.inputs.plan_files import compose
     from phongbench.study.forecast import forecast
     from phongbench.study.run import run_study
@@ -169,7 +170,7 @@ def run(
     registry = registry_with(files)
     options["meshes"] = options["meshes"] or None
     if options["approximations"] is None and plan is None:  # plug-ins and the user's own among them
-        options["approximations"] = tuple(registry)
+        options["approximations"] = with_own(preset(preset_name or "quick"), registry)
     options |= {"timing": False if no_timing else None, "note": lambda text: notes([text], quiet=as_json)}
     wanted = compose(plan, preset_name, materials, **options).validated(registry)
     if dry_run:

@@ -34,7 +34,7 @@ def show_run(run_name: str, as_json: bool) -> None:
     from phongbench.results import runs as results
 
     document = summary.summarise(results.find(run_name, ROOT))
-    title = f"Least error per exponent, {document['precision']} highlight"
+    title = f"Least sampled error per exponent, {document['precision']} highlight; not promised"
     show(document, as_json, lambda: facts(document["facts"]), lambda: table(title, *grid(document["best"])))
 
 

@@ -42,6 +42,7 @@ def shader(
       phongbench shader --alpha 50 --max-error 1/255 --language hlsl
       phongbench shader table-u:cross --alpha 20 --out highlight.c
     """
+    from phongbench.analysis.promises import bound_at
     from phongbench.formulas.formula import Formula
     from phongbench.formulas.shader_code import export
     from phongbench.formulas.user_files import registry_with
@@ -57,7 +58,9 @@ def shader(
     parts = named.approximation, named.lambda_form, named.gamma
     wanted = Formula.of(*parts, beta or named.slope, space or named.space, registry=registry)
     language = language or (out.suffix.lstrip(".") if out is not None else "") or "glsl"
-    code = export.shader(wanted, alpha, language, files=[file.name for file in files], registry=registry)
+    wanted.check(alpha, registry)
+    names, bound = [file.name for file in files], bound_at(wanted, alpha, registry)
+    code = export.shader(wanted, alpha, language, files=names, registry=registry, bound=bound)
     if out is not None:
         write_whole(out, lambda path: write_text(path, code.text))
     answer = {**code.as_dict(), "formula": wanted.approximation, "name": wanted.spelled(registry)}

@@ -113,11 +113,11 @@ def recommendation(answer: Mapping[str, Any]) -> None:
     miss, choices = answer["nearest_miss"], answer["choices"]
     named = [*zip(("best", "next"), choices, strict=False), *([("nearest miss", miss)] if miss else [])]
     rows = [
-        (role, c["name"], c["beta"], c["max_abs"], c["codes_8bit"], c["coverage"], c["ratio"], _interval(c))
+        (role, c["name"], c["beta"], c["bound"], _codes(c["bound"]), c["coverage"], c["ratio"], _interval(c))
         for role, c in named
     ]
     title = f"Largest error at most {answer['max_error']:.4g} at alpha {answer['alpha']}, {answer['precision']}"
-    columns = ("", "formula", "beta", "error", "8-bit codes", "coverage", "time / exact Phong", "99 % interval")
+    columns = ("", "formula", "beta", "at most", "8-bit codes", "coverage", "time / exact Phong", "99 % interval")
     table(title, columns, rows, right=columns[2:5] + columns[6:])
     console = Console(markup=False, highlight=False)
     if not choices:
@@ -184,6 +184,10 @@ def bench_tables(answer: Mapping[str, Any]) -> None:
         f"{sweep['ratio']:.0f} times plain NumPy over the same cells",
         soft_wrap=True,
     )
+
+
+def _codes(bound: float | None) -> float | None:
+    return None if bound is None else 255 * bound
 
 
 def _interval(row: Mapping[str, Any]) -> str:

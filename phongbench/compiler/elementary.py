@@ -174,7 +174,7 @@ def _root(x: Any) -> Any:
 
 def _library(x: Any) -> Any:
     """Where the standard functions of x are: NumPy for floats, else the number's own mpmath context."""
-    return np if isinstance(x, float | np.floating) else x.context
+    return np if isinstance(x, float | np.floating | np.ndarray) else x.context
 
 
 LOG2_E = float(1 / np.log(2))

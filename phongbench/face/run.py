@@ -15,7 +15,8 @@ from phongbench.analysis.summary import summarise
 from phongbench.errors import InputError, UnknownNameError
 from phongbench.formulas.spec import Approximation
 from phongbench.formulas.user_files import extended, installed
-from phongbench.inputs.plan import PRESETS, Plan
+from phongbench.inputs.plan import PRESETS, Plan, with_own
+from phongbench.inputs.plan import preset as plan_of
 from phongbench.inputs.plan_files import compose
 from phongbench.results import runs
 from phongbench.results.runs import DEFAULT_ROOT
@@ -97,7 +98,7 @@ def run(
     """
     registry = extended(own, installed())
     values = {name: _field(name, value) for name, value in plan.items()}
-    values.setdefault("approximations", tuple(registry))
+    values.setdefault("approximations", with_own(plan_of(preset), registry))
     wanted = compose(None, preset, **values).validated(registry)
     done = run_study(
         wanted, None if out is None else Path(out), registry=registry, jobs=jobs, resume=resume, fresh=fresh

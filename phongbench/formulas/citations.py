@@ -60,6 +60,24 @@ SCHRAUDOLPH_1999 = Source(
     1999,
 )
 KARIS_2013 = Source("KARIS_2013", "B. Karis, PhongApprox in Unreal Engine's shading code (spherical Gaussian)", 2013)
+DOOM_3 = Source(
+    "DOOM_3",
+    "id Software, Doom 3: the specular ramp of R_SpecularTableImage in its released source code",
+    2004,
+    "formula read in the source code released in 2011, which has the power 16 beside it, switched off",
+)
+LYGIA = Source(
+    "LYGIA",
+    "P. Gonzalez Vivo, LYGIA shader library: powFast(a, b) = a / ((1 - b) a + b)",
+    2021,
+    "formula read in the library's source code",
+)
+FONSECA_2008 = Source(
+    "FONSECA_2008",
+    "J. Fonseca, Fast SSE2 pow: tables or polynomials? (personal web log)",
+    2008,
+    "polynomial quoted from memory, its error computed here",
+)
 MESA_TABLE = Source("MESA_TABLE", "Mesa 3D, the specular exponent table of its fixed-function lighting", 1995)
 OPENGL_MATERIALS = Source(
     "OPENGL_MATERIALS", "M. Kilgard, the material table of the OpenGL teapots demo (teapots.c), Silicon Graphics", 1994

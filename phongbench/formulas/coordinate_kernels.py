@@ -14,9 +14,12 @@ from phongbench.compiler import intrinsics, jit
 from phongbench.compiler.lowering import Body, Precision, lower
 from phongbench.compiler.precisions import Array
 from phongbench.formulas import lambda_forms
+from phongbench.formulas.normalising import NORMALISE, pair_bodies
+from phongbench.formulas.recipes import PAIR, pair_of
 from phongbench.formulas.spec import Approximation
 
-#: rows of a coordinate block: the lambda forms, the cosine, and a row of ones that serves as the gate of ungated cells
+#: rows of a coordinate block: the lambda forms, the cosine, and a row of ones that serves as the gate of ungated cells;
+#: of raw vectors it holds what the gate asks
 FORM_ROW = {form: row for row, form in enumerate(lambda_forms.LAMBDA_FORMS)}
 COSINE_ROW = len(FORM_ROW)
 OPEN_ROW = COSINE_ROW + 1
@@ -65,13 +68,14 @@ def values_kernel(spec: ScalarFormula, precision: Precision, known: tuple[tuple[
     return _values_kernel(spec.kernel, _wiring(spec), precision, known)
 
 
-def coordinates(precision: Precision, a: Array, b: Array) -> Array:
+def coordinates(precision: Precision, a: Array, b: Array, *, normalise: str = "none", recipe: str = PAIR) -> Array:
     """The COORDINATE_ROWS rows of pairs: every lambda form, the cosine, and ones; computed in this precision.
 
-    a, b  (3, n) in the precision's carrier
+    a, b       (3, n) in the precision's carrier; of a recipe N, and V above L as (6, n)
+    normalise  how lengths are removed, in the forms that take it
     """
     out = np.empty((COORDINATE_ROWS, a.shape[1]), precision.carrier)
-    fill_coordinates(jit.address(coordinates_kernel(precision)), a, b, out)
+    fill_coordinates(jit.address(coordinates_kernel(precision, normalise, recipe)), a, b, out)
     return out
 
 
@@ -120,21 +124,47 @@ def _values_kernel(
 
 
 def bound_parts(
-    spec: Approximation, form: str, precision: Precision, known: tuple[tuple[str, int], ...]
-) -> tuple[Body, Body]:
-    """For loops of other shapes: the kernel as a function of (coordinate, c0, c1, c2, c3, table), and the coordinate as
-    one of the six components, both compiled into whatever calls them; the same two for all formulas of a kernel.
+    spec: Approximation, form: str, precision: Precision, known: tuple[tuple[str, int], ...], normalise: str = "none"
+) -> tuple[Body, Body, Body]:
+    """For loops of other shapes: the kernel as a function of (coordinate, c0, c1, c2, c3, table), and coordinate and
+    gate as functions of the six components, all compiled into whatever calls them; the same for all formulas of a
+    kernel.
     """
-    body = lambda_forms.dot if form == "none" else lambda_forms.LAMBDA_FORMS[form]
-    return _bound(spec.kernel, _wiring(spec), precision, known), lower(body, precision)
+    return _bound(spec.kernel, _wiring(spec), precision, known), *pair_bodies(form, normalise, precision)
 
 
 @cache
-def coordinates_kernel(precision: Precision) -> Any:
-    """A compiled loop filling a block of COORDINATE_ROWS rows from a and b of shape (3, n)."""
-    forms = [lower(body, precision) for body in lambda_forms.LAMBDA_FORMS.values()]
-    dot, difference, cross, tangent = forms
-    cosine, one = lower(lambda_forms.dot, precision), precision.constant(1.0)
+def coordinates_kernel(precision: Precision, normalise: str = "none", recipe: str = PAIR) -> Any:
+    """A compiled loop filling a block of COORDINATE_ROWS rows from a and b of shape (3, n), b of (6, n) for a recipe.
+
+    The forms that the way to normalise does not take are of the vectors as they are. Where lengths are removed or a
+    pair is made, the last row holds what the gate asks instead of ones.
+    """
+    return _coordinates_kernel(precision, normalise) if recipe == PAIR else _of_recipe(precision, normalise, recipe)
+
+
+def _form_bodies(precision: Precision, normalise: str) -> list[Body]:
+    """Of each row but the ones: its body of six components."""
+    forms = (*lambda_forms.LAMBDA_FORMS, "none")
+    known = [form for form, _ in NORMALISE[normalise].forms] or forms
+    return [pair_bodies(form, normalise if form in known else "none", precision)[0] for form in forms]
+
+
+@cache
+def _ones(precision: Precision) -> Body:
+    one = precision.constant(1.0)
+
+    @jit.inline
+    def ones(ax: Any, ay: Any, az: Any, bx: Any, by: Any, bz: Any) -> Any:
+        return one
+
+    return ones
+
+
+@cache
+def _coordinates_kernel(precision: Precision, normalise: str) -> Any:
+    dot, difference, cross, tangent, cosine = _form_bodies(precision, normalise)
+    gate = _ones(precision) if normalise == "none" else pair_bodies("none", normalise, precision)[1]
 
     def coordinates(a: Array, b: Array, out: Array) -> None:
         for i in range(a.shape[1]):
@@ -144,6 +174,26 @@ def coordinates_kernel(precision: Precision) -> Any:
             out[2, i] = cross(ax, ay, az, bx, by, bz)
             out[3, i] = tangent(ax, ay, az, bx, by, bz)
             out[4, i] = cosine(ax, ay, az, bx, by, bz)
-            out[5, i] = one
+            out[5, i] = gate(ax, ay, az, bx, by, bz)
+
+    return jit.elementwise(coordinates_signature(precision.carrier), coordinates)
+
+
+@cache
+def _of_recipe(precision: Precision, normalise: str, recipe: str) -> Any:
+    dot, difference, cross, tangent, cosine = _form_bodies(precision, normalise)
+    gate, pair = pair_bodies("none", normalise, precision)[1], pair_of(recipe, precision)
+
+    def coordinates(n: Array, vl: Array, out: Array) -> None:
+        for i in range(n.shape[1]):
+            ax, ay, az, bx, by, bz = pair(
+                n[0, i], n[1, i], n[2, i], vl[3, i], vl[4, i], vl[5, i], vl[0, i], vl[1, i], vl[2, i]
+            )
+            out[0, i] = dot(ax, ay, az, bx, by, bz)
+            out[1, i] = difference(ax, ay, az, bx, by, bz)
+            out[2, i] = cross(ax, ay, az, bx, by, bz)
+            out[3, i] = tangent(ax, ay, az, bx, by, bz)
+            out[4, i] = cosine(ax, ay, az, bx, by, bz)
+            out[5, i] = gate(ax, ay, az, bx, by, bz)
 
     return jit.elementwise(coordinates_signature(precision.carrier), coordinates)

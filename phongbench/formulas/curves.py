@@ -26,6 +26,7 @@ def lobe(
     precision: Precision = FLOAT64,
     perturbation: str = "none",
     length_error: float = 0.0,
+    normalise: str = "none",
 ) -> tuple[Array, Array]:
     """The highlight of real vectors at these angles between R and V, and exact Phong of the true angle between them.
 
@@ -33,6 +34,7 @@ def lobe(
     degrees       (n,) in 0 .. 90    angles of (R, V); of (N, H), where the setting's space is half, half of each
     perturbation  str                none, a, both or opposite: whose length is wrong
     length_error  relative, signed   0.01 is 1 % too long
+    normalise     str                how lengths are removed
     returns       value, exact       (n,) each, float64; the truth `angle`: of the vectors as the precision holds them
 
     The same loops as in a sweep, coordinate first and then the formula, open only where a.b > 0.
@@ -44,7 +46,7 @@ def lobe(
     one, other = lengths_of(perturbation, length_error)
     a = _held(precision, one * (np.outer(_ACROSS, np.cos(turn)) + np.outer(_ALONG, np.sin(turn))))
     b = _held(precision, other * np.repeat(_ACROSS[:, None], turn.size, axis=1))
-    return _values(spec, form, setting, a, b, precision), _exact(setting, a, b)
+    return _values(spec, form, setting, a, b, precision, normalise), _exact(setting, a, b)
 
 
 def against_exact(
@@ -55,15 +57,26 @@ def against_exact(
     precision: Precision = FLOAT64,
     perturbation: str = "none",
     length_error: float = 0.0,
+    *,
+    normalise: str = "none",
 ) -> tuple[Array, Array]:
     """The highlight and exact Phong at these angles between R and V: (n,) each, float64; arguments as for `lobe`.
 
-    In float64 with right lengths the formula is evaluated at the angles themselves, else by vectors.
+    In float64 with right lengths, none removed, the formula is evaluated at the angles themselves, else by vectors.
     """
-    if precision is FLOAT64 and not length_error:
+    if precision is FLOAT64 and not length_error and normalise == "none":
         cosine = np.cos(np.radians(degrees))
         return curve(spec, form, setting, cosine), exact(setting.alpha, cosine)
-    return lobe(spec, form, setting, degrees, precision=precision, perturbation=perturbation, length_error=length_error)
+    return lobe(
+        spec,
+        form,
+        setting,
+        degrees,
+        precision=precision,
+        perturbation=perturbation,
+        length_error=length_error,
+        normalise=normalise,
+    )
 
 
 def exact(alpha: float, cosine: Array) -> Array:
@@ -87,12 +100,14 @@ def _held(precision: Precision, vectors: Array) -> Array:
     return np.ascontiguousarray(precision.rounded(vectors))
 
 
-def _values(spec: Approximation, form: str, setting: Setting, a: Array, b: Array, precision: Precision) -> Array:
+def _values(
+    spec: Approximation, form: str, setting: Setting, a: Array, b: Array, precision: Precision, normalise: str
+) -> Array:
     """The formula's values by the loops of the sweep, in the working precision."""
-    block = coordinate_kernels.coordinates(precision, a, b)
+    block = coordinate_kernels.coordinates(precision, a, b, normalise=normalise)
     row = coordinate_kernels.FORM_ROW.get(form, coordinate_kernels.COSINE_ROW)
-    values = Kernel.of(spec, setting, precision).values(block[row], block[coordinate_kernels.COSINE_ROW])
-    return values.astype(np.float64)
+    gate = coordinate_kernels.COSINE_ROW if normalise == "none" else coordinate_kernels.OPEN_ROW
+    return Kernel.of(spec, setting, precision).values(block[row], block[gate]).astype(np.float64)
 
 
 def _exact(setting: Setting, a: Array, b: Array) -> Array:

@@ -13,6 +13,7 @@ from phongbench.compiler.precisions import Array
 from phongbench.errors import InputError
 from phongbench.formulas import coordinate_kernels, pair_kernels
 from phongbench.formulas.pair_kernels import AXIS
+from phongbench.formulas.recipes import PAIR
 from phongbench.formulas.spec import MAX_COEFFICIENTS, Approximation, Setting
 
 #: a support that ends here ends before 90 degrees, with room for rounding
@@ -45,11 +46,21 @@ class Kernel:
 
     @classmethod
     def of_pairs(
-        cls, spec: Approximation, form: str, setting: Setting, precision: Precision, layout: str = "soa"
+        cls,
+        spec: Approximation,
+        form: str,
+        setting: Setting,
+        precision: Precision,
+        layout: str = "soa",
+        *,
+        normalise: str = "none",
+        recipe: str = PAIR,
     ) -> "Kernel":
         """The loop from pairs of vectors to values, see `pair_kernels.pairs_kernel`; gated where that is needed."""
         known, gated = known_values(spec, setting), needs_gate(spec, form, setting)
-        loop = pair_kernels.pairs_kernel(spec, form, precision, known, layout=layout, gated=gated)
+        loop = pair_kernels.pairs_kernel(
+            spec, form, precision, known, layout=layout, gated=gated, normalise=normalise, recipe=recipe
+        )
         return cls(loop, coefficient_row(spec, setting, precision), table_row(spec, setting, precision))
 
     @cached_property
@@ -119,10 +130,12 @@ def highlights(
 def limit(spec: Approximation, setting: Setting, precision: Precision) -> float:
     """Where the dark begins: from this cosine down, or this lambda up, the kernel's value is exactly 0.
 
-    A support that ends says where. Exact Phong's power becomes 0 where it would be subnormal.
+    A support that ends says where. Exact Phong's power becomes 0 where it would be subnormal; at alpha 0 it never does.
     """
     if spec.cutoff is not None:
         return spec.cutoff(setting) * (1 + _ROOM)
+    if setting.alpha == 0:
+        return 0.0
     least = -1022.0 if precision == FLOAT64 else -126.0
     return float(2.0 ** (least * (1 + _ROOM) / setting.alpha))
 

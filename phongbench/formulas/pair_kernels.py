@@ -8,10 +8,10 @@ from functools import cache
 from typing import Any
 
 from phongbench.compiler import intrinsics, jit
-from phongbench.compiler.lowering import Body, Precision, lower
+from phongbench.compiler.lowering import Body, Precision
 from phongbench.compiler.precisions import Array
-from phongbench.formulas import lambda_forms
 from phongbench.formulas.coordinate_kernels import bound_parts
+from phongbench.formulas.recipes import PAIR, pair_of
 from phongbench.formulas.spec import Approximation
 
 
@@ -33,6 +33,8 @@ def pairs_kernel(
     *,
     layout: str = "soa",
     gated: bool = True,
+    normalise: str = "none",
+    recipe: str = PAIR,
 ) -> Any:
     """A compiled loop out[i] = kernel(lambda form of the i-th pair) where a.b > 0, else 0; see `pairs_signature`.
 
@@ -40,9 +42,12 @@ def pairs_kernel(
     known   as for `coordinate_kernels.values_kernel`
     layout  "soa": a and b of shape (3, n), a row per component; "aos": of shape (n, 3), a row per vector
     gated   False where `needs_gate` says that the test of a.b changes nothing
+    normalise, recipe  of the formula; with a recipe a is N, and b is V above L, (6, n) in layout "soa"
     """
-    bound, coordinate = bound_parts(spec, form, precision, known)
-    return _pairs_kernel(bound, coordinate, precision, layout, gated)
+    bound, coordinate, gate = bound_parts(spec, form, precision, known, normalise)
+    if recipe != PAIR:
+        return _recipe_kernel(bound, coordinate, gate, recipe, precision, gated)
+    return _pairs_kernel(bound, coordinate, gate, precision, layout, gated)
 
 
 @jit.inline
@@ -60,8 +65,8 @@ AXIS, _PART = {"soa": 0, "aos": 1}, {"soa": _of_rows, "aos": _of_vectors}
 
 
 @cache
-def _pairs_kernel(bound: Body, coordinate: Body, precision: Precision, layout: str, gated: bool) -> Any:
-    cosine, part, zero = lower(lambda_forms.dot, precision), _PART[layout], precision.constant(0.0)
+def _pairs_kernel(bound: Body, coordinate: Body, gate: Body, precision: Precision, layout: str, gated: bool) -> Any:
+    part, zero = _PART[layout], precision.constant(0.0)
 
     def pairs(a: Array, b: Array, coefficients: Array, table: Array, out: Array) -> None:
         c0, c1, c2, c3 = coefficients[0], coefficients[1], coefficients[2], coefficients[3]
@@ -70,9 +75,26 @@ def _pairs_kernel(bound: Body, coordinate: Body, precision: Precision, layout: s
             ax, ay, az = part(a, 0, i), part(a, 1, i), part(a, 2, i)
             bx, by, bz = part(b, 0, i), part(b, 1, i), part(b, 2, i)
             value = bound(coordinate(ax, ay, az, bx, by, bz), c0, c1, c2, c3, local)
-            out[i] = value if not gated or cosine(ax, ay, az, bx, by, bz) > zero else zero
+            out[i] = value if not gated or gate(ax, ay, az, bx, by, bz) > zero else zero
 
     return jit.elementwise(pairs_signature(precision.carrier), pairs)
+
+
+@cache
+def _recipe_kernel(bound: Body, coordinate: Body, gate: Body, recipe: str, precision: Precision, gated: bool) -> Any:
+    pair, zero = pair_of(recipe, precision), precision.constant(0.0)
+
+    def triples(n: Array, vl: Array, coefficients: Array, table: Array, out: Array) -> None:
+        c0, c1, c2, c3 = coefficients[0], coefficients[1], coefficients[2], coefficients[3]
+        local = intrinsics.on_stack(table)
+        for i in range(len(out)):
+            ax, ay, az, bx, by, bz = pair(
+                n[0, i], n[1, i], n[2, i], vl[3, i], vl[4, i], vl[5, i], vl[0, i], vl[1, i], vl[2, i]
+            )
+            value = bound(coordinate(ax, ay, az, bx, by, bz), c0, c1, c2, c3, local)
+            out[i] = value if not gated or gate(ax, ay, az, bx, by, bz) > zero else zero
+
+    return jit.elementwise(pairs_signature(precision.carrier), triples)
 
 
 @jit.driver

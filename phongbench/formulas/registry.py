@@ -3,6 +3,7 @@
 import traceback
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import replace
 from importlib import import_module
 from itertools import product
 from pathlib import Path
@@ -25,6 +26,8 @@ FAMILIES = (
     "table_u",
     "bit_trick",
     "kuijk_blake",
+    "doom3",
+    "gaussian_quadratic",
 )
 
 
@@ -120,7 +123,14 @@ def describe(spec: Approximation) -> dict[str, Any]:
         "cost": spec.cost.text,
         "support": _support(spec),
         "source": spec.source.citation,
+        "also": [source.citation for source in spec.also],
+        "takes_alpha_0": takes_zero(spec),
     }
+
+
+def takes_zero(spec: Approximation) -> bool:
+    """True if it takes alpha 0, with its first slope at least, and is Phong's constant there."""
+    return spec.at_zero is not None and spec.at_zero(replace(example(spec), alpha=0.0)) is None
 
 
 def _support(spec: Approximation) -> dict[str, Any] | None:

@@ -109,7 +109,12 @@ class Approximation:
     accepts       Setting -> bool: False for settings that make no sense (a fractional exponent for squarings)
     cutoff        Setting -> lambda beyond which the kernel is exactly 0, or None where it never is
     table         Setting -> float64 table for the kernel's `table`, or None
+    at_zero       Setting -> None if at alpha 0 it is a constant wherever a.b > 0, as Phong is, else why it is not; None
+                  if alpha 0 is merely out of range
+    also          where the same formula stands under another name
     peak          the value where both directions are the same; 1 but for formulas that miss the peak
+    exponent      the kernel's argument that is an exponent of the cosine, where the formula is such a power and takes
+                  any exponent: it may then be given the cosine's square and half of it
     falls         True if the value never grows away from the peak, but for rounding: what lies between two
                   coordinates is then bounded by the values there
     """
@@ -130,7 +135,10 @@ class Approximation:
     accepts: Callable[[Setting], bool] = _anything
     cutoff: Callable[[Setting], float] | None = None
     table: Callable[[Setting], NDArray[np.float64]] | None = None
+    at_zero: Callable[[Setting], str | None] | None = None
+    also: tuple[Source, ...] = ()
     peak: float = 1.0
+    exponent: str = ""
     falls: bool = False
     arguments: tuple[str, ...] = field(init=False, default=())
 
@@ -175,6 +183,8 @@ class Approximation:
         for p in self.parameters:
             if p.name == "gamma":
                 self.check_gamma(setting.gamma, self.name)
+            elif p.name == "alpha" and setting.alpha == 0 and self.at_zero is not None:
+                self._check_zero(self.at_zero(setting))
             else:
                 self._check_range(p, getattr(setting, p.name, None), self.name)
         if setting.slope not in self.slopes:
@@ -191,6 +201,12 @@ class Approximation:
         self._check_range(p, gamma, where)
         if gamma is not None and gamma & (gamma - 1):
             raise InputError(f"gamma = {gamma} is not a power of two", where, "use 1, 2, 4, 8, 16, ...")
+
+    def _check_zero(self, reason: str | None) -> None:
+        """Raise InputError if there is a reason why alpha 0 is not taken."""
+        if reason is not None:
+            fix = "at alpha 0 Phong is 1 wherever the light is in front, and the formula phong gives that"
+            raise InputError(f"{self.name} does not take alpha = 0: {reason}", self.name, fix)
 
     def _check_range(self, p: Parameter, value: float | None, where: str) -> None:
         if value is None:

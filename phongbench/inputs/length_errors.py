@@ -7,19 +7,17 @@ is computed by running the cause, so its largest size is a fact and not a quotat
 import math
 from dataclasses import dataclass
 from functools import cache
-from typing import Any
 
 import numpy as np
 
 from phongbench.compiler import elementary, intrinsics, jit
 from phongbench.compiler.lowering import FLOAT64, lower
 from phongbench.compiler.precisions import Array
+from phongbench.formulas.reciprocal_roots import bit_trick_root, short_series, twelve_bit_root
 
-#: the integer from which half a float's bits are subtracted; from a game of 1999 (LOMONT_2003)
-MAGIC = 0x5F3759DF
 #: the series is for vectors that are nearly unit: lengths up to so far from 1
 NEARLY = 0.1
-_TABLE, _BITS, _HALF, _SERIES, _EDGE = range(5)
+_TABLE, _BITS, _HALF, _SERIES, _EDGE, _SPREAD = range(6)
 #: a cause's largest error is looked for at so many places of its range, its ends among them
 _PLACES = 1 << 18
 
@@ -78,33 +76,10 @@ CAUSES = (
     Cause("interpolated-10", "interpolation along a mesh edge of 10 degrees", _EDGE, degrees=10.0, both=False),
     Cause("interpolated-30", "interpolation along a mesh edge of 30 degrees", _EDGE, degrees=30.0, both=False),
 )
-BY_NAME = {cause.name: cause for cause in CAUSES}
-
-
-def twelve_bit_root(q: float) -> float:
-    """1/sqrt(q) for q in [1, 4) as a table of reciprocal roots gives it.
-
-    The leading 11 bits of q's fraction choose an entry, made for the middle of its interval and rounded to 12 bits.
-    Errors: 2^-13 for the interval and 2^-12 for the entry, 1.5 * 2^-12 in all, which is the bound that x86 gives for
-    its RSQRTPS.
-    """
-    step = 2.0**-11 if q < 2.0 else 2.0**-10
-    middle = (np.floor(q / step) + 0.5) * step
-    return float(np.rint(4096.0 / np.sqrt(middle)) / 4096.0)
-
-
-def bit_trick_root(q: Any, steps: int) -> Any:
-    """1/sqrt(q) in float32: half the exponent by a shift of the bits, then Newton steps."""
-    half = np.float32(0.5) * q
-    y = intrinsics.float32_from_bits(np.int32(_MAGIC_BITS - (intrinsics.float32_bits(q) >> _ONE)))
-    for _ in range(steps):
-        y = y * (_THREE_HALVES - half * y * y)
-    return y
-
-
-def short_series(q: float) -> float:
-    """1/sqrt(q) near q = 1 by two terms, (3 - q)/2: too small by 3/8 of the square of q - 1. LYON_1993."""
-    return (3.0 - q) / 2.0
+#: no cause, but all lengths that a scene may hold: only formulas that remove lengths are measured on it
+ANY = Cause("any", "any length from 0.001 to 1000", _SPREAD)
+BY_NAME = {cause.name: cause for cause in (*CAUSES, ANY)}
+_DECADES = 2 * math.log2(1e3)
 
 
 def along_edge(t: float, degrees: float) -> float:
@@ -115,7 +90,6 @@ def along_edge(t: float, degrees: float) -> float:
     return math.sqrt(1.0 - 2.0 * t * (1.0 - t) * (1.0 - math.cos(math.radians(degrees))))
 
 
-_MAGIC_BITS, _ONE, _THREE_HALVES = np.int32(MAGIC), np.int32(1), np.float32(1.5)
 _table, _bits, _exp2 = jit.inline(twelve_bit_root), jit.inline(bit_trick_root), lower(elementary.EXP2_64, FLOAT64)
 _series, _edge = jit.inline(short_series), jit.inline(along_edge)
 
@@ -148,6 +122,9 @@ def _spoil(kind: int, steps: int, degrees: float, t: Array, v: Array) -> None:
     elif kind == _EDGE:
         for i in range(len(t)):
             factor[i] = _edge(t[i], degrees)
+    elif kind == _SPREAD:
+        for i in range(len(t)):
+            factor[i] = _exp2(_DECADES * (t[i] - 0.5))
     else:
         for row in range(3):
             for i in range(len(t)):

@@ -4,8 +4,6 @@ Copper is JOHNSON_CHRISTY_1972, measured on evaporated films; tables of other au
 copper .27105 .67693 1.3164 / 3.6092 2.6248 2.2921, a green of .721 at normal incidence instead of .624.
 """
 
-import math
-
 from phongbench.formulas.fresnel.catalogue import KINDS
 from phongbench.formulas.fresnel.f82 import DIP
 from phongbench.formulas.fresnel.reflectance import CHANNELS, Fresnel
@@ -40,10 +38,10 @@ GLASS = Fresnel("dielectric", n=[1.5] * 3)
 EXACT = {"glass": GLASS, "copper": COPPER}
 
 
-def in_terms_of(exact: Fresnel, kind: str) -> Fresnel:
+def in_terms_of(exact: Fresnel, kind: str) -> Fresnel | None:
     """The reflectance of the same material by another formula: its f0, and its f82 at a cosine of 1/7, are the exact's.
 
-    Raises KeyError for a formula that takes what the material lacks: no dielectric has the k of a metal.
+    None for a formula that lacks what the material has: no dielectric has the k of a metal.
     """
     places = {"f0": 1.0, "f82": DIP}
     given: dict[str, list[float]] = {}
@@ -56,10 +54,5 @@ def in_terms_of(exact: Fresnel, kind: str) -> Fresnel:
         elif kind == "conductor" and exact.kind == "dielectric":
             given[name] = list(exact.n or ()) if name == "n" else [0.0] * len(CHANNELS)
         else:
-            raise KeyError(name)
+            return None
     return Fresnel(kind, **given)
-
-
-def degrees(cosine: float) -> float:
-    """The angle of incidence of a cosine."""
-    return math.degrees(math.acos(max(-1.0, min(1.0, cosine))))

@@ -14,11 +14,13 @@ from numpy.typing import NDArray
 from phongbench.compiler import elementary, intrinsics, jit
 from phongbench.compiler.lowering import FLOAT64, Precision, lower
 from phongbench.compiler.polynomials import through_chebyshev_nodes
+from phongbench.compiler.precisions import Array
 from phongbench.inputs.length_errors import spoil
+from phongbench.inputs.normalising import made_unit
 from phongbench.inputs.random_numbers import key_of, uniform, uniforms
 from phongbench.inputs.strata import CUTOFF_ULPS, HIGHLIGHT_REACH, STRATA, Stratum
 
-_LAWS = {"uniform": 0, "highlight": 1, "lengths": 1, "peak": 2, "cutoff": 3, "grazing": 4}
+_LAWS = {"uniform": 0, "highlight": 1, "lengths": 1, "normalised": 1, "peak": 2, "cutoff": 3, "grazing": 4}
 
 
 def pairs(
@@ -47,8 +49,17 @@ def pairs(
         places = uniforms(seed + _CAUSES_SEED, start, count, 2)
         for v, t in zip((a, b) if stratum.cause.both else (a,), places, strict=False):
             spoil(stratum.cause, t, v)
+    if stratum.name == "normalised":
+        return made_unit(precision, a, b, seed=seed, start=start)
     for v in (a, b):
         hold(precision, v)
+    return a, b
+
+
+def highlight_frames(seed: int, start: int, count: int, scale: float) -> tuple[Array, Array]:
+    """The unit vectors of the highlight stratum's pairs in float64: a uniform on the sphere, b within its reach."""
+    a, b = np.empty((3, count)), np.empty((3, count))
+    _pairs(_LAWS["highlight"], key_of(seed), start, scale, 0.0, False, 1.0, 1.0, a, b)
     return a, b
 
 

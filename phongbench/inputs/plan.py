@@ -15,12 +15,16 @@ from phongbench.formulas.formula import Formula
 from phongbench.formulas.lambda_forms import LAMBDA_FORMS
 from phongbench.formulas.registry import REGISTRY
 from phongbench.formulas.spec import ALPHA, GAMMA, SPACES, Approximation, Setting
+from phongbench.inputs import raw_formulas
 from phongbench.inputs.meshes import TESSELLATIONS
 from phongbench.inputs.obj_files import load
-from phongbench.inputs.strata import STRATUM_NAMES
+from phongbench.inputs.raw_formulas import RAW
+from phongbench.inputs.strata import STRATUM_NAMES, USUAL_STRATA
 
 #: questions beyond the sweep; phongbench.accuracy.probes answers them
-PROBE_NAMES: tuple[str, ...] = ("cosines", "search", "certify", "meshes", "hostile", "smoothness", "scenes", "recheck")
+PROBE_NAMES: tuple[str, ...] = (
+    "cosines", "search", "certify", "meshes", "hostile", "smoothness", "incidence", "lobes", "scenes", "recheck",
+)  # fmt: skip
 #: those of a study that does not ask for others: scenes take minutes, and a question of their own
 USUAL_PROBES = tuple(name for name in PROBE_NAMES if name != "scenes")
 #: what must not be empty
@@ -35,6 +39,8 @@ _AXES = (
     "precisions",
     "strata",
 )
+#: what the quick preset leaves to the others: near kin of what it has, and many cells
+LEFT_TO_STANDARD = ("gaussian-quadratic",)
 ALL_SLOPES = ("taylor", "minimax", "energy")
 #: real exponents (materials, file formats) and the non-powers of two that expose what powers of two hide
 QUICK_ALPHAS = (5.0, 10.0, 20.0, 32.0, 50.0, 64.0, 100.0, 128.0, 200.0, 256.0, 512.0, 1000.0)
@@ -86,6 +92,8 @@ class Plan:
     strata          of strata.STRATUM_NAMES
     samples         pairs per cell and stratum
     seed            any whole number >= 0
+    raw             spellings of formulas that remove lengths or start from N, L and V, e.g. phong/each; those that the
+                    axes above leave out are not measured
     timing          measure time too
     timing_budget   seconds the timing may take
     processes       fresh processes that share the timing; 1 for the study's own
@@ -98,14 +106,15 @@ class Plan:
     alphas: tuple[float, ...] = QUICK_ALPHAS
     gammas: tuple[int, ...] = (2, 4, 8, 16, 32, 64)
     lambda_forms: tuple[str, ...] = ("dot", "difference", "cross")
-    approximations: tuple[str, ...] = tuple(REGISTRY)
+    approximations: tuple[str, ...] = tuple(name for name in REGISTRY if name not in LEFT_TO_STANDARD)
     slopes: tuple[str, ...] = ("taylor", "minimax")
     spaces: tuple[str, ...] = SPACES
     length_spaces: tuple[str, ...] = ("reflect",)
     precisions: tuple[str, ...] = ("float16", "float32")
-    strata: tuple[str, ...] = STRATUM_NAMES
+    strata: tuple[str, ...] = USUAL_STRATA
     samples: int = 100 * 1024
     seed: int = 1
+    raw: tuple[str, ...] = RAW
     timing: bool = True
     timing_budget: float = 6.0
     processes: int = 1
@@ -145,6 +154,7 @@ class Plan:
             length_spaces=_ordered(self.length_spaces, SPACES),
             precisions=in_order(self.precisions),
             strata=_ordered(self.strata, STRATUM_NAMES),
+            raw=tuple(dict.fromkeys(self.raw)),
             probes=_ordered(self.probes, PROBE_NAMES),
             meshes=tuple(dict.fromkeys(self.meshes)),
         )
@@ -157,9 +167,8 @@ class Plan:
                 )
         for alpha in self.alphas:
             if not (math.isfinite(alpha) and ALPHA.low <= alpha <= ALPHA.high):
-                raise InputError(
-                    f"alpha = {alpha:g} is not in {ALPHA.low:g} .. {ALPHA.high:g}", None, "alpha is Phong's exponent"
-                )
+                fix = "alpha is Phong's exponent" if alpha else "at alpha 0 Phong is 1 where the light is in front"
+                raise InputError(f"alpha = {alpha:g} is not in {ALPHA.low:g} .. {ALPHA.high:g}", None, fix)
         for gamma in self.gammas:
             if not GAMMA.low <= gamma <= GAMMA.high or gamma & (gamma - 1):
                 raise InputError(
@@ -176,6 +185,7 @@ class Plan:
             precision_named(name)
         _known("stratum", self.strata, STRATUM_NAMES)
         _known("probe", self.probes, PROBE_NAMES)
+        raw_formulas.check(self.raw, registry)
 
     def _check_meshes(self) -> None:
         """Read every mesh now, so that a bad one does not end a long run; the probe finds them read."""
@@ -198,12 +208,19 @@ class Plan:
             raise InputError(f"processes = {self.processes} is not in 1 .. 64", None, "8 give an interval across them")
 
     def cells(self, registry: Mapping[str, Approximation] = REGISTRY) -> Iterator[Cell]:
-        """Every formula with every exponent that it takes, in every precision; each form gated, then ungated."""
+        """Every formula with every exponent that it takes, in every precision; each form gated, then ungated.
+
+        Those for raw vectors come last.
+        """
         for precision, name in product(self.precisions, self.approximations):
             for formula, alpha in self.formulas(registry[name]):
                 yield Cell(formula, alpha, precision)
                 if formula.lambda_form != "none":
                     yield Cell(formula, alpha, precision, gated=False)
+        for precision, formula in product(self.precisions, raw_formulas.of(self, registry)):
+            if formula.normalises_in(precision):
+                spec = formula.spec(registry)
+                yield from (Cell(formula, a, precision) for a in self.alphas if spec.accepts(formula.setting(a)))
 
     def formulas(self, spec: Approximation) -> Iterator[tuple[Formula, float]]:
         """The formulas of this plan that an approximation takes, each with every exponent that it takes."""
@@ -224,8 +241,10 @@ PRESETS: Mapping[str, Plan] = {
         alphas=QUICK_ALPHAS + STANDARD_ALPHAS,
         gammas=(1, 2, 4, 8, 16, 32, 64, 128),
         lambda_forms=tuple(LAMBDA_FORMS),
-        slopes=(*ALL_SLOPES, "lagarde"),
+        approximations=tuple(REGISTRY),
+        slopes=(*ALL_SLOPES, "lagarde", "unreal"),
         precisions=("float16", "bfloat16", "float32", "float64"),
+        strata=STRATUM_NAMES,
         samples=1 << 17,
         timing_budget=60.0,
         processes=2,
@@ -236,9 +255,11 @@ PRESETS: Mapping[str, Plan] = {
         alphas=QUICK_ALPHAS + STANDARD_ALPHAS,
         gammas=(1, 2, 4, 8, 16, 32, 64, 128, 256),
         lambda_forms=tuple(LAMBDA_FORMS),
-        slopes=(*ALL_SLOPES, "lagarde"),
+        approximations=tuple(REGISTRY),
+        slopes=(*ALL_SLOPES, "lagarde", "unreal"),
         length_spaces=SPACES,
         precisions=("float16", "bfloat16", "float32", "float64"),
+        strata=STRATUM_NAMES,
         samples=1 << 20,
         timing_budget=600.0,
         processes=8,
@@ -253,6 +274,11 @@ def preset(name: str) -> Plan:
     if name not in PRESETS:
         raise UnknownNameError("preset", name, PRESETS)
     return PRESETS[name]
+
+
+def with_own(plan: Plan, registry: Mapping[str, Approximation]) -> tuple[str, ...]:
+    """The approximations of a plan, and those of a registry that we do not ship: plug-ins and the user's own."""
+    return tuple(name for name in registry if name in plan.approximations or name not in REGISTRY)
 
 
 def _known(kind: str, names: Iterable[str], known: Iterable[str]) -> None:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from phongbench.formulas.lambda_forms import lengths_of
-from phongbench.inputs.length_errors import BY_NAME, CAUSES, Cause
+from phongbench.inputs.length_errors import ANY, BY_NAME, CAUSES, Cause
 
 #: relative length errors: a 12-bit reciprocal root errs by 3.7e-4, one Newton step of the classic bit trick by 1.75e-3
 LENGTH_ERRORS = (1e-4, 3.7e-4, 1.75e-3, 1e-2, 5e-2, 0.1)
@@ -21,9 +21,11 @@ Scale = Literal["none", "alpha", "cutoff"]
 class Stratum:
     """One kind of input.
 
-    name          str      uniform, highlight, peak, cutoff, grazing, lengths or hostile
+    name          str      uniform, highlight, peak, cutoff, grazing, lengths, normalised or hostile; configurations of
+                           N, L and V
     scale         str      what the deficits are scaled by: nothing, 1 / alpha, or the cell's own cutoff
-    perturbation  str      none, a, both or opposite: whose length is wrong; or one of causes.CAUSES: why
+    perturbation  str      none, a, both or opposite: whose length is wrong; or one of causes.CAUSES: why; any: lengths
+                           from 0.001 to 1000. In configurations `both` means all three
     length_error  float    relative and signed; 0.01 is 1 % too long (for `opposite`: a too long, b too short); 0 where
                            a cause decides
     """
@@ -74,6 +76,14 @@ def _length_strata() -> Iterator[Stratum]:
         yield Stratum("lengths", "alpha", cause.name)
 
 
+def _configurations() -> Iterator[Stratum]:
+    yield Stratum("configurations", "alpha")
+    for size in (1e-3, 1e-2, 5e-2):
+        for signed in (size, -size):
+            yield Stratum("configurations", "alpha", "both", signed)
+    yield Stratum("configurations", "alpha", ANY.name)
+
+
 STRATA: tuple[Stratum, ...] = (
     Stratum("uniform"),
     Stratum("highlight", "alpha"),
@@ -81,6 +91,11 @@ STRATA: tuple[Stratum, ...] = (
     Stratum("cutoff", "cutoff"),
     Stratum("grazing"),
     *_length_strata(),
+    Stratum("normalised", "alpha"),
     Stratum("hostile"),
+    Stratum("lengths", "alpha", ANY.name),
+    *_configurations(),
 )
 STRATUM_NAMES = tuple(dict.fromkeys(s.name for s in STRATA))
+#: what a study measures that does not ask for more; what normalising adds to a largest error is proven without samples
+USUAL_STRATA = tuple(name for name in STRATUM_NAMES if name != "normalised")

@@ -23,7 +23,7 @@ from phongbench.errors import CorruptRunError, InputError, LockedError
 from phongbench.inputs.plan import Plan
 from phongbench.results.checkpoints import PARTS
 from phongbench.results.manifests import REMEDY, read_manifest
-from phongbench.results.schema import CASE, COVERAGES, TABLES
+from phongbench.results.schema import CASE, COVERAGES, RAW, TABLES
 from phongbench.support.atomic_files import write_text, write_whole
 from phongbench.support.user_paths import is_file, is_folder, make_folder, reading, writing
 
@@ -76,6 +76,10 @@ class Run:
     skips = _table("skips")
     scene_times = _table("scene_times")
     far = _table("far")
+    incidence = _table("incidence")
+    incidence_times = _table("incidence_times")
+    moments = _table("moments")
+    cuts = _table("cuts")
 
     def read(self, name: str) -> pd.DataFrame:
         """A table, read anew. CorruptRunError if it cannot be read or lacks columns."""
@@ -86,6 +90,9 @@ class Run:
             frame = pd.read_parquet(path)
         except (OSError, ValueError) as problem:
             raise CorruptRunError(f"cannot be read: {problem}", str(path), REMEDY) from problem
+        for column, value in RAW.items():
+            if column in TABLES[name].names and column not in frame.columns:
+                frame[column] = pd.array([value] * len(frame), dtype="str")
         missing = [column for column in TABLES[name].required if column not in frame.columns]
         if missing:
             raise CorruptRunError(f"lacks the columns {', '.join(missing)}", str(path), REMEDY)
@@ -102,6 +109,12 @@ def strongest(rows: pd.DataFrame) -> pd.DataFrame:
     same = [column for column in CASE if column in rows.columns]
     order = rows["coverage"].map(COVERAGES.index).sort_values(kind="stable").index
     return rows.loc[order].drop_duplicates(same, keep="last").sort_index()
+
+
+def as_given(rows: pd.DataFrame) -> pd.DataFrame:
+    """The rows of formulas that take their pair of vectors as it is."""
+    raw = [rows[column] != value for column, value in RAW.items() if column in rows.columns]
+    return rows[~(raw[0] | raw[1])] if len(raw) == 2 and (raw[0] | raw[1]).any() else rows
 
 
 def new_run_id(plan: Plan) -> str:

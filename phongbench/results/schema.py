@@ -3,11 +3,10 @@
 Units: "1" is the scale of highlight factors and colours, which lie in 0..1; "codes" are steps of an 8-bit channel.
 """
 
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
-from typing import Any
+from collections.abc import Mapping
+from dataclasses import replace
 
-import pandas as pd
+from phongbench.results.columns import Column, Table
 
 BASELINE, TWIN, LIBM = "phong", "aa-twin", "phong-libm"
 #: timing rows that are no formulas: what the machine can do at best
@@ -16,53 +15,6 @@ CEILINGS = COPY, TRIAD, DOT, FMA = "copy", "triad", "dot", "fma"
 COVERAGES = ("sampled", "searched", "exhaustive", "certified")
 #: what stands for the precision of certified rows: the formula in exact arithmetic
 EXACT = "exact"
-
-
-@dataclass(frozen=True, slots=True)
-class Column:
-    """A column: `kind` is its pandas type (Int64 may be missing); a key column helps to identify the row.
-
-    optional  runs of older versions lack it
-    """
-
-    name: str
-    kind: str
-    meaning: str
-    unit: str = ""
-    key: bool = False
-    optional: bool = False
-
-
-@dataclass(frozen=True)
-class Table:
-    """A table of a run, stored as <name>.parquet."""
-
-    meaning: str
-    columns: tuple[Column, ...]
-
-    @property
-    def names(self) -> list[str]:
-        """Its columns, in their order."""
-        return [column.name for column in self.columns]
-
-    @property
-    def required(self) -> list[str]:
-        """Those that every run of the table has."""
-        return [column.name for column in self.columns if not column.optional]
-
-    @property
-    def key(self) -> list[str]:
-        """The columns that identify a row."""
-        return [column.name for column in self.columns if column.key]
-
-    @property
-    def types(self) -> dict[str, str]:
-        """Column -> pandas type."""
-        return {column.name: column.kind for column in self.columns}
-
-    def frame(self, rows: Iterable[Mapping[str, Any]] = ()) -> pd.DataFrame:
-        """The table of these rows, typed even where there are none; what a row lacks is missing."""
-        return pd.DataFrame(list(rows), columns=self.names).astype(self.types)
 
 
 def _key(name: str, kind: str, meaning: str, unit: str = "") -> Column:
@@ -83,11 +35,20 @@ _CELL = (
     Column("beta", "float64", "slope at the peak; missing for formulas without one"),
     _key("precision", "str", "working precision; `exact` for certified rows"),
     _key("gated", "bool", "values are 0 where a.b <= 0"),
+    _key("recipe", "str", "how the pair is made of N, L, V: reflect, lengthwise, halfway; pair where it is given"),
+    _key("normalise", "str", "how wrong lengths are removed: none, each, once, squared, fast, estimate"),
 )
 _BY_NAME = {column.name: column for column in _CELL}
+_FORMULA = ("approximation", "lambda_form", "space", "beta_policy", "gamma")
+#: columns of what is done to raw vectors, and their values where nothing is: runs of older versions lack them
+RAW = {"recipe": "pair", "normalise": "none"}
 _INPUTS = (
-    _key("stratum", "str", "inputs: highlight, uniform, peak, cutoff, grazing, lengths, hostile, cosines, vectors"),
-    _key("perturbation", "str", "wrong lengths: none, a, both, opposite, or as a cause such as rsqrt-12 leaves them"),
+    _key(
+        "stratum",
+        "str",
+        "highlight, uniform, peak, cutoff, grazing, lengths, normalised, hostile, configurations, cosines, vectors",
+    ),
+    _key("perturbation", "str", "wrong lengths: none, a, both, opposite, any, or as a cause such as rsqrt-12 leaves"),
     _key("length_error", "float64", "largest relative error of the vectors' lengths, signed", "1"),
     _key("truth", "str", "exact Phong of the true angle (angle), or of the vectors as they are (given)"),
 )
@@ -143,7 +104,7 @@ ACCURACY = _table(
 )
 TIMING = _table(
     "Times of kernels from vectors to values, interleaved with exact Phong's",
-    *(_BY_NAME[name] for name in ("approximation", "lambda_form", "space", "beta_policy", "gamma", "precision")),
+    *(_BY_NAME[name] for name in (*_FORMULA, "precision")),
     _key("working_set", "str", "which memory holds the data: l1, l2, memory"),
     Column("elements", "int64", "pairs of a pass", "count"),
     _key("threads", "int64", "threads that ran at once", "count"),
@@ -159,6 +120,7 @@ TIMING = _table(
     Column("compile_ms", "float64", "time of compiling; 0 where a cache had it", "ms", optional=True),
     Column("lit", "float64", "share of pairs that are lit, of kernels that skip dark ones", "1", True, True),
     Column("processes", "int64", "fresh processes whose readings are merged", "count", optional=True),
+    *(_BY_NAME[name] for name in RAW),
 )
 WORST = _table(
     "The inputs of a cell's largest errors",
@@ -266,6 +228,56 @@ FAR = _table(
     Column("incidence_degrees", "float64", "of the worst placement: light from normal", "degrees"),
     Column("offset_degrees", "float64", "of the worst placement: viewer from mirrored light", "degrees"),
 )
+INCIDENCE = _table(
+    "Reflectance of a material by a formula against the exact one, over incidence from 0 to 90 degrees",
+    _key("material", "str", "glass or copper"),
+    _key("reflectance", "str", "the formula: a kind of fresnel, with the material's own numbers"),
+    _key("precision", "str", "working precision"),
+    _key("channel", "str", "red, green or blue"),
+    _SAMPLES,
+    _MAX_ABS,
+    Column("worst_degrees", "float64", "incidence of the largest |error|", "degrees"),
+    _MEAN_ABS,
+    _CODES,
+    Column("within_degrees", "float64", "incidence up to which no error exceeds 1/255", "degrees"),
+    Column("error_60", "float64", "|error| at 60 degrees", "1"),
+    Column("error_85", "float64", "|error| at 85 degrees", "1"),
+)
+INCIDENCE_TIMES = _table(
+    "Times of formulas of reflectance, from a cosine of incidence to one channel, interleaved",
+    _key("reflectance", "str", "the formula, or an exact one once more"),
+    _key("precision", "str", "working precision"),
+    _key("against", "str", "the exact formula that `ratio` compares with"),
+    Column("elements", "int64", "cosines of a pass", "count"),
+    Column("rounds", "int64", "rounds that were kept", "count"),
+    Column("ns", "float64", "least time, per cosine", "ns"),
+    *_RATIO,
+)
+_LOBE = tuple(_BY_NAME[name] for name in ("approximation", "lambda_form", "space", "beta_policy", "alpha", "gamma"))
+_OF_LAW = "by closed form, for light along the normal; missing where there is none"
+MOMENTS = _table(
+    "What the lobe of a formula sends where, above the horizon, for light of unit intensity along its peak",
+    *_LOBE,
+    _BY_NAME["beta"],
+    _key("incidence_degrees", "float64", "of the light, from the normal", "degrees"),
+    Column("energy", "float64", "integral of the lobe over directions", "sr"),
+    Column("energy_ratio", "float64", "energy over that of exact Phong", "1"),
+    Column("momentum", "float64", "the part of it along the mirrored direction", "sr"),
+    Column("momentum_ratio", "float64", "momentum over that of exact Phong", "1"),
+    Column("sideways", "float64", "the part across it in the plane of incidence, towards the normal", "sr"),
+    Column("half_width_degrees", "float64", "angle between R and V at half of the peak; missing if never", "degrees"),
+    Column("half_width_ratio", "float64", "half width over that of exact Phong", "1"),
+    Column("energy_law", "float64", f"energy {_OF_LAW}", "sr"),
+    Column("momentum_law", "float64", f"momentum {_OF_LAW}", "sr"),
+)
+CUTS = _table(
+    "Where the lobe of a formula is cut off, in the plane of incidence",
+    *_LOBE,
+    Column("cut_degrees", "float64", "angle between R and V from which it is 0; missing where it never is", "degrees"),
+    Column("step", "float64", "value a degree before that angle", "1"),
+    Column("codes", "float64", "the same in steps of an 8-bit channel", "codes"),
+    Column("at_90", "float64", "value at 90 degrees between R and V", "1"),
+)
 TABLES: Mapping[str, Table] = {
     "accuracy": ACCURACY,
     "timing": TIMING,
@@ -277,6 +289,10 @@ TABLES: Mapping[str, Table] = {
     "skips": SKIPS,
     "scene_times": SCENE_TIMES,
     "far": FAR,
+    "incidence": INCIDENCE,
+    "incidence_times": INCIDENCE_TIMES,
+    "moments": MOMENTS,
+    "cuts": CUTS,
 }
 #: all metrics of accuracy rows
 METRICS = [column.name for column in (*_ERRORS, *_COUNTS)]
@@ -285,6 +301,6 @@ ERROR_METRICS = [column.name for column in _ERRORS if column.name != "bias"]
 #: what identifies a measured case: an accuracy row but for its coverage, of which `runs.strongest` chooses
 CASE = [name for name in ACCURACY.key if name != _COVERAGE.name]
 #: what identifies a formula of a run at one precision, the kernel that it is timed by, and an input to it
-CELL = ["approximation", "lambda_form", "space", "beta_policy", "gamma", "precision"]
+CELL = [*_FORMULA, "precision", *RAW]
 KERNEL = [name for name in CELL if name != "beta_policy"]
 INPUT = ["alpha", "stratum", "perturbation", "length_error"]

@@ -1,27 +1,28 @@
-"""The camera: where its rays go, and where it must not stand."""
+"""The camera: where its rays go in eye space, and where it must not stand."""
 
 import math
 from functools import cache
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from phongbench.compiler import jit
 from phongbench.compiler.precisions import Array
 from phongbench.errors import InputError
 from phongbench.scenes.scene import Camera, Mesh, Plane, Scene, Sphere
 
-#: nearer to a surface than this share of its distance from the origin, a camera is on it
-_TOUCHING = 1e-6
+#: nearer to a surface than this share of the coordinates, which float64 rounds, a camera is on it
+_TOUCHING = 1e-14
 #: radians that rays and angles in float32 may be astray: an arc cosine near 1 is wrong by the root of the rounding
 ASTRAY = np.float32(2e-3)
-_HALF, _ONE, _TWO = np.float32(0.5), np.float32(1), np.float32(2)
+_ZERO, _HALF, _ONE, _TWO = np.float32(0), np.float32(0.5), np.float32(1), np.float32(2)
 
 
 def frame(camera: Camera, width: int, height: int) -> Array:
     """The camera as a kernel takes it.
 
-    returns  float32 (4, 3)  position; then what makes a direction: forward + x right + y down, x and y in -1 .. 1
+    returns  float32 (3, 3)  what makes a direction: forward + x right + y down, x and y in -1 .. 1
     """
     position, target = np.array(camera.position), np.array(camera.target)
     forward = (target - position) / np.linalg.norm(target - position)
@@ -29,7 +30,7 @@ def frame(camera: Camera, width: int, height: int) -> Array:
     right /= np.linalg.norm(right)
     half = math.tan(math.radians(camera.field_of_view) / 2)
     down = -half * np.cross(right, forward)
-    return np.array([position, forward, half * width / height * right, down], np.float32)
+    return np.array([forward, half * width / height * right, down], np.float32)
 
 
 @cache
@@ -50,7 +51,7 @@ def pixel_order(columns: int, rows: int, samples: int) -> tuple[Array, Array]:
 def primary_rays(view: Array, first: Any, places: Array, size: Any, rays: Array) -> None:
     """Rays through the middles of a tile's samples.
 
-    view    float32 (4, 3)         of `frame`
+    view    float32 (3, 3)         of `frame`
     first   (column, row)          the tile's upper left sample
     places  int32 (n, 2)           column and row of each sample in the tile
     size    (width, height)        of the whole picture, in samples
@@ -60,11 +61,11 @@ def primary_rays(view: Array, first: Any, places: Array, size: Any, rays: Array)
     for i in range(len(places)):
         x = (np.float32(first[0] + places[i, 0]) + _HALF) * across - _ONE
         y = (np.float32(first[1] + places[i, 1]) + _HALF) * along - _ONE
-        dx = view[1, 0] + x * view[2, 0] + y * view[3, 0]
-        dy = view[1, 1] + x * view[2, 1] + y * view[3, 1]
-        dz = view[1, 2] + x * view[2, 2] + y * view[3, 2]
+        dx = view[0, 0] + x * view[1, 0] + y * view[2, 0]
+        dy = view[0, 1] + x * view[1, 1] + y * view[2, 1]
+        dz = view[0, 2] + x * view[1, 2] + y * view[2, 2]
         scale = _ONE / np.sqrt(dx * dx + dy * dy + dz * dz)
-        rays[0, i], rays[1, i], rays[2, i] = view[0, 0], view[0, 1], view[0, 2]
+        rays[0, i], rays[1, i], rays[2, i] = _ZERO, _ZERO, _ZERO
         rays[3, i], rays[4, i], rays[5, i] = dx * scale, dy * scale, dz * scale
 
 
@@ -73,7 +74,7 @@ def in_sight(view: Array, spheres: Array, first: Any, shape: Any, size: Any, see
     """The spheres that rays of a tile may hit: those that the cone around the tile touches. Returns how many.
 
     view, first, size  as in `primary_rays`
-    spheres            float32 (4, s)
+    spheres            float32 (8, s)  as in Geometry
     shape              columns and rows of the tile, in samples
     seen               int32 (s,)      out: their numbers, ascending
     """
@@ -87,11 +88,14 @@ def in_sight(view: Array, spheres: Array, first: Any, shape: Any, size: Any, see
     width = np.arccos(max(-_ONE, min(_ONE, least)))
     count = 0
     for s in range(spheres.shape[1]):
-        x, y, z = spheres[0, s] - view[0, 0], spheres[1, s] - view[0, 1], spheres[2, s] - view[0, 2]
+        seen[count] = s
+        if spheres[7, s] <= _ZERO:  # the camera is inside
+            count += 1
+            continue
+        x, y, z = spheres[0, s], spheres[1, s], spheres[2, s]
         distance = np.sqrt(x * x + y * y + z * z)
         apart = np.arccos(max(-_ONE, min(_ONE, (x * middle[0] + y * middle[1] + z * middle[2]) / distance)))
         if apart <= width + np.arcsin(min(_ONE, spheres[3, s] / distance)) + ASTRAY:
-            seen[count] = s
             count += 1
     return count
 
@@ -101,7 +105,7 @@ def _towards(view: Array, column: Any, row: Any, size: Any, out: Array) -> None:
     """The unit direction through a place of the picture, in samples."""
     x, y = _TWO * np.float32(column) / np.float32(size[0]) - _ONE, _TWO * np.float32(row) / np.float32(size[1]) - _ONE
     for axis in range(3):
-        out[axis] = view[1, axis] + x * view[2, axis] + y * view[3, axis]
+        out[axis] = view[0, axis] + x * view[1, axis] + y * view[2, axis]
     scale = _ONE / np.sqrt(out[0] * out[0] + out[1] * out[1] + out[2] * out[2])
     for axis in range(3):
         out[axis] *= scale
@@ -119,11 +123,16 @@ def check_camera(scene: Scene) -> None:
 
 def _holds(thing: Sphere | Plane | Mesh, position: Array) -> bool:
     if isinstance(thing, Sphere):
-        return bool(np.linalg.norm(position - thing.centre) <= thing.radius * (1 + _TOUCHING))
+        height = float(np.linalg.norm(position - thing.centre)) - thing.radius
+        return height <= _TOUCHING * (_size(position) + _size(thing.centre) + thing.radius)
     if isinstance(thing, Plane):
-        away = position - thing.point
-        return bool(abs(np.dot(away, thing.normal)) <= _TOUCHING * max(1.0, float(np.linalg.norm(away))))
+        height = abs(float(np.dot(position - thing.point, thing.normal)))
+        return height <= _TOUCHING * (_size(position) + _size(thing.point))
     return abs(winding(thing, position)) > 0.5
+
+
+def _size(place: ArrayLike) -> float:
+    return float(np.abs(place).sum())
 
 
 def winding(mesh: Mesh, point: Array) -> float:

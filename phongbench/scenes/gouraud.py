@@ -14,6 +14,9 @@ from phongbench.scenes.skips import Tally
 from phongbench.scenes.wavefront import RenderJob, Worker
 from phongbench.shading import tiles
 
+#: how far above a corner a shadow ray starts, in lifts of its triangle: the others that meet there have their own, and
+#: are steeper
+_LIFTS = 4
 #: corners that are shaded together
 _AT_ONCE = 1 << 14
 
@@ -44,12 +47,12 @@ def colours(job: RenderJob, tally: Tally) -> Array:
 def _lit(worker: Worker, material: int, corner: int, part: Array) -> Array:
     """Colours (3, n) of one corner of these triangles."""
     job, tally, started = worker.job, worker.tally, time.perf_counter()
-    points, normals = (
-        np.ascontiguousarray(rows[corner : corner + 3, part].T) for rows in (job.geometry.corners, job.geometry.normals)
-    )
+    g = job.geometry
+    points, normals = (np.ascontiguousarray(rows[corner : corner + 3, part].T) for rows in (g.corners, g.normals))
+    starts = points + _LIFTS * g.faces[3, part, None] * normals
     lit, counts, shading = np.empty_like(points), np.zeros(tiles.COUNTS, np.int64), job.shadings[material]
     lost = tally.lost[0, material : material + 1]
-    shading.shade(points, normals, lit, counts, lost, visible=worker.visible(points, normals))
+    shading.shade(points, normals, lit, counts, lost, visible=worker.visible((points, starts, normals)))
     tally.lost[:, material] = np.maximum(tally.lost[:, material], lost[0])  # they may be seen after any reflection
     tally.add_pairs(shading.skipped(len(points), counts))
     tally.shading += time.perf_counter() - started

@@ -114,5 +114,5 @@ def _of_material(material: SurfaceMaterial, formula: Formula, lit: Any, registry
     if not np.isfinite(curve).all():
         angle = np.degrees(np.arccos(_GRID[~np.isfinite(curve)].max()))
         raise InputError(f"its lobe is not finite at {angle:.3g} degrees", f"materials.{material.name}")
-    wrong = float(np.abs(curve - np.maximum(_GRID, 0) ** setting.alpha).max())
+    wrong = float(np.abs(curve - curves.exact(setting.alpha, _GRID)).max())
     return wrong * float(np.max(np.multiply(reflection.specular, lit)))

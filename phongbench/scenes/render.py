@@ -117,18 +117,18 @@ def _with_settings(scene: Scene, **settings: Any) -> Scene:
 def _job(scene: Scene, skips: SceneSkips, *, specular: Formula, **options: Any) -> RenderJob:
     """What is to be drawn; options are `model` and `registry` of ShadingOptions. Errors name the material."""
     options |= {"ambient_light": scene.ambient_light, "skips": skips.shading, "normalise": False}
-    viewer, shadowed = Viewer(position=scene.camera.position), scene.picture.shadows
+    arrays, viewer, shadowed = geometry(scene), Viewer(position=(0.0, 0.0, 0.0)), scene.picture.shadows
+    lights = arrays.space.lights(scene.lights)
     shadings = []
     for material in scene.materials:
         options["specular"] = material.specular or specular
         try:
-            shadings.append(PreparedShading(material.reflection, scene.lights, viewer, shadowed=shadowed, **options))
+            shadings.append(PreparedShading(material.reflection, lights, viewer, shadowed=shadowed, **options))
         except InputError as problem:
             about = f"{problem.where}: {problem.what}" if problem.where else problem.what
             raise InputError(about, f"materials.{material.name}", problem.fix) from problem
-    arrays = geometry(scene)
     dark = np.zeros((9, len(arrays.modes)), np.float32)
-    return RenderJob(scene, arrays, shadings, dark, camera.frame(scene.camera, *scene.picture.size), skips)
+    return RenderJob(scene, arrays, lights, shadings, dark, camera.frame(scene.camera, *scene.picture.size), skips)
 
 
 def _draw(

@@ -15,6 +15,8 @@ from phongbench.support.documents import Vector
 #: pixels of a picture, samples of a pixel's side, reflections in a row, and what a scene may hold
 MOST_PIXELS, MOST_SUPERSAMPLING, MOST_DEPTH = 1 << 25, 8, 64
 MOST_LIGHTS, MOST_OBJECTS, MOST_TRIANGLES = 1024, 4096, 4_000_000
+#: shortest radius, side, reach and view of a document, the longest being its inverse: nothing else knows a size
+SHORTEST = 1e-9
 
 
 @dataclass(frozen=True, slots=True)

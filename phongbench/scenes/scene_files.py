@@ -20,6 +20,7 @@ from phongbench.scenes.scene import (
     MOST_PIXELS,
     MOST_SUPERSAMPLING,
     MOST_TRIANGLES,
+    SHORTEST,
     Camera,
     Chequerboard,
     Mesh,
@@ -135,7 +136,7 @@ def _camera(table: Table) -> Camera:
     table.finish()
     view = [t - p for t, p in zip(target, position, strict=True)]
     length = math.hypot(*view)
-    if length < 1e-6:
+    if length < SHORTEST:
         raise table.error("the camera looks at itself", "target", "position and target must differ")
     if abs(sum(v * u for v, u in zip(view, camera.up, strict=True))) > (1 - 1e-6) * length:
         raise table.error("the camera looks along up", "up" if table.has("up") else "target", "choose another up")
@@ -168,7 +169,7 @@ def _light(table: Table) -> Light:
                 raise table.error(f"a light from everywhere far away has no {key}", key, "give it a position")
         light = Light(direction=table.direction("direction"), **colours)
     else:
-        reach = table.number("reach", None, 1e-6) if table.has("reach") else None
+        reach = table.number("reach", None, SHORTEST) if table.has("reach") else None
         position, attenuation = table.vector("position"), table.numbers("attenuation", 3, (1.0, 0.0, 0.0), 0.0)
         with table.located("attenuation"):
             light = Light(position=position, attenuation=attenuation, reach=reach, **colours)
@@ -206,7 +207,7 @@ def _material(name: str, table: Table, registry: Registry) -> SurfaceMaterial:
         table.number("shininess", base.shininess, 0.0, 1e5),
         read_fresnel(table) if table.has("fresnel") else None,
     )
-    if max(reflection.specular) > 0 and reflection.shininess == 0:
+    if max(reflection.specular) > 0 and reflection.shininess == 0 and not table.has("shininess"):
         raise table.error("a highlight needs a shininess", "specular", "add e.g.: shininess = 50")
     made = SurfaceMaterial(name, reflection, table.number("reflectivity", 0.0, 0.0, 1.0), specular)
     _check_formula(made, table, registry)
@@ -231,7 +232,7 @@ def _chequerboard(table: Table, palette: Palette) -> Chequerboard:
     for name in names:
         if name not in known:
             raise table.unknown("material", name, known, "chequerboard")
-    return Chequerboard(known[names[0]], known[names[1]], table.number("side", 1.0, 1e-6))
+    return Chequerboard(known[names[0]], known[names[1]], table.number("side", 1.0, SHORTEST))
 
 
 def _object(table: Table, materials: list[SurfaceMaterial], palette: Palette, folder: Path | None) -> list[Object]:
@@ -241,7 +242,7 @@ def _object(table: Table, materials: list[SurfaceMaterial], palette: Palette, fo
         return [mesh_objects.read_mesh(table, materials, material, folder)]
     name = _named(table, palette)
     if shape == "sphere":
-        return [Sphere(table.vector("centre"), table.number("radius", None, 1e-6), _plain(table, palette))]
+        return [Sphere(table.vector("centre"), table.number("radius", None, SHORTEST), _plain(table, palette))]
     chosen = palette[name]
     point, normal = table.vector("point", (0.0, 0.0, 0.0)), table.direction("normal", (0.0, 1.0, 0.0))
     if isinstance(chosen, Chequerboard):

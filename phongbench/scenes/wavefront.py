@@ -7,24 +7,24 @@ from dataclasses import dataclass
 import numpy as np
 
 from phongbench.compiler.precisions import Array
-from phongbench.scenes import camera, ray_kernels, shadow_kernels
+from phongbench.scenes import camera, ray_kernels, shadow_kernels, surface_kernels
 from phongbench.scenes.geometry import Geometry
 from phongbench.scenes.scene import Scene
 from phongbench.scenes.skips import SceneSkips, Tally
 from phongbench.shading import tiles
+from phongbench.shading.lighting import Light
 from phongbench.shading.prepared import PreparedShading
 
 #: embreex takes no infinity for "as far as there is"
 _FARTHEST = np.float32(1e37)
-#: distance of a shadow ray's start from the light that it ends before, as a share of the distance
-_SHORT = np.float32(1 - 1e-4)
 
 
 @dataclass(frozen=True, eq=False)
 class RenderJob:
-    """What is to be drawn, the same for every thread.
+    """What is to be drawn, the same for every thread. Places are those of the geometry's eye space.
 
     scene     its picture settings are those asked for
+    lights    the scene's, in eye space
     shadings  one for each material
     vertex    float32 (9, t)  colours of the triangles' corners, for Gouraud shading
     view      of camera.frame
@@ -32,6 +32,7 @@ class RenderJob:
 
     scene: Scene
     geometry: Geometry
+    lights: Sequence[Light]
     shadings: Sequence[PreparedShading]
     vertex: Array
     view: Array
@@ -65,9 +66,10 @@ class Worker:
         self.t, self.t_shadow, self.spare = (np.empty(capacity, np.float32) for _ in range(3))
         self.which, self.which_shadow, self.group, self.ray_of = (np.empty(capacity, np.int32) for _ in range(4))
         self.uv = np.zeros((2, capacity), np.float32)
-        self.points, self.normals, self.seen, self.colours = (np.empty((capacity, 3), np.float32) for _ in range(4))
+        rows = [np.empty((capacity, 3), np.float32) for _ in range(5)]
+        self.points, self.starts, self.normals, self.seen, self.colours = rows
         self.hits = self.t, self.which, self.uv
-        self.surface = self.points, self.normals, self.seen, self.ray_of
+        self.surface = self.points, self.starts, self.normals, self.seen, self.ray_of
         self.triangles_from = g.spheres.shape[1] + g.planes.shape[1]
         self.every = np.arange(self.triangles_from, dtype=np.int32)
         self.seen_spheres = np.empty(g.spheres.shape[1], np.int32)
@@ -76,7 +78,7 @@ class Worker:
 
     def _set_lights(self) -> None:
         """The lights as kernels take them, and how far away a shadow is asked for: negative asks everywhere."""
-        lights, skips = self.job.scene.lights, self.job.skips
+        lights, skips = self.job.lights, self.job.skips
         places = [(*(light.position or light.direction or ()), light.position is None) for light in lights]
         self.lights = np.array(places, np.float32).reshape(-1, 4)
         reaches = [np.inf if light.reach is None or not skips.shading.reach else light.reach for light in lights]
@@ -135,9 +137,12 @@ class Worker:
         self.tally.objects += count * (len(self.every) - len(objects))
         self._triangles(wave)
         sizes = np.zeros(2 * len(self.job.shadings) + 1, np.int64)
-        ray_kernels.sort(wave.rays, count, self.hits, g.arrays, self.group, sizes)
-        starts = np.cumsum(sizes) - sizes
-        ray_kernels.gather(wave.rays, count, self.hits, g.arrays, self.group, starts, self.surface)
+        surface_kernels.sort(wave.rays, count, self.hits, g.arrays, self.group, sizes)
+        ends = np.cumsum(sizes) - sizes
+        background = not self.job.skips.background
+        surface_kernels.gather(wave.rays, count, self.hits, g.arrays, self.group, ends, self.surface, background)
+        if g.embree is not None:
+            surface_kernels.gather_triangles(count, self.hits, g.arrays, self.surface)
         return sizes
 
     def _triangles(self, wave: Wave) -> None:
@@ -164,7 +169,7 @@ class Worker:
         if group < names:
             self._shade(group, part, bounce)
         elif hit:
-            ray_kernels.blend(job.vertex, self.which, self.triangles_from, self.uv, self.ray_of, first, colours)
+            surface_kernels.blend(job.vertex, self.which, self.triangles_from, self.uv, self.ray_of, first, colours)
         else:
             if job.skips.background:
                 tally.background += count
@@ -172,7 +177,7 @@ class Worker:
                 self._shade(0, part, bounce)
             colours[:] = job.scene.background
         direct = np.float32(1) - k
-        ray_kernels.accumulate(colours, first, count, direct, self.ray_of, wave.weights, wave.pixels, picture)
+        surface_kernels.accumulate(colours, first, count, direct, self.ray_of, wave.weights, wave.pixels, picture)
         tally.shading += time.perf_counter() - started
         if bounce < self.settings.depth and hit:
             self._reflect(first, count, k)
@@ -194,36 +199,37 @@ class Worker:
     def _shade(self, material: int, part: slice, bounce: int) -> None:
         """The colours of a group's points."""
         points, normals = self.points[part], self.normals[part]
+        visible = self.visible((points, self.starts[part], normals))
         counts, lost = np.zeros(tiles.COUNTS, np.int64), self.tally.lost[bounce, material : material + 1]
         shading, towards = self.job.shadings[material], self.seen[part] if bounce else None
-        visible = self.visible(points, normals)
         shading.shade(points, normals, self.colours[part], counts, lost, towards=towards, visible=visible)
         self.tally.add_pairs(shading.skipped(len(points), counts))
 
-    def visible(self, points: Array, normals: Array) -> Array | None:
-        """Which points see which light; None without shadows."""
+    def visible(self, surface: tuple[Array, Array, Array]) -> Array | None:
+        """Which points see which light; None without shadows.
+
+        surface  points, where rays that leave them start, normals
+        """
         g, tally = self.job.geometry, self.tally
         if not self.settings.shadows:
             return None
-        started = time.perf_counter()
-        visible = np.empty((len(self.lights), len(points)), np.bool_)
+        started, points = time.perf_counter(), len(surface[0])
+        visible = np.empty((len(self.lights), points), np.bool_)
         rays, limit, point_of = wave = self.shadow.arrays
         hits = self.t_shadow, self.which_shadow, self.spare
         if g.embree is None:
             args = self.lights, self.spans, wave, self.solids, hits, visible
-            count = int(shadow_kernels.shadows(points, normals, *args))
+            count = int(shadow_kernels.shadows(surface, *args))
         else:
             count = 0
             for row, light, span in zip(visible, self.lights, self.spans, strict=True):
-                mine = int(
-                    shadow_kernels.shadow_rays(points, normals, light, bool(light[3]), span, rays, limit, point_of)
-                )
+                mine = int(shadow_kernels.shadow_rays(surface, light, bool(light[3]), span, rays, limit, point_of))
                 ray_kernels.nearest(rays, mine, self.solids, hits)
                 self._hidden_by_triangles(mine)
                 shadow_kernels.hide(self.t_shadow, limit, point_of, mine, row)
                 count += mine
-        tally.shadow_rays += len(self.lights) * len(points)
-        tally.shadow_rays_saved += len(self.lights) * len(points) - count
+        tally.shadow_rays += len(self.lights) * points
+        tally.shadow_rays_saved += len(self.lights) * points - count
         spent = time.perf_counter() - started
         tally.tracing += spent
         tally.shading -= spent
@@ -236,6 +242,5 @@ class Worker:
             return
         rays = self.shadow.rays
         origins, directions = (np.ascontiguousarray(rays[a : a + 3, :count].T) for a in (0, 3))
-        far = np.minimum(self.shadow.weights[:count], _FARTHEST) * _SHORT
-        hit = g.embree(origins, directions, far, query="OCCLUDED")
+        hit = g.embree(origins, directions, np.minimum(self.shadow.weights[:count], _FARTHEST), query="OCCLUDED")
         self.t_shadow[:count][hit == 0] = 0

@@ -121,7 +121,7 @@ class PreparedShading:
         bad = self.fill(points, normals, out, counts, lost, **options)
         if bad >= 0:
             where = f"points[{bad}] = {points[bad].tolist()}, normal {normals[bad].tolist()}"
-            raise InputError("a point that rays found cannot be shaded", where, "bring the scene nearer to the origin")
+            raise InputError("a point that rays found cannot be shaded", where, "bring the scene nearer to the camera")
 
     def skipped(self, points: int, counts: NDArray[np.int64]) -> dict[str, int]:
         """What was left out of so many points: the fields of `shade.Ledger`."""

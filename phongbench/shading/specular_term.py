@@ -28,6 +28,9 @@ def formula_for(formula: Formula, material: Material, model: str = "phong", regi
     """
     if model not in MODELS:
         raise UnknownNameError("model", model, MODELS, "model")
+    if formula.raw:
+        fix = f"give {formula.approximation} without @ and /: shading normalises what it is told to by itself"
+        raise InputError(f"{formula} removes lengths or makes its pair, which shading does", "specular", fix)
     parts = (formula.approximation, formula.lambda_form, formula.gamma, formula.slope, formula.space)
     formula = Formula.of(*parts, registry=registry, where="specular.")
     if model == "blinn-phong" and formula.space == "half":
@@ -94,7 +97,7 @@ class SpecularTerm:
                 dark = limit(spec, setting, precision)
         if skips.dark_tail and exact:
             least = 4 * float(np.finfo(precision.carrier).eps) if skips.tail is None else skips.tail
-            tail = least ** (1 / setting.alpha)
+            tail = least ** (1 / setting.alpha) if setting.alpha else 0.0
             dark = max(dark, tail)
         space = "half" if model == "blinn-phong" else formula.space
         return cls(spec, setting, form, space, precision, dark, tail)

@@ -6,12 +6,16 @@ from typing import Any
 
 import pandas as pd
 
+from phongbench.accuracy.probes.incidence import native
 from phongbench.accuracy.sweep import Sweep
 from phongbench.errors import BudgetError
+from phongbench.formulas.recipes import PAIR
 from phongbench.formulas.spec import Approximation
+from phongbench.results.schema import INCIDENCE_TIMES
 from phongbench.support.process import cores
 from phongbench.support.progress import Progress
-from phongbench.timing import skip_kernels
+from phongbench.timing import reflectance_times, skip_kernels
+from phongbench.timing.machine_lock import machine_lock
 from phongbench.timing.processes import measure_in_processes
 from phongbench.timing.timed_kernels import timed_formulas
 
@@ -32,11 +36,25 @@ class _Steps:
         self.last = share
 
 
+def time_all(sweep: Sweep, progress: Progress) -> dict[str, pd.DataFrame]:
+    """The tables of times: of every kernel, and of formulas of reflectance where the plan asks for their errors."""
+    tables = {"timing": time_kernels(sweep, progress)}
+    if "incidence" in sweep.plan.probes:
+        progress.stage("timing reflectances")
+        with machine_lock():
+            timed = (reflectance_times.measure(precision, sweep.plan.seed) for precision in native(sweep.plan))
+            rows = [row for rows in timed for row in rows]
+        tables["incidence_times"] = INCIDENCE_TIMES.frame(rows)
+    return tables
+
+
 def time_kernels(sweep: Sweep, progress: Progress) -> pd.DataFrame:
     """The rows of timing.parquet; what could not be timed, and a budget that had to grow, are notes of the progress."""
     plan, specs = sweep.plan, sweep.registry
     cells = [cell for at, cell in enumerate(sweep.cells) if cell.gated and at not in sweep.failures]
-    timed = timed_formulas((c for c in cells if c.formula.space == specs[c.approximation].spaces[0]), specs)
+    timed = timed_formulas(
+        (c for c in cells if c.formula.raw or c.formula.space == specs[c.approximation].spaces[0]), specs
+    )
     options: dict[str, Any] = {
         "processes": plan.processes,
         "seed": plan.seed,
@@ -58,7 +76,7 @@ def time_kernels(sweep: Sweep, progress: Progress) -> pd.DataFrame:
 
 def _in_every_space(rows: pd.DataFrame, specs: Mapping[str, Approximation]) -> pd.DataFrame:
     """The rows with those of further spaces added: on (N, H) the same code runs as on (R, V), so it was timed once."""
-    frames = [rows]
+    frames, pairs = [rows], rows[(rows["recipe"] == PAIR) & (rows["normalise"] == "none")]
     for spec in specs.values():
-        frames += [rows[rows["approximation"] == spec.name].assign(space=space) for space in spec.spaces[1:]]
+        frames += [pairs[pairs["approximation"] == spec.name].assign(space=space) for space in spec.spaces[1:]]
     return pd.concat(frames, ignore_index=True).astype(rows.dtypes)

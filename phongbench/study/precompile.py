@@ -11,9 +11,13 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from itertools import product
 
 from phongbench.accuracy import sweep
+from phongbench.accuracy.probes.incidence import native
 from phongbench.compiler import jit
+from phongbench.formulas.coordinate_kernels import values_kernel
+from phongbench.formulas.fresnel.catalogue import KINDS
 from phongbench.inputs.plan import Plan
 from phongbench.support.process import seldom_collected
 from phongbench.timing import skip_kernels
@@ -66,6 +70,9 @@ def compile_for(plan: Plan) -> None:
     sweep.compile_drivers(prepared)
     if plan.timing:
         compile_all(timed_formulas(prepared.cells, prepared.registry), lit=skip_kernels.LIT if plan.skipping else ())
+    if "incidence" in plan.probes:
+        for formula, precision in product(KINDS.values(), native(plan)):
+            values_kernel(formula, precision)
 
 
 if __name__ == "__main__":

@@ -24,7 +24,7 @@ from phongbench.inputs.plan import Plan
 from phongbench.results import checkpoints, runs
 from phongbench.results.runs import Run
 from phongbench.study import precompile, run_folder
-from phongbench.study.kernel_timing import time_kernels
+from phongbench.study.kernel_timing import time_all
 from phongbench.support import process
 from phongbench.support.process import seldom_collected
 from phongbench.support.progress import Progress
@@ -182,7 +182,7 @@ class _Study:
         with _clocked(seconds, "timing"):
             end_help()
             if self.sweep.plan.timing:
-                self.store({"timing": time_kernels(self.sweep, self.progress)})
+                self.store(time_all(self.sweep, self.progress))
         return self.complete(context, seconds)
 
     def accuracy(self, parts: list[pd.DataFrame]) -> ProbeContext:

@@ -188,7 +188,7 @@ class Table:
         """Three numbers that are not all 0, scaled to length 1."""
         x, y, z = self.vector(key, default)
         length = math.hypot(x, y, z)
-        if length < 1e-9:
+        if length == 0:
             raise self.wrong("has no direction", [x, y, z], key)
         return x / length, y / length, z / length
 

@@ -15,15 +15,16 @@ from phongbench.compiler.lowering import Precision
 from phongbench.compiler.precisions import Array
 from phongbench.errors import MeasurementError
 from phongbench.formulas.kernel import read_only
+from phongbench.formulas.recipes import PAIR
 from phongbench.results.machine import MEMORY_CAP, Caches, cache_sizes
 from phongbench.results.schema import COPY, TRIAD
 from phongbench.timing import epoch_loop
 from phongbench.timing.interference import Witness, disturbed
 from phongbench.timing.rounds import EPOCH_NS, Epoch, agreed, repeats_for
-from phongbench.timing.timed_kernels import ROWS, TimedKernel, highlight_pairs
+from phongbench.timing.timed_kernels import ROWS, TimedKernel, highlight_configurations, highlight_pairs
 
-#: (precision, seed, count) -> a, b of shape (3, count)
-Inputs = Callable[[Precision, int, int], tuple[Array, Array]]
+#: (precision, seed, count) -> a, b of shape (3, count); or a, V above L, and N
+Inputs = Callable[[Precision, int, int], tuple[Array, ...]]
 
 WORKING_SETS = ("l1", "l2", "memory")
 #: nanoseconds of an epoch that are not its loop: Python, counters, and two spins; and what a second thread adds
@@ -64,31 +65,44 @@ def block_bytes() -> dict[str, int]:
     return {"l1": caches.l1 // 2, "l2": caches.l2 // 2, "memory": memory_sizes(caches)[-1]}
 
 
-def aligned_rows(a: Array, b: Array) -> Array:
-    """A copy of these inputs in the first six of ROWS rows of one aligned piece of memory; the last is for results."""
-    count, row = a.shape[1], a.shape[1] * a.itemsize
-    raw = np.zeros(ROWS * row + 64, np.uint8)
+def aligned_rows(*inputs: Array) -> Array:
+    """A copy of these inputs, one above the other, in one aligned piece of memory; its last row is for results."""
+    held = np.concatenate(inputs)
+    count, row, size = held.shape[1], held.shape[1] * held.itemsize, len(held) + 1
+    raw = np.zeros(size * row + 64, np.uint8)
     start = -raw.ctypes.data % 64
-    rows = raw[start : start + ROWS * row].view(a.dtype).reshape(ROWS, count)
-    rows[:3], rows[3:6] = a, b
+    rows = raw[start : start + size * row].view(held.dtype).reshape(size, count)
+    rows[:-1] = held
     return rows
 
 
 @dataclass(frozen=True)
 class Share:
-    """What one thread works on: its own inputs, output and scratch, in one aligned piece of memory."""
+    """What one thread works on: its own inputs, output and scratch, in one aligned piece of memory.
+
+    a, b     (3, n)    the pairs; b is (6, n), V above L, where recipes are timed too
+    normals  (3, n)    for recipes; a without any
+    """
 
     a: Array
     b: Array
+    normals: Array
     out: Array
     scratch: NDArray[np.int64]
 
     @staticmethod
-    def of(a: Array, b: Array) -> "Share":
+    def of(*inputs: Array) -> "Share":
         """A share with a copy of these inputs."""
-        rows = aligned_rows(a, b)
+        rows = aligned_rows(*inputs)
         scratch = np.zeros(epoch_loop.SCRATCH, np.int64)
-        return Share(read_only(rows[:3]), read_only(rows[3:6]), rows[6], scratch)
+        normals = rows[-4:-1] if len(inputs) == 3 else rows[:3]
+        return Share(
+            read_only(rows[:3]), read_only(rows[3 : 3 + len(inputs[1])]), read_only(normals), rows[-1], scratch
+        )
+
+    def first(self, kernel: TimedKernel) -> Array:
+        """What this kernel takes first: a, or the normals of a recipe."""
+        return self.a if kernel.recipe == PAIR else self.normals
 
     def digest(self) -> int:
         """Checksum of the output."""
@@ -109,10 +123,12 @@ class Block:
         kernels: list[TimedKernel],
         total_bytes: int,
         seed: int,
-        inputs: Inputs = highlight_pairs,
+        inputs: Inputs | None = None,
         lit: float | None = None,
     ) -> None:
-        self.working_set, self.precision, self.kernels, self.inputs = working_set, precision, kernels, inputs
+        from_n_l_v = any(kernel.recipe != PAIR for kernel in kernels)
+        self.inputs: Inputs = inputs or (highlight_configurations if from_n_l_v else highlight_pairs)
+        self.working_set, self.precision, self.kernels = working_set, precision, kernels
         self.lit, self.cached = lit, working_set != "memory"
         self.pool: ThreadPoolExecutor | None = None
         self.allocate(total_bytes, seed)
@@ -123,9 +139,9 @@ class Block:
         self.usual_spin = 0.0
 
     @staticmethod
-    def prepare(precision: Precision, kernel: TimedKernel) -> None:
-        """Compile the drivers for this precision."""
-        block = Block("l1", precision, [kernel], 1, 0)
+    def prepare(precision: Precision, kernels: list[TimedKernel]) -> None:
+        """Compile the drivers for this precision, and what makes the inputs of these kernels; the first is run."""
+        block = Block("l1", precision, kernels, 1, 0)
         block.nanoseconds(0, 1)
         block.shares[0].digest()
         epoch_loop.spin(block.shares[0].scratch)
@@ -139,8 +155,8 @@ class Block:
     def allocate(self, total_bytes: int, seed: int) -> None:
         """Inputs for every thread, equal but in memory of its own."""
         self.elements = elements_of(total_bytes, self.precision)
-        a, b = self.inputs(self.precision, seed, self.elements)
-        self.shares = [Share.of(a, b) for _ in range(self.threads)]
+        inputs = self.inputs(self.precision, seed, self.elements)
+        self.shares = [Share.of(*inputs) for _ in range(self.threads)]
 
     def enlarge(self, scale: float, total_bytes: int, seed: int) -> None:
         """Take larger buffers after calibration; passes are expected to take that much longer."""
@@ -165,13 +181,14 @@ class Block:
 
         Spins are left in each scratch.
         """
-        threads, kernel = self.kernels[index].threads, self.kernels[index].kernel
+        timed = self.kernels[index]
+        threads, kernel = timed.threads, timed.kernel
         loop, row, table = kernel.loop, kernel.coefficients, kernel.table
         meeting, warm = np.zeros(threads * epoch_loop.STRIDE, np.int64), self.warm(repeats)
 
         def work(me: int) -> None:
             mine = self.shares[me]
-            a, b, out, scratch = mine.a, mine.b, mine.out, mine.scratch
+            a, b, out, scratch = mine.first(timed), mine.b, mine.out, mine.scratch
             epoch_loop.run(loop, a, b, row, table, out, warm, repeats, scratch, meeting, me)
 
         if threads > 1 and self.pool is None:
@@ -213,12 +230,13 @@ class Block:
         """Run every kernel once and compare it with plain Python; what differs is left out, and reported."""
         problems: list[MeasurementError] = []
         right: dict[int, int] = {}
-        a, b = (rows[:, :_CHECKED].astype(np.float64) for rows in (self.shares[0].a, self.shares[0].b))
+        mine = self.shares[0]
         for index, kernel in enumerate(self.kernels):
             for share in self.shares:
                 share.out.fill(np.nan)
             self.nanoseconds(index, 1)
-            off = ~(np.abs(self.shares[0].out[:_CHECKED] - kernel.plain(a, b)) <= kernel.tolerance)
+            a, b = (rows[:, :_CHECKED].astype(np.float64) for rows in (mine.first(kernel), mine.b))
+            off = ~(np.abs(mine.out[:_CHECKED] - kernel.plain(a, b)) <= kernel.tolerance)
             if (wrong := float(off.mean())) > _STRAY:
                 problems.append(self.void(kernel, f"{wrong:.0%} of its values differ from the plain formula"))
             else:
@@ -229,7 +247,8 @@ class Block:
 
     def void(self, kernel: TimedKernel, why: str) -> MeasurementError:
         """The problem that takes this kernel's row away."""
-        words = " ".join(str(part) for part in kernel.key if part is not None)
+        key = kernel.key[:5] if kernel.as_given else kernel.key
+        words = " ".join(str(part) for part in key if part is not None)
         return MeasurementError(f"{why}; its row is left out", f"{words}, {self.working_set}", "the kernel is wrong")
 
     @property

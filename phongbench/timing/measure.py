@@ -22,7 +22,7 @@ import pandas as pd
 from phongbench.compiler import jit
 from phongbench.compiler.lowering import FLOAT32, Precision
 from phongbench.errors import InputError, MeasurementError, UnknownNameError
-from phongbench.results.schema import BASELINE, TIMING
+from phongbench.results.schema import TIMING
 from phongbench.support.process import cores
 from phongbench.timing import skip_kernels, timed_kernels
 from phongbench.timing.blocks import WORKING_SETS, Block
@@ -124,5 +124,5 @@ def _compile_all(
                     kernels[formula.key] = timed_kernels.compiled(formula)
             except MeasurementError as problem:
                 problems.append(problem)
-        Block.prepare(precision, next(k for k in kernels.values() if k.name == BASELINE))
+        Block.prepare(precision, list(kernels.values()))
         yield precision, list(kernels.values())

@@ -76,8 +76,9 @@ class Session:
         sizes, blocks = block_bytes(), []
         for name in (n for n in WORKING_SETS if n in self.working_sets):
             for precision, kernels in self.groups:
-                more = timed_kernels.on_threads(kernels, self.threads) if name in THREADED_SETS else []
-                blocks.append(Block(name, precision, [*kernels, *more], sizes[name], self.seed))
+                mine = kernels if name == WORKING_SETS[0] else timed_kernels.in_every_set(kernels)
+                more = timed_kernels.on_threads(mine, self.threads) if name in THREADED_SETS else []
+                blocks.append(Block(name, precision, [*mine, *more], sizes[name], self.seed))
         where = SKIPPED_SET if SKIPPED_SET in self.working_sets else blocks[0].working_set
         for lit in self.lit:
             pairs = skip_kernels.inputs(lit)

@@ -36,7 +36,7 @@ PAIRED = (Formula.parse("phong"), Formula.parse("lyon:dot:8"))
 
 def skip_kernel(spec: Approximation, form: str, setting: Setting, precision: Precision) -> Any:
     """`pair_kernels.pairs_kernel` in blocks that may be skipped; its coefficients are followed by `limit`."""
-    bound, coordinate = coordinate_kernels.bound_parts(spec, form, precision, known_values(spec, setting))
+    bound, coordinate, _ = coordinate_kernels.bound_parts(spec, form, precision, known_values(spec, setting))
     return _skip_kernel(bound, coordinate, form, precision)
 
 

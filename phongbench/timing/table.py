@@ -22,12 +22,12 @@ def analyse(kernels: Sequence[TimedKernel], readings: Readings, per_epoch: int) 
     at best, where there are two. The bandwidth is a fraction of what one thread copies or triads in the same rounds,
     whichever moves more: the least times of the two kernels may stem from moments when neighbours were unlike.
     """
-    place = {kernel.name: i for i, kernel in reversed(list(enumerate(kernels)))}
+    place = {kernel.name: i for i, kernel in reversed(list(enumerate(kernels))) if kernel.as_given}
     baseline, dot = place[BASELINE], place[DOT]
     ceiling = max((place[COPY], place[TRIAD]), key=lambda i: kernels[i].rows / readings.median(i))
     rows = []
     for i, kernel in enumerate(kernels):
-        name, form, space, gamma, precision = kernel.key
+        name, form, space, gamma, precision, recipe, normalise = kernel.key
         ratio = readings.ratio(i, baseline)
         rows.append(
             {
@@ -37,6 +37,8 @@ def analyse(kernels: Sequence[TimedKernel], readings: Readings, per_epoch: int) 
                 "beta_policy": "none",
                 "gamma": gamma,
                 "precision": precision,
+                "recipe": recipe,
+                "normalise": normalise,
                 "threads": kernel.threads,
                 "ns_min": readings.least(i) / per_epoch,
                 "ns_median": readings.median(i) / per_epoch,

@@ -16,12 +16,15 @@ from phongbench.compiler import jit
 from phongbench.compiler.lowering import Precision, lower
 from phongbench.compiler.precisions import Array, precision_named
 from phongbench.errors import InputError, KernelError, MeasurementError
-from phongbench.formulas import lambda_forms, pair_kernels
+from phongbench.formulas import lambda_forms, normalising, pair_kernels, recipes
 from phongbench.formulas.formula import Formula, Registry
 from phongbench.formulas.kernel import Kernel
+from phongbench.formulas.normalising import NORMALISE
+from phongbench.formulas.recipes import PAIR
 from phongbench.formulas.registry import REGISTRY
 from phongbench.formulas.spec import MAX_COEFFICIENTS, Approximation, Setting
 from phongbench.inputs import pairs
+from phongbench.inputs.configurations import normals_and_lights
 from phongbench.inputs.plan import Cell
 from phongbench.inputs.strata import STRATA
 from phongbench.results.schema import BASELINE, COPY, DOT, FMA, LIBM, TRIAD, TWIN
@@ -30,18 +33,35 @@ from phongbench.results.schema import BASELINE, COPY, DOT, FMA, LIBM, TRIAD, TWI
 CHAIN = 8
 #: what is timed on several threads too: (name, gamma)
 THREADED = ((BASELINE, None), (DOT, None), ("lyon", 8))
+#: of formulas for raw vectors those that are timed beyond the first cache too: claims ask for them there
+BEYOND_FIRST_CACHE = (
+    "phong/each",
+    "phong/once",
+    "lyon:cross:8/once",
+    "phong@reflect/each",
+    "phong@lengthwise/once",
+    "lyon:cross:8@lengthwise",
+)
 #: the shininess at which kernels are timed, and a second one for integer powers, which alone depend on it
 ALPHA, FURTHER_ALPHAS = 50.0, (64.0, 1000.0)
-#: rows of the arrays a formula reads and writes
-ROWS = 7
-#: what tells rows apart: name, lambda form, space, gamma, precision
-Key = tuple[str, str, str, int | None, str]
+#: rows of the arrays a formula reads and writes; from N, L and V
+ROWS, ROWS_OF_RECIPES = 7, 10
+#: what tells rows apart: name, lambda form, space, gamma, precision, recipe, normalise
+Key = tuple[str, str, str, int | None, str, str, str]
 
 
 def highlight_pairs(precision: Precision, seed: int, count: int, scale: float = 1 / ALPHA) -> tuple[Array, Array]:
     """Pairs of the highlight stratum, by default at shininess ALPHA: what kernels are timed on."""
     stratum = next(s for s in STRATA if s.name == "highlight")
     return pairs.pairs(stratum, precision, seed=seed, start=0, count=count, scale=scale)
+
+
+def highlight_configurations(precision: Precision, seed: int, count: int) -> tuple[Array, Array, Array]:
+    """The same pairs with what they are made from: a, V above L as (6, count), and N."""
+    mirror, view = pairs.highlight_frames(seed, 0, count, 1 / ALPHA)
+    normal, light = normals_and_lights(mirror, seed, 0)
+    a, b, n = (v.astype(precision.carrier) for v in (mirror, np.concatenate([view, light]), normal))
+    return a, b, n
 
 
 @dataclass(frozen=True)
@@ -81,19 +101,20 @@ class TimedFormula:
     @property
     def key(self) -> Key:
         """What tells its row from others."""
-        return self.name, self.formula.lambda_form, self.formula.space, self.formula.gamma, self.precision.name
+        f = self.formula
+        return self.name, f.lambda_form, f.space, f.gamma, self.precision.name, f.recipe, f.normalise
 
 
 def timed_formulas(cells: Iterable[Cell], registry: Registry = REGISTRY) -> tuple[TimedFormula, ...]:
     """The formulas behind cells that differ in time, in the order first met, at shininess ALPHA where it is accepted.
 
-    Emulated precisions are left out: their steps are conversions, so their time says nothing about hardware that has
-    them.
+    Emulated precisions and roots are left out: their steps are conversions and tables, so their time says nothing about
+    hardware that has them.
     """
     chosen: dict[Key, TimedFormula] = {}
     for cell in cells:
-        spec, precision = registry[cell.approximation], precision_named(cell.precision)
-        if not precision.rounds:
+        spec, precision = cell.formula.spec(registry), precision_named(cell.precision)
+        if not precision.rounds and not NORMALISE[cell.formula.normalise].emulated:
             formula = replace(cell.formula, slope=spec.slopes[0])
             alpha = ALPHA if spec.accepts(formula.setting(ALPHA)) else cell.alpha
             timed = TimedFormula(formula, spec, precision, alpha)
@@ -125,10 +146,20 @@ class TimedKernel:
         """What the row is called."""
         return self.key[0]
 
+    @property
+    def recipe(self) -> str:
+        """How its pair is made; unless that is given, it takes N, and V above L."""
+        return self.key[5]
+
+    @property
+    def as_given(self) -> bool:
+        """True if it takes its pair as it is."""
+        return self.key[5:] == (PAIR, "none")
+
 
 def compiled(timed: TimedFormula) -> TimedKernel:
     """The formula's kernel, compiled now; MeasurementError where that fails, for whatever reason in the kernel."""
-    spec, setting, precision = timed.spec, timed.setting, timed.precision
+    spec, setting, precision, formula = timed.spec, timed.setting, timed.precision, timed.formula
     if precision.rounds:
         raise InputError(
             f"{precision.name} is emulated, so its time says nothing", timed.name, "time float32 or float64"
@@ -136,13 +167,15 @@ def compiled(timed: TimedFormula) -> TimedKernel:
     try:
         spec.check(setting)
         started = time.perf_counter()
-        kernel = Kernel.of_pairs(spec, timed.formula.lambda_form, setting, precision)
+        raw = {"normalise": formula.normalise, "recipe": formula.recipe}
+        kernel = Kernel.of_pairs(spec, formula.lambda_form, setting, precision, **raw)
         took = 1e3 * (time.perf_counter() - started)
     except (KernelError, jit.CompileError, ArithmeticError, LookupError, ValueError) as problem:
         raise MeasurementError(
             f"cannot be compiled: {problem}".splitlines()[0], timed.name, "fix its kernel"
         ) from problem
-    return TimedKernel(timed.key, kernel, _plain(timed), _tolerance(setting.exponent, precision), compile_ms=took)
+    rows = ROWS if formula.recipe == PAIR else ROWS_OF_RECIPES
+    return TimedKernel(timed.key, kernel, _plain(timed), _tolerance(setting.exponent, precision), rows, took)
 
 
 def companions(precision: Precision, registry: Registry = REGISTRY) -> Iterator[TimedKernel]:
@@ -158,7 +191,7 @@ def companions(precision: Precision, registry: Registry = REGISTRY) -> Iterator[
     rounding = 8 * float(np.finfo(precision.dtype).eps)
     yield _bare(COPY, precision, 0.0, lambda a, b: a[0], rows=2)
     yield _bare(TRIAD, precision, ALPHA * rounding, lambda a, b: a[0] + ALPHA * b[0], rows=3)
-    yield _bare(DOT, precision, rounding, lambda a, b: (a * b).sum(axis=0))
+    yield _bare(DOT, precision, rounding, lambda a, b: (a * b[:3]).sum(axis=0))
     yield _bare(FMA, precision, CHAIN * rounding, _chained, rows=2)
 
 
@@ -169,13 +202,21 @@ def _chained(a: Array, b: Array) -> Array:
     return np.asarray(value)
 
 
+def in_every_set(kernels: Iterable[TimedKernel]) -> list[TimedKernel]:
+    """The kernels without those for raw vectors that are timed in the first cache only."""
+    places = {
+        (f.approximation, f.lambda_form, f.gamma, f.recipe, f.normalise) for f in map(Formula.parse, BEYOND_FIRST_CACHE)
+    }
+    return [k for k in kernels if k.as_given or (k.name, k.key[1], k.key[3], *k.key[5:]) in places]
+
+
 def on_threads(kernels: Iterable[TimedKernel], counts: Iterable[int]) -> list[TimedKernel]:
     """The members of THREADED again, for each number of threads above 1."""
     return [
         replace(kernel, threads=count, compile_ms=0.0)
         for count in sorted(set(counts) - {1})
         for kernel in kernels
-        if (kernel.name, kernel.key[3]) in THREADED
+        if (kernel.name, kernel.key[3]) in THREADED and kernel.as_given
     ]
 
 
@@ -186,12 +227,14 @@ def _tolerance(exponent: float, precision: Precision) -> float:
 
 def _plain(timed: TimedFormula) -> Callable[[Array, Array], Array]:
     def values(a: Array, b: Array) -> Array:
-        body, form = timed.spec.bound(timed.setting), timed.formula.lambda_form
-        cosine = lambda_forms.dot(*a, *b)
+        body, formula = timed.spec.bound(timed.setting), timed.formula
         with np.errstate(all="ignore"):
-            coordinate = cosine if form == "none" else lambda_forms.LAMBDA_FORMS[form](*a, *b)
-        pairs = zip(np.asarray(coordinate).tolist(), np.asarray(cosine).tolist(), strict=True)
-        return np.array([float(body(x)) if c > 0 else 0.0 for x, c in pairs])
+            if formula.recipe != PAIR:
+                made = recipes.plain(formula.recipe)(*a, *b[3:], *b[:3])
+                a, b = np.array(made[:3]), np.array(made[3:])
+            coordinate, gate = normalising.plain(formula.lambda_form, formula.normalise)(tuple(a), tuple(b[:3]))
+        pairs = zip(np.asarray(coordinate).tolist(), np.asarray(gate).tolist(), strict=True)
+        return np.array([float(body(x)) if g > 0 else 0.0 for x, g in pairs])
 
     return values
 
@@ -204,7 +247,7 @@ def _bare(
     took = 1e3 * (time.perf_counter() - started)
     row = np.zeros(MAX_COEFFICIENTS, precision.carrier)
     row[0], row[1] = precision.constant(ALPHA), precision.constant(1 / ALPHA)
-    key = (name, "none", "reflect", None, precision.name)
+    key = (name, "none", "reflect", None, precision.name, PAIR, "none")
     return TimedKernel(key, Kernel(loop, row, np.zeros(1, precision.carrier)), plain, tolerance, rows, took)
 
 

@@ -64,6 +64,7 @@ def law_rows() -> pd.DataFrame:
         strata=("highlight", "lengths"),
         samples=1 << 14,
         timing=False,
+        raw=(),
     ).validated()
     return _swept(plan)
 

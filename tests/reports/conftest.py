@@ -17,6 +17,8 @@ import pandas as pd
 import pytest
 
 import phongbench_reports
+from phongbench.formulas.fresnel.reflectance import CHANNELS
+from phongbench.inputs.optical_constants import EXACT, in_terms_of
 from phongbench.results.schema import MESHES, TABLES
 
 Vector = npt.NDArray[np.float64]
@@ -37,6 +39,8 @@ class MadeUpRun:
     meshes: pd.DataFrame = field(default_factory=MESHES.frame)
     behaviour: pd.DataFrame = field(default_factory=pd.DataFrame)
     smoothness: pd.DataFrame = field(default_factory=pd.DataFrame)
+    incidence: pd.DataFrame = field(default_factory=TABLES["incidence"].frame)
+    incidence_times: pd.DataFrame = field(default_factory=TABLES["incidence_times"].frame)
     scenes: pd.DataFrame = field(default_factory=TABLES["scenes"].frame)
     skips: pd.DataFrame = field(default_factory=TABLES["skips"].frame)
     scene_times: pd.DataFrame = field(default_factory=TABLES["scene_times"].frame)
@@ -45,7 +49,8 @@ class MadeUpRun:
     @property
     def frames(self) -> tuple[pd.DataFrame, ...]:
         """All tables, in the order of the fields."""
-        return self.accuracy, self.timing, self.worst, self.meshes, self.behaviour, self.smoothness
+        first = self.accuracy, self.timing, self.worst, self.meshes, self.behaviour, self.smoothness
+        return *first, self.incidence, self.incidence_times
 
 
 #: a cause of wrong lengths -> the lengths |a| - 1 and |b| - 1 that it is taken to leave
@@ -275,6 +280,37 @@ def mesh_rows(accuracy: pd.DataFrame) -> pd.DataFrame:
     return pd.DataFrame(rows).astype({"gamma": "Int64"}) if rows else MESHES.frame()
 
 
+#: formula of reflectance -> nanoseconds that it is taken to need
+REFLECTANCES = {"constant": 0.06, "schlick": 0.1, "f82": 0.12, "dielectric": 0.7, "conductor": 1.0}
+
+
+def incidence_rows() -> pd.DataFrame:
+    """Errors of reflectances at a few angles, by the plain bodies."""
+    degrees = np.linspace(0.0, 90.0, 31)
+    rows = []
+    for material, exact in EXACT.items():
+        for kind, number in product(REFLECTANCES, range(3)):
+            if (fresnel := in_terms_of(exact, kind)) is None:
+                continue
+            body, truth = fresnel.bound(number), exact.bound(number)
+            error = np.array([abs(body(v) - truth(v)) for v in np.cos(np.radians(degrees)).tolist()])
+            key = {"material": material, "reflectance": kind, "precision": "float32", "channel": CHANNELS[number]}
+            where = {"worst_degrees": float(degrees[error.argmax()]), "within_degrees": 37.0, "samples": 31}
+            sizes = {"max_abs": error.max() + 1e-8, "mean_abs": error.mean(), "codes_8bit": 255 * error.max()}
+            rows.append(key | where | sizes | {"error_60": float(error[20]), "error_85": float(error[28])})
+    return TABLES["incidence"].frame(rows)
+
+
+def incidence_times() -> pd.DataFrame:
+    rows = []
+    for (kind, ns), base in product(REFLECTANCES.items(), ("dielectric", "conductor")):
+        ratio = ns / REFLECTANCES[base]
+        ends = {"ratio": ratio, "ratio_low": 0.98 * ratio, "ratio_high": 1.03 * ratio}
+        key = {"reflectance": kind, "precision": "float32", "against": base}
+        rows.append(key | {"elements": 2048, "rounds": 48, "ns": ns} | ends)
+    return TABLES["incidence_times"].frame(rows)
+
+
 def make_run(
     path: Path,
     *,
@@ -303,7 +339,7 @@ def make_run(
         "files": {},
     }
     tables = (worst_rows(accuracy), mesh_rows(accuracy), behaviour_rows(accuracy), smoothness_rows(accuracy))
-    return MadeUpRun(path, manifest, accuracy, timing, *tables)
+    return MadeUpRun(path, manifest, accuracy, timing, *tables, incidence_rows(), incidence_times())
 
 
 @pytest.fixture(scope="session")

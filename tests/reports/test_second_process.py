@@ -19,7 +19,7 @@ from phongbench_reports.figures import FIGURES
 from phongbench_reports.plots import ink
 from phongbench_reports.second_process import beside, drawn
 
-TABLES = ("accuracy", "timing", "worst", "meshes")
+TABLES = ("accuracy", "timing", "worst", "meshes", "incidence", "incidence_times")
 
 
 @pytest.fixture(scope="module")

@@ -6,7 +6,9 @@ from typing import Annotated, Any
 from fastapi import APIRouter, Query, Request
 from starlette.responses import Response
 
+from phongbench.analysis import promises
 from phongbench.analysis.claims import answer as judged
+from phongbench.analysis.error_budget import Budget
 from phongbench.analysis.front import points
 from phongbench.analysis.recommend import recommend as cheapest
 from phongbench.results.runs import Run
@@ -35,9 +37,10 @@ async def recommend(request: Request, parameters: Annotated[RecommendParameters,
 
     def work(_cancelled: object) -> Any:
         run = here.store.newest_timed() if parameters.run is None else here.store.intact(parameters.run)
-        return _cached(here, run, parameters, lambda: cheapest(run, **budget))
+        return _cached(here, run, parameters, lambda: cheapest(run, **budget, search=False))
 
-    return await here.admission.run(request, SECONDS, work, media.json, media.Spans())
+    cost = SECONDS + promises.seconds(Budget.of(**budget))
+    return await here.admission.run(request, cost, work, media.json, media.Spans())
 
 
 @router.get("/runs/{run}/front", summary="The error/time front of a run", **described({"points": []}, *_STORED))

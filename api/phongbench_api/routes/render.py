@@ -55,7 +55,7 @@ def _named(*names: str) -> dict[str, Any]:
 
 
 _THREE, _COLOUR, _FLAG = _list(3, _number()), _list(3, _number(0, 1)), {"type": "boolean"}
-_TEXT, _LENGTH = {"type": "string", "minLength": 1}, _number(1e-6)
+_TEXT, _LENGTH = {"type": "string", "minLength": 1}, _number(scene.SHORTEST)
 _SIZE = _list(2, _whole(1, scene.MOST_PIXELS))
 _DEPTH, _SAMPLES = _whole(0, scene.MOST_DEPTH), _whole(1, scene.MOST_SUPERSAMPLING)
 _CAMERA = object_schema(

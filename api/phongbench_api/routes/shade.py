@@ -47,7 +47,7 @@ _MATERIAL = object_schema(
         "ambient": _COLOUR,
         "diffuse": _COLOUR,
         "specular": _COLOUR,
-        "shininess": {"type": "number", "minimum": ALPHA.low, "maximum": ALPHA.high},
+        "shininess": {"type": "number", "minimum": 0, "maximum": ALPHA.high},
         "fresnel": FRESNEL_SCHEMA,
     },
     "ambient",

@@ -6,6 +6,7 @@ from typing import Annotated
 from fastapi import APIRouter, Query, Request
 from starlette.responses import Response
 
+from phongbench.analysis.promises import bound_at
 from phongbench.compiler.precisions import FLOAT32
 from phongbench.formulas.shader_code import export
 from phongbench_api.http import media
@@ -16,9 +17,9 @@ from phongbench_api.work import evaluation
 
 router = APIRouter(prefix="/v1", tags=["shading"])
 FAMILY = (media.TEXT, media.JSON)
-EXAMPLE = {"language": "glsl", "text": "float highlight(vec3 r, vec3 v) { .. }", "max_error": 0.0299}
-#: predicted seconds of writing one and looking for its largest error
-SECONDS = 0.01
+EXAMPLE = {"language": "glsl", "text": "float highlight(vec3 r, vec3 v) { .. }", "max_error": 0.0299, "bound": 0.0303}
+#: predicted seconds of writing one, of looking for its largest error, and of proving a bound
+SECONDS = 0.1
 
 
 @router.get(
@@ -33,7 +34,8 @@ async def shader(request: Request, parameters: Annotated[ShaderParameters, Query
 
     def work(_cancelled: object) -> export.Shader:
         here.kernels.compile_curve(lobe, FLOAT32)
-        return export.shader(lobe.formula, lobe.alpha, parameters.language)
+        bound = bound_at(lobe.formula, lobe.alpha)
+        return export.shader(lobe.formula, lobe.alpha, parameters.language, bound=bound)
 
     cost = SECONDS + here.kernels.curve_cost(lobe, export.ANGLES, FLOAT32)
     return await here.admission.run(request, cost, work, partial(_answer, media_type), spans)

@@ -75,6 +75,8 @@ def _lobe(
     else:
         with request_errors():
             formula = Formula.of(approximation, form, gamma, slope, space)
+    with request_errors("formula"):
+        formula.check_pair()
     with request_errors("alpha"):
         formula.check(alpha)
     return Lobe(formula, alpha)
@@ -83,7 +85,8 @@ def _lobe(
 @lru_cache(maxsize=1024)
 def kernel(lobe: Lobe, precision: Precision) -> Kernel:
     """The loop over pairs of shape (n, 3) with its coefficients, compiled if it was not."""
-    return Kernel.of_pairs(lobe.spec, lobe.form, lobe.setting, precision, "aos")
+    normalise = lobe.formula.normalise
+    return Kernel.of_pairs(lobe.spec, lobe.form, lobe.setting, precision, "aos", normalise=normalise)
 
 
 def values(
@@ -133,7 +136,10 @@ def curve(
     holds them, and exact Phong is of the true angle between those.
     """
     spec, form, setting = lobe.spec, lobe.form, lobe.setting
-    value, exact = curves.against_exact(spec, form, setting, angle, precision, perturbation, length_error)
+    normalise = lobe.formula.normalise
+    value, exact = curves.against_exact(
+        spec, form, setting, angle, precision, perturbation, length_error, normalise=normalise
+    )
     error = value - exact
     size = np.where(np.isfinite(error), np.abs(error), np.inf)
     worst = int(size.argmax())

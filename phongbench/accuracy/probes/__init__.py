@@ -9,7 +9,16 @@ from dataclasses import dataclass
 
 import pandas as pd
 
-from phongbench.accuracy.probes import exhaustive, hostile_inputs, meshes, search, smoothness, truth_check
+from phongbench.accuracy.probes import (
+    exhaustive,
+    hostile_inputs,
+    incidence,
+    lobes,
+    meshes,
+    search,
+    smoothness,
+    truth_check,
+)
 from phongbench.accuracy.probes.certify import bounds
 from phongbench.accuracy.probes.probe import ProbeContext
 from phongbench.inputs.plan import Plan
@@ -51,6 +60,8 @@ PROBES: tuple[Probe, ...] = (
     Probe("meshes", "measuring interpolated normals", meshes.measure, meshes.seconds),
     Probe("hostile", "hostile inputs", hostile_inputs.measure, hostile_inputs.seconds),
     Probe("smoothness", "smoothness of the lobes", smoothness.measure, smoothness.seconds),
+    Probe("incidence", "reflectance against incidence", incidence.measure, incidence.seconds),
+    Probe("lobes", "integrating the lobes", lobes.measure, lobes.seconds),
     Probe("scenes", "drawing scenes", _drawn, _drawing_seconds),
     # the last: it looks at the worst inputs that all others left
     Probe("recheck", "checking the truth at 50 digits", truth_check.measure, truth_check.seconds),

@@ -21,6 +21,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from phongbench.formulas.formula import Formula
+from phongbench.results.runs import as_given
 from phongbench.results.schema import CASE, COVERAGES, EXACT
 
 #: strata of unit vectors: samples of the domain that the search covers
@@ -63,6 +64,7 @@ def _by_coverage(accuracy: pd.DataFrame) -> Iterator[str]:
 def _searched(accuracy: pd.DataFrame) -> Iterator[str]:
     """Rule 2."""
     key = [*_CELL, "precision", "gated"]
+    accuracy = as_given(accuracy)
     searched = accuracy[(accuracy["stratum"] == VECTORS) & (accuracy["coverage"] == "searched")]
     sampled = accuracy[accuracy["stratum"].isin(UNIT_STRATA) & (accuracy["coverage"] == "sampled")]
     sampled = sampled[(sampled["truth"] == "angle") & (sampled["nonfinite"] == 0)]
@@ -75,6 +77,7 @@ def _certified(accuracy: pd.DataFrame) -> Iterator[str]:
     if bounds.empty:
         return
     measured = accuracy[(accuracy["coverage"] != "certified") & accuracy["gated"].astype(bool)]
+    measured = measured[measured["stratum"] != "configurations"]  # no function of the angle alone
     measured = measured[(measured["truth"] == "angle") & (measured["stratum"] != "hostile")]
     both = measured.merge(bounds[[*_CELL, "model_max"]], on=_CELL, suffixes=("", "_bound"))
     limit = both["model_max_bound"] + slack(both["alpha"].to_numpy(float))

@@ -97,7 +97,7 @@ def exponents(plan: Plan) -> tuple[float, ...]:
 
 def seen(cell: Cell) -> bool:
     """True if a cell sees two directions through their cosine alone."""
-    return cell.lambda_form in ("none", "dot")
+    return cell.lambda_form in ("none", "dot") and not cell.formula.raw
 
 
 def measure(context: ProbeContext) -> Mapping[str, pd.DataFrame]:

@@ -148,7 +148,7 @@ def _cells(plan: Plan, registry: Mapping[str, Approximation]) -> Iterator[Cell]:
     """Cells of the formulas that mesh questions are about, in float32 and with the plan's first slope."""
     names = tuple(n for n in FORMULAS if n in plan.approximations)
     narrowed = replace(
-        plan, approximations=names, alphas=_alphas(plan), precisions=("float32",), slopes=plan.slopes[:1]
+        plan, approximations=names, alphas=_alphas(plan), precisions=("float32",), slopes=plan.slopes[:1], raw=()
     )
     return (cell for cell in narrowed.cells(registry) if cell.gated)
 

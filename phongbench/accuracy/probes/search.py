@@ -19,27 +19,30 @@ All cells share the same random numbers, so equal plans give equal rows, for any
 import math
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
 from itertools import product
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from phongbench.accuracy import tables
 from phongbench.accuracy.coordinates import coordinate_row
+from phongbench.accuracy.probes import search_rows
 from phongbench.accuracy.probes.consistency import VECTORS
 from phongbench.accuracy.probes.exhaustive import COSINES, exponents
 from phongbench.accuracy.probes.probe import ProbeContext
+from phongbench.accuracy.probes.search_rows import Worst
 from phongbench.compiler import jit
 from phongbench.compiler.lowering import FLOAT32, FLOAT64, precision_named
 from phongbench.compiler.precisions import Array
 from phongbench.formulas import coordinate_kernels
 from phongbench.formulas.coordinate_kernels import COORDINATE_ROWS, COSINE_ROW, coordinates_at, values_at
 from phongbench.formulas.exact import truth_at, truth_kernel
+from phongbench.formulas.formula import Formula
+from phongbench.formulas.kernel import Kernel
+from phongbench.formulas.spec import Approximation
 from phongbench.inputs.pairs import hold
 from phongbench.inputs.plan import Cell, Plan
-from phongbench.results.schema import ACCURACY, WORST
+from phongbench.results.runs import as_given
 
 #: boxes kept, points in each, and halvings
 BOXES, POINTS, LEVELS = 16, 128, 14
@@ -49,26 +52,6 @@ LEAVES, MOVES = 6, 12
 NEIGHBOURS = 3**6
 #: seconds a cell takes, for the forecast only
 SECONDS = 0.006
-
-
-@dataclass(frozen=True)
-class Worst:
-    """The worst pair of a cell.
-
-    position     of the cell in the sweep
-    error        |value - exact|, with value and exact Phong beside it
-    pair         float64 (6,), a then b
-    place        where stage 1 ended: seeds the neighbour
-    evaluations  pairs that were looked at
-    """
-
-    position: int
-    error: float
-    exact: float
-    value: float
-    pair: Array
-    place: Array
-    evaluations: int
 
 
 def measure(context: ProbeContext) -> Mapping[str, pd.DataFrame]:
@@ -90,7 +73,22 @@ def measure(context: ProbeContext) -> Mapping[str, pd.DataFrame]:
 
     with ThreadPoolExecutor(max_workers=context.jobs) as pool:
         results = sorted((f for family in pool.map(search, families) for f in family), key=lambda f: f.position)
-    return {"accuracy": _accuracy(context, results), "worst": _worst(context, results)}
+    return {"accuracy": search_rows.accuracy(context, results), "worst": search_rows.worst(context, results)}
+
+
+def worst_error(spec: Approximation, formula: Formula, alpha: float, precision: str, reach: float) -> float:
+    """The largest error that a search finds for one formula at one exponent: what is asked on demand, in a second.
+
+    reach  how far lengths may be from 1, relative: the domain
+    """
+    searched = Cell(formula, alpha, precision)
+    with np.errstate(all="ignore"):
+        kernel = Kernel.of(spec, searched.setting, precision_named(precision))
+    cell = _Cell(searched, kernel, reach)
+    random = np.random.default_rng(0).random((LEVELS, 4, BOXES * POINTS))
+    _, ends = _boxes(cell, None, random)
+    _leaves(cell, ends)
+    return float(cell.best[0])
 
 
 def seconds(plan: Plan, jobs: int) -> float:
@@ -102,7 +100,7 @@ def seconds(plan: Plan, jobs: int) -> float:
 def _wanted(plan: Plan, cell: Cell, closely: Sequence[float]) -> bool:
     """False for ungated cells, and for float64, whose rounding is the truth's own; quick searches float32 if it can."""
     only = FLOAT32.name if plan.preset == "quick" and FLOAT32.name in plan.precisions else cell.precision
-    chosen = cell.alpha in closely and cell.formula.space in plan.length_spaces
+    chosen = cell.alpha in closely and cell.formula.space in plan.length_spaces and not cell.formula.raw
     return chosen and cell.gated and cell.precision != FLOAT64.name and cell.precision == only
 
 
@@ -130,6 +128,7 @@ def _stored(worst: pd.DataFrame) -> dict[tuple[Any, ...], list[Array]]:
     """
     if worst.empty:
         return {}
+    worst = as_given(worst)
     unit = worst[~worst["stratum"].isin(["lengths", "hostile", VECTORS]) & (worst["truth"] == "angle")]
     names = ["approximation", "lambda_form", "space", "beta_policy", "alpha", "gamma", "precision", "gated"]
     keys = zip(*(unit[n].fillna(0) if n == "gamma" else unit[n] for n in names), strict=True)
@@ -143,12 +142,11 @@ def _stored(worst: pd.DataFrame) -> dict[tuple[Any, ...], list[Array]]:
 
 
 class _Cell:
-    """One cell's errors, and the worst pair met so far."""
+    """One cell's errors, and the worst pair met so far; the domain are lengths within `reach` of 1."""
 
-    def __init__(self, context: ProbeContext, position: int) -> None:
-        cell = context.sweep.cells[position]
+    def __init__(self, cell: Cell, kernel: Kernel, reach: float) -> None:
         self.precision, self.exponent = precision_named(cell.precision), cell.setting.exponent
-        self.kernel, self.row = context.sweep.kernels(position)[0], coordinate_row(cell)
+        self.kernel, self.row, self.reach = kernel, coordinate_row(cell), reach
         loops = (
             coordinate_kernels.coordinates_kernel(self.precision),
             coordinate_kernels.coordinates_kernel(FLOAT64),
@@ -165,7 +163,7 @@ class _Cell:
         hold(self.precision, held)
         out = np.empty((3, len(pairs)))
         row, table = self.kernel.coefficients, self.kernel.table
-        _errors(self.addresses, self.alpha, row, table, self.row, self.precision.eps, held[:3], held[3:], out)
+        _errors(self.addresses, self.alpha, row, table, self.row, self.reach, held[:3], held[3:], out)
         self.evaluations += len(pairs)
         worst = int(np.argmax(out[0]))
         if out[0, worst] > self.best[0]:
@@ -176,7 +174,8 @@ class _Cell:
 def _search(
     context: ProbeContext, position: int, stored: Sequence[Array], before: Sequence[Worst], random: Array
 ) -> Worst:
-    cell = _Cell(context, position)
+    searched = context.sweep.cells[position]
+    cell = _Cell(searched, context.sweep.kernels(position)[0], precision_named(searched.precision).eps)
     for candidate in stored:
         if candidate[0] > cell.best[0]:
             cell.best[:] = candidate
@@ -248,7 +247,7 @@ def _pairs(points: Array, exponent: float) -> Array:
 # nine arguments, for compiled code takes no objects
 @jit.driver
 def _errors(
-    addresses: Any, alpha: Any, coefficients: Any, table: Any, form: int, eps: float, a: Any, b: Any, out: Any
+    addresses: Any, alpha: Any, coefficients: Any, table: Any, form: int, reach: float, a: Any, b: Any, out: Any
 ) -> None:
     """Fill the rows of `out`: |value - exact| or -1, exact, value."""
     n = a.shape[1]
@@ -267,31 +266,4 @@ def _errors(
     for i in range(n):
         out[2, i] = values[i]
         error = abs(out[2, i] - out[1, i])
-        out[0, i] = error if out[0, i] <= eps and np.isfinite(error) else -1.0
-
-
-def _accuracy(context: ProbeContext, results: Sequence[Worst]) -> pd.DataFrame:
-    frame = _keys(context, results)
-    errors = np.array([f.error for f in results])
-    frame["samples"] = [f.evaluations for f in results]
-    frame["max_abs"], frame["codes_8bit"] = errors, 255 * errors
-    above = np.array([f.value > f.exact for f in results])
-    frame["max_above"], frame["max_below"] = np.where(above, errors, np.nan), np.where(above, np.nan, errors)
-    for count in ("nonfinite", "above_one", "negative", "excluded"):
-        frame[count] = 0
-    return frame.reindex(columns=ACCURACY.names)
-
-
-def _worst(context: ProbeContext, results: Sequence[Worst]) -> pd.DataFrame:
-    frame = _keys(context, results)
-    frame["rank"] = 1
-    for name in ("error", "exact", "value"):
-        frame[name] = [getattr(f, name) for f in results]
-    for k, name in enumerate(("ax", "ay", "az", "bx", "by", "bz")):
-        frame[name] = pd.Series([float(f.pair[k]).hex() for f in results], dtype="str")
-    return frame[WORST.names]
-
-
-def _keys(context: ProbeContext, results: Sequence[Worst]) -> pd.DataFrame:
-    frame = tables.of_cells(context.sweep, np.array([f.position for f in results]))
-    return frame.assign(stratum=VECTORS, perturbation="none", length_error=0.0, truth="angle", coverage="searched")
+        out[0, i] = error if out[0, i] <= reach and np.isfinite(error) else -1.0

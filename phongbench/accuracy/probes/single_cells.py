@@ -32,10 +32,12 @@ def values(spec: Approximation, cell: Cell, block: Array, setting: Setting | Non
 def spread(cells: Sequence[Cell], wanted: Setting) -> list[int]:
     """Positions of one cell for each formula, form, space, precision and gating: the one nearest to a wanted setting.
 
-    Nearest first in gamma, then in alpha, both by ratio; of equal ones the first.
+    Formulas for raw vectors are left out. Nearest first in gamma, then in alpha, both by ratio; of equals the first.
     """
     nearest: dict[Any, tuple[tuple[float, float], int]] = {}
     for position, cell in enumerate(cells):
+        if cell.formula.raw:
+            continue
         key = (cell.approximation, cell.lambda_form, cell.formula.space, cell.precision, cell.gated)
         gamma, alpha = float(cell.formula.gamma or wanted.gamma or 1), cell.alpha
         far = (abs(float(np.log(gamma / (wanted.gamma or 1)))), abs(float(np.log(alpha / wanted.alpha))))

@@ -102,7 +102,7 @@ def kink(spec: Approximation, cell: Cell) -> tuple[float, float]:
 def measure(context: ProbeContext) -> Mapping[str, pd.DataFrame]:
     """The table `smoothness`: one row for every cell of the sweep."""
     sweep = context.sweep
-    chosen = [c for c in range(len(sweep.cells)) if c not in sweep.failures]
+    chosen = [p for p, cell in enumerate(sweep.cells) if p not in sweep.failures and not cell.formula.raw]
     shapes: list[tuple[float, ...]] = []
     edges: dict[Any, tuple[float, float]] = {}
     for position in chosen:

@@ -22,6 +22,7 @@ from phongbench.accuracy.probes.probe import ProbeContext
 from phongbench.accuracy.sweep import exact_values
 from phongbench.formulas.exact import TRUTHS, angle_error, given_error, phong_of_angle, phong_of_cosine, product
 from phongbench.formulas.formula import Formula
+from phongbench.formulas.recipes import PAIR
 from phongbench.inputs.pairs import HOSTILE_PAIRS
 from phongbench.inputs.plan import Plan
 
@@ -115,7 +116,8 @@ def _holds(pair: tuple[float, ...]) -> bool:
 def _random(context: ProbeContext) -> Iterator[Value]:
     """Pairs drawn from the sweep's batches, with the truths that the sweep computes for them."""
     sweep, random = context.sweep, np.random.default_rng([context.plan.seed, DIGITS])
-    batches = [c for c in sweep.batches if any(cell not in sweep.failures for cell in c.cells)]
+    pairs = [batch for batch in sweep.batches if batch.recipe == PAIR]
+    batches = [batch for batch in pairs if any(cell not in sweep.failures for cell in batch.cells)]
     for _ in range(DRAWS if batches else 0):
         batch = batches[random.integers(len(batches))]
         alpha = sweep.cells[batch.cells[random.integers(len(batch.cells))]].alpha

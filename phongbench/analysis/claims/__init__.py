@@ -27,6 +27,7 @@ NAMES = (
     "mirror",
     "incidence",
     "reflections",
+    "cut_highlight",
 )
 CLAIMS: tuple[Claim, ...] = tuple(import_module(f"{__name__}.{name}").CLAIM for name in NAMES)
 

@@ -78,7 +78,7 @@ def _because(records: tuple[Record, ...], cells: pd.DataFrame, good: list[float]
     ]
     plain = [one["alpha"] for one in records if (one["ratio_4_error"] or math.inf) <= VISIBLE]
     if "taylor" in set(cells["beta_policy"]):
-        parts.append(f"the usual ratio of 4 is within 1/255 at {exponents(plain, measured)}")
+        parts.append(f"the usual ratio of 4 measures at most 1/255 at {exponents(plain, measured)}")
     parts.append("off the plane of incidence the ratio that fits falls to 1 at 60 degrees of incidence, by geometry")
     return sentence(*parts)
 

@@ -15,7 +15,7 @@ TEXTBOOK = "taylor"
 
 def judge(rows: Rows) -> Finding:
     """Lyon's formula with gamma 4 and gamma 8 on the highlight of unit vectors, each lambda form and slope; the
-    difference form goes with dot, whose number it is there. Enough at an exponent: largest error within 1/255.
+    difference form goes with dot, whose number it is there. Enough at an exponent: it measures at most 1/255.
     Holds if gamma 8 with the textbook's slope alpha / gamma is enough at every measured exponent in the dot form; holds
     under conditions if either gamma with any slope and form is enough at some exponent; else fails.
     """
@@ -69,11 +69,11 @@ def _because(records: list[Record], measured: list[float]) -> str:
         best = min(fewer, key=lambda r: (-len(r["alphas"]), r["worst_error"]))
         where, most = exponents(best["alphas"], measured), codes(best["worst_error"])
         parts.append(f"gamma {best['gamma']} at best, with slope {best['beta_policy']}, at {where} (worst {most})")
-    return sentence(f"gamma {gamma} in the {form} form stays within 1/255 {'; '.join(parts)}")
+    return sentence(f"gamma {gamma} in the {form} form measures at most 1/255 {'; '.join(parts)}")
 
 
 def _rows(cells: pd.DataFrame, records: list[Record]) -> tuple[Record, ...]:
-    """The worst row of each slope of the largest gamma, and its largest exponent that is within."""
+    """The worst row of each slope of the largest gamma, and its largest exponent that is enough."""
     wanted = [
         (r, alpha)
         for r in records

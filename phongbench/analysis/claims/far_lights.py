@@ -17,7 +17,7 @@ FAR = 100.0
 def judge(rows: Rows) -> Finding:
     """The error of holding L.N, and R.V, constant over a square polygon, as at its middle, while light and viewer move
     away together: the largest over the square, at several angles of incidence, with the viewer on the lobe's peak and
-    flanks, at full strength. Far enough is the distance, in sides of the square, from which the error stays within
+    flanks, at full strength. Far enough is the distance, in sides of the square, from which the error measures at most
     1/255, interpolated between measured distances along a power law. Holds if 100 sides are far enough for the diffuse
     term and the specular term of every measured exponent; holds under conditions if some measured distance is far
     enough for some term; else fails.
@@ -38,7 +38,7 @@ def judge(rows: Rows) -> Finding:
 
 
 def far_enough(distances: pd.Series, errors: pd.Series) -> float | None:
-    """The distance from which the errors stay within 1/255; the first if all do, None if the last does not."""
+    """The distance from which the errors measure at most 1/255; the first if all do, None if the last does not."""
     points = sorted(zip(map(float, distances), map(float, errors), strict=True))
     beyond = [n for n, (_, error) in enumerate(points) if not error <= VISIBLE]
     if not beyond:

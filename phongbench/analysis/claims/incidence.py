@@ -1,51 +1,55 @@
 """Claim k: specular reflection varies with the angle of incidence, so a constant ks is an approximation."""
 
-import math
+import pandas as pd
 
-from phongbench.analysis.claims.claim import VISIBLE, Claim, Finding, Record, grade
+from phongbench.analysis.claims.claim import Claim, Finding, LackingRowsError, Record, grade
+from phongbench.analysis.claims.evidence import evidence
 from phongbench.analysis.claims.words import codes, sentence
-from phongbench.analysis.rows import Rows
+from phongbench.analysis.rows import Rows, at
 from phongbench.formulas.citations import HYPERGRAPH
 
-#: reflectance at normal incidence: glass, then metals of middling and of high reflectance
-MATERIALS = {"glass": 0.04, "iron": 0.56, "silver": 0.95}
 #: beyond this, surfaces are seen edge-on only
 GRAZING = 85.0
+#: the formula that shaders put in the constant's place
+USUAL = "schlick"
 
 
 def judge(rows: Rows) -> Finding:
-    """By formula, not by a run's rows: Schlick's reflectance r + (1 - r) (1 - cos i)^5 of a material that reflects r at
-    normal incidence, against the constant ks = r, for light of full intensity. Holds if the difference exceeds 1/255
-    somewhere up to 85 degrees of incidence for glass, iron and silver alike, fails if for none, else holds under
-    conditions; with the incidence up to which a constant ks stays within 1/255.
+    """The constant ks, equal to the reflectance at normal incidence, against the exact reflectance of glass and copper
+    (Fresnel's, unpolarised), for light of full intensity, in the channel that errs most. Holds if the difference
+    exceeds 1/255 somewhere up to 85 degrees of incidence for every material, fails if for none, else holds under
+    conditions; with the incidence up to which a constant ks errs by at most 1/255, and what Schlick's formula leaves.
     """
-    records = tuple(_record(name, r) for name, r in MATERIALS.items())
-    seen = [one["error_at_85_degrees"] > VISIBLE for one in records]
-    verdict = grade(all(seen), any(seen))
+    measured = rows.judged_incidence
+    constant = at(measured, reflectance="constant")
+    if constant.empty:
+        raise LackingRowsError(
+            "no reflectance was measured against incidence", "measure it: phongbench run --probe incidence"
+        )
+    records = tuple(
+        _record(str(material), mine, at(measured, material=material, reflectance=USUAL))
+        for material, mine in constant.groupby("material", sort=False)
+    )
+    seen = [one["within_degrees"] < GRAZING for one in records]
     parts = [
-        f"{one['material']}: within 1/255 up to {one['incidence_to_degrees']:.3g} degrees, off by "
-        f"{codes(one['error_at_60_degrees'])} at 60 and {codes(one['error_at_85_degrees'])} at 85"
+        f"{one['material']}: at most 1/255 up to {one['within_degrees']:.3g} degrees, off by "
+        f"{codes(one['error_at_60_degrees'])} at 60 and {codes(one['error_at_85_degrees'])} at 85, where Schlick's "
+        f"formula errs by at most {codes(one['max_error_of_schlick'])} anywhere"
         for one in records
     ]
-    return Finding(
-        verdict, sentence(f"a constant ks against Schlick's reflectance, {parts[0]}", *parts[1:]), records, (), "law"
-    )
+    because = sentence(f"a constant ks against the exact reflectance, {parts[0]}", *parts[1:])
+    return Finding(grade(all(seen), any(seen)), because, records, evidence("incidence", "error_85", constant))
 
 
-def rise(normal: float, incidence_degrees: float) -> float:
-    """How much more is reflected than at normal incidence: (1 - r) (1 - cos i)^5."""
-    return (1.0 - normal) * (1.0 - math.cos(math.radians(incidence_degrees))) ** 5
-
-
-def _record(name: str, normal: float) -> Record:
-    reach = 1.0 - min(1.0, VISIBLE / (1.0 - normal)) ** 0.2
+def _record(material: str, constant: pd.DataFrame, schlick: pd.DataFrame) -> Record:
+    """What a constant leaves of a material, in the channel that errs most at each place."""
     return {
-        "material": name,
-        "reflectance": normal,
-        "max_error": VISIBLE,
-        "incidence_to_degrees": math.degrees(math.acos(reach)),
-        "error_at_60_degrees": rise(normal, 60.0),
-        "error_at_85_degrees": rise(normal, GRAZING),
+        "material": material,
+        "within_degrees": float(constant["within_degrees"].min()),
+        "error_at_60_degrees": float(constant["error_60"].max()),
+        "error_at_85_degrees": float(constant["error_85"].max()),
+        "max_error": float(constant["max_abs"].max()),
+        "max_error_of_schlick": float(schlick["max_abs"].max()),
     }
 
 
@@ -54,5 +58,6 @@ CLAIM = Claim(
     "Specular reflection varies with the angle of incidence: a constant ks is an approximation",
     HYPERGRAPH,
     judge,
-    (),
+    ("incidence",),
+    "copper",
 )

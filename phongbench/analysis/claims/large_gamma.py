@@ -8,15 +8,15 @@ from phongbench.analysis.claims.words import codes, exponents, sentence
 from phongbench.analysis.rows import Rows, at, forms_of
 from phongbench.formulas.citations import WIKIPEDIA_PHONG
 
-#: what gammas are within 1/255 at an exponent: all beyond some, some but no larger ones, or none
+#: what gammas measure at most 1/255 at an exponent: all beyond some, some but no larger ones, or none
 ALWAYS, PASSING, NEVER = "from some gamma on", "in passing", "never"
 
 
 def judge(rows: Rows) -> Finding:
     """Lyon's formula with slope alpha / gamma on the highlight of unit vectors. Its limit for gamma without end is
     exp(-alpha lambda), the gaussian row of the same exponent: where that errs by at most 1/255, every sufficiently
-    large gamma does. Elsewhere some measured gammas may be within 1/255 in passing, near gamma = alpha, and larger ones
-    are not. Holds if the limit is within 1/255 at every measured exponent in the dot form, fails if at none, else holds
+    large gamma does. Elsewhere some gammas may measure at most 1/255 in passing, near gamma = alpha, and larger ones
+    more. Holds if the limit measures at most 1/255 at every exponent in the dot form, fails if at none, else holds
     under conditions.
     """
     plain = at(rows.largest_errors, space="reflect", beta_policy="taylor")
@@ -41,7 +41,7 @@ def judge(rows: Rows) -> Finding:
 
 
 def _record(lyon: pd.DataFrame, limit: pd.DataFrame) -> Record:
-    """What ever larger gammas come to at one exponent, and which measured ones are within 1/255."""
+    """What ever larger gammas come to at one exponent, and which measure at most 1/255."""
     mine = lyon.sort_values("gamma", kind="stable")
     gammas = mine["gamma"].astype(int).tolist()
     good = mine.loc[mine["max_abs"] <= VISIBLE, "gamma"].astype(int).tolist()
@@ -65,7 +65,7 @@ def _because(records: list[Record]) -> str:
     good, passing, never = ([one["alpha"] for one in records if one["within"] == w] for w in (ALWAYS, PASSING, NEVER))
     worst = max(records, key=lambda one: (one["limit_error"], -one["alpha"]))
     limit = f"in the {worst['lambda_form']} form the limit of ever larger gamma"
-    parts = [f"{limit} is within 1/255 at {exponents(good, measured)}"]
+    parts = [f"{limit} measures at most 1/255 at {exponents(good, measured)}"]
     parts += [f"at {exponents(passing, measured)} only gammas near alpha are"] if passing else []
     parts += [f"at {exponents(never, measured)} no measured gamma is"] if never else []
     parts.append(f"the limit's largest error is {codes(worst['limit_error'])}, at alpha {worst['alpha']:g}")

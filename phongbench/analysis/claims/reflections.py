@@ -41,8 +41,9 @@ def _saved(records: list[Record], scene: str, most: float) -> list[float]:
 def _sentence(scene: str, saved: float, records: list[Record]) -> str:
     top = max(records, key=lambda one: one["contribution"])
     return (
-        f"{scene}: stopping saves {percent(saved)} of the rays within 1/255, and {percent(top['rays_saved'])} below a "
-        f"contribution of {top['contribution']:.3g}, which changes a colour by {codes(top['largest_change'])}"
+        f"{scene}: stopping saves {percent(saved)} of the rays at 1/255 of change, and "
+        f"{percent(top['rays_saved'])} below a contribution of {top['contribution']:.3g}, which changes a colour by "
+        f"{codes(top['largest_change'])}"
     )
 
 

@@ -38,8 +38,8 @@ RATIOS: Mapping[str, Callable[[float], float]] = {
 
 
 def exponent(setting: Setting) -> float:
-    """alpha' by policy."""
-    return setting.alpha * RATIOS[setting.slope](setting.alpha)
+    """alpha' by policy; 0 at alpha 0, whatever the ratio."""
+    return setting.alpha and setting.alpha * RATIOS[setting.slope](setting.alpha)
 
 
 SPEC = Approximation(
@@ -55,5 +55,7 @@ SPEC = Approximation(
     lambda_forms=("none",),
     spaces=("half",),
     slopes=tuple(RATIOS),
+    exponent="exponent",
+    at_zero=lambda s: None,
     falls=True,
 )

@@ -10,7 +10,7 @@ def gaussian(cosine_deficit: float, sharpness: float) -> float:
     """A Gaussian lobe on the sphere.
 
     cosine_deficit  float      lambda, about 1 - cos(angle); any of the lambda forms
-    sharpness       float > 0  alpha plus an offset c: 0 taylor, about 0.66 minimax, 1 energy; Unreal uses 0.775
+    sharpness       float > 0  alpha plus an offset c: 0 taylor, about 0.66 minimax, 1 energy, 0.775 unreal
     returns         float      highlight factor, in (0, 1] where lambda >= 0
 
     Formula  exp(-sharpness * lambda)
@@ -32,5 +32,6 @@ SPEC = Approximation(
     domain="alpha above about 20; the error falls like 0.27 / alpha (taylor), half of that with minimax",
     cost=Cost("one multiplication, one exponential", multiplies=1, transcendentals=1),
     slopes=tuple(slopes.OFFSETS),
+    at_zero=slopes.at_zero,
     falls=True,
 )

@@ -1,5 +1,7 @@
 """Lyon's approximation: a clipped straight line in lambda, squared n times."""
 
+import math
+
 from phongbench.compiler import elementary
 from phongbench.formulas import slopes
 from phongbench.formulas.citations import LYON_1993
@@ -27,6 +29,12 @@ def beta(setting: Setting) -> float:
     return slopes.beta(setting.slope, setting.exponent, float(2**setting.n))
 
 
+def cutoff(setting: Setting) -> float:
+    """The lambda from which the value is 0; infinite for a slope of 0."""
+    slope = beta(setting)
+    return 1 / slope if slope else math.inf
+
+
 SPEC = Approximation(
     name="lyon",
     title="Lyon",
@@ -39,7 +47,8 @@ SPEC = Approximation(
     cost=Cost("one fused multiply-add, one maximum, n squarings"),
     parameters=(ALPHA, GAMMA),
     spaces=("reflect", "half"),
-    slopes=tuple(slopes.OFFSETS),
-    cutoff=lambda s: 1 / beta(s),
+    slopes=slopes.OF_POWERS,
+    cutoff=cutoff,
+    at_zero=slopes.at_zero,
     falls=True,
 )

@@ -44,5 +44,6 @@ SPEC = Approximation(
     cost=Cost("one multiplication, one minimum, two fused multiply-adds, one maximum, n squarings"),
     parameters=(ALPHA, GAMMA),
     accepts=lambda s: s.alpha >= 1,
+    at_zero=lambda s: "its parabola is fitted from alpha 1 on",
     falls=True,
 )

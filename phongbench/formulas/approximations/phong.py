@@ -27,8 +27,10 @@ SPEC = Approximation(
     source=PHONG_1975,
     kernel=phong,
     coefficients=lambda s: {"alpha": s.alpha},
-    domain="every alpha > 0; over-long vectors give values above 1",
+    domain="every alpha >= 0, where 0 gives 1 wherever x > 0; over-long vectors give values above 1",
     cost=Cost("one logarithm, one exponential", multiplies=1, transcendentals=2),
     lambda_forms=("none",),
+    exponent="alpha",
+    at_zero=lambda s: None,
     falls=True,
 )

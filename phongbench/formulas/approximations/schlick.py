@@ -1,7 +1,7 @@
 """Schlick's rational highlight: no power at all, one division, and a long tail."""
 
 from phongbench.compiler import elementary
-from phongbench.formulas.citations import SCHLICK_1994
+from phongbench.formulas.citations import LYGIA, SCHLICK_1994
 from phongbench.formulas.spec import Approximation, Cost
 
 
@@ -33,5 +33,7 @@ SPEC = Approximation(
     domain="another shape, with a long tail: up to 0.2036 too bright in the limit of high alpha; unit vectors only",
     cost=Cost("two fused multiply-adds, one division", divisions=1),
     lambda_forms=("none",),
+    at_zero=lambda s: None,
+    also=(LYGIA,),
     falls=True,
 )

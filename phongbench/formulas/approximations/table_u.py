@@ -64,5 +64,6 @@ SPEC = Approximation(
     cost=Cost("one multiplication, two fused multiply-adds, clamping, one conversion", multiplies=1, lookups=2),
     cutoff=cutoff,
     table=entries,
+    at_zero=lambda s: "its bend, fitted for high alpha, is then all there is of u",
     falls=True,
 )

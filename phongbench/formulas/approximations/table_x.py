@@ -27,8 +27,10 @@ def table_x(cosine: float, table: Table) -> float:
 
 
 def entries(setting: Setting) -> NDArray[np.float64]:
-    """The 256 entries for an alpha."""
-    return np.asarray(np.linspace(0.0, 1.0, ENTRIES) ** setting.alpha)
+    """The 256 entries for an alpha; the first is 0 at alpha 0 too, or light would leak behind the surface."""
+    table = np.linspace(0.0, 1.0, ENTRIES) ** setting.alpha
+    table[0] = 0.0
+    return np.asarray(table)
 
 
 SPEC = Approximation(
@@ -43,5 +45,6 @@ SPEC = Approximation(
     cost=Cost("one multiplication, clamping, one conversion, one fused multiply-add", multiplies=1, lookups=2),
     lambda_forms=("none",),
     table=entries,
+    at_zero=lambda s: None,
     falls=True,
 )

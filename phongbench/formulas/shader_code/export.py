@@ -13,9 +13,11 @@ from phongbench.formulas import lambda_forms
 from phongbench.formulas.curves import lobe
 from phongbench.formulas.formula import Formula, Registry
 from phongbench.formulas.kernel import known_values, needs_gate
+from phongbench.formulas.recipes import PAIR
 from phongbench.formulas.registry import REGISTRY
 from phongbench.formulas.shader_code.languages import LANGUAGES, language_named
 from phongbench.formulas.shader_code.printer import Speller
+from phongbench.formulas.shader_code.raw_vectors import Prepared, arguments, prepared
 from phongbench.formulas.spec import Approximation, Setting
 
 __all__ = ["ANGLES", "LANGUAGES", "Shader", "language_named", "shader"]
@@ -35,6 +37,7 @@ _DIRECTIONS = {
     "reflect": ("r", "v", "r is the light's direction mirrored at the normal, v points to the viewer"),
     "half": ("n", "h", "n is the normal, h the direction half way between light and viewer"),
 }
+_FROM_N_L_V = "n is the normal, l points to the light, v to the viewer; of any length where the formula removes lengths"
 
 
 @dataclass(frozen=True)
@@ -43,19 +46,27 @@ class Shader:
 
     text       its source: functions, the last of which is `highlight`, of two directions
     max_error  its largest error against exact Phong on unit vectors up to 90 degrees, at ANGLES angles, in float32
+    bound      what no pair of directions made unit in float32 errs beyond; None where nothing is promised
     """
 
     language: str
     text: str
     max_error: float
+    bound: float | None = None
 
     def as_dict(self) -> dict[str, Any]:
         """For JSON."""
-        return {"language": self.language, "text": self.text, "max_error": self.max_error}
+        return {"language": self.language, "text": self.text, "max_error": self.max_error, "bound": self.bound}
 
 
 def shader(
-    formula: Formula, alpha: float, language: str = "glsl", *, files: Iterable[str] = (), registry: Registry = REGISTRY
+    formula: Formula,
+    alpha: float,
+    language: str = "glsl",
+    *,
+    files: Iterable[str] = (),
+    registry: Registry = REGISTRY,
+    bound: float | None = None,
 ) -> Shader:
     """The source of a function `highlight` of two directions, and of what it calls.
 
@@ -63,6 +74,7 @@ def shader(
     language        one of LANGUAGES
     files           names of files that added the user's own formulas, for the command in the comment at the top
     registry        the approximations that the formula may name
+    bound           what the comment at the top may promise; without it, it tells samples and promises nothing
     returns         Shader; float32 throughout. It computes what the kernels compute, operation by operation, but for
                     powers, exponentials, roots and arc cosines, which are the language's own
     Raises UnknownNameError or InputError for what does not exist, KernelError for a body that has no spelling.
@@ -70,20 +82,21 @@ def shader(
     chosen = language_named(language)
     formula.check(alpha, registry)
     spec, setting = formula.spec(registry), formula.setting(alpha)
-    error = _largest_error(spec, formula.lambda_form, setting)
+    error = _largest_error(spec, formula, setting)
     table = None if spec.table is None else spec.table(setting)
     speller = Speller(chosen, table)
-    entry = _entry(speller, spec, formula.lambda_form, setting)
-    parts = [_head(spec, formula, alpha, error, _command(formula.spelled(registry), alpha, chosen.name, files))]
+    entry = _entry(speller, spec, formula, setting)
+    made_by = _command(formula.spelled(registry), alpha, chosen.name, files)
+    parts = [_head(spec, formula, alpha, _error(spec, error, bound), made_by)]
     parts += [chosen.preamble] if chosen.preamble else []
     if table is not None:
         parts.append(chosen.listed("TABLE", [chosen.number(float(value)) for value in table]))
-    return Shader(chosen.name, "\n\n".join([*parts, *speller.functions, entry]) + "\n", error)
+    return Shader(chosen.name, "\n\n".join([*parts, *speller.functions, entry]) + "\n", error, bound)
 
 
-def _largest_error(spec: Approximation, form: str, setting: Setting) -> float:
+def _largest_error(spec: Approximation, formula: Formula, setting: Setting) -> float:
     degrees = 90.0 * np.linspace(0.0, 1.0, ANGLES) ** 2
-    value, exact = lobe(spec, form, setting, degrees, precision=FLOAT32)
+    value, exact = lobe(spec, formula.lambda_form, setting, degrees, precision=FLOAT32, normalise=formula.normalise)
     return float(np.abs(value - exact).max())
 
 
@@ -94,7 +107,16 @@ def _command(spelling: str, alpha: float, language: str, files: Iterable[str]) -
     return shlex.join([*words, "--language", language])
 
 
-def _head(spec: Approximation, formula: Formula, alpha: float, error: float, made_by: str) -> str:
+def _error(spec: Approximation, sampled: float, bound: float | None) -> str:
+    """What is promised of the error, or what was sampled."""
+    if bound is None:
+        return f"largest error against exact Phong at {ANGLES} angles: {sampled:.3g}; sampled, not promised"
+    terms = " if powers and arcs err by at most 1e-6" if spec.cost.transcendentals else ""
+    most = f"errs by at most {bound:.3g}, {255 * bound:.2g} of 255, on directions made unit in float32: proven{terms}"
+    return f"{most}; {sampled:.3g} was sampled"
+
+
+def _head(spec: Approximation, formula: Formula, alpha: float, error: str, made_by: str) -> str:
     words = [f"alpha = {alpha:g}"]
     words += [f"gamma = {formula.gamma}"] if formula.gamma is not None else []
     words += [f"lambda form {formula.lambda_form}"] if formula.lambda_form != "none" else []
@@ -102,34 +124,41 @@ def _head(spec: Approximation, formula: Formula, alpha: float, error: float, mad
     lines = [
         f"{spec.title}: {spec.formula}",
         ", ".join(words),
-        f"largest error against exact Phong, unit vectors up to 90 degrees: {error:.3g}, {255 * error:.2g} of 255",
-        _DIRECTIONS[formula.space][2],
+        error,
+        _DIRECTIONS[formula.space][2] if formula.recipe == PAIR else _FROM_N_L_V,
         spec.source.citation,
         f"phongbench {__version__}: {made_by}",
     ]
     return "\n".join(f"// {line}" for line in lines)
 
 
-def _entry(speller: Speller, spec: Approximation, form: str, setting: Setting) -> str:
+def _entry(speller: Speller, spec: Approximation, formula: Formula, setting: Setting) -> str:
     """The function `highlight`."""
-    language = speller.language
-    a, b, _ = _DIRECTIONS[setting.space]
-    gated = needs_gate(spec, form, setting)
-    lines = _coordinates(speller, form, a, b, gated=gated)
+    language, form, pair = speller.language, formula.lambda_form, _DIRECTIONS[setting.space][:2]
+    gated, made = needs_gate(spec, form, setting), prepared(speller, formula, pair)
+    lines = made.lines + _coordinates(speller, form, made, gated=gated)
     kernel = speller.function(spec.kernel, **dict(known_values(spec, setting)))
     numbers = dict(spec.coefficients(setting))
-    coordinate = "cosine" if form == "none" else "cosine_deficit"
+    coordinate = "cosine_deficit" if form != "none" else "ratio" if made.coordinate else "cosine"
     value = f"{kernel}({', '.join([coordinate, *(language.number(numbers[name]) for name in spec.scalars)])})"
     dark = language.number(0.0)
     lines.append(f"return {language.chosen(f'cosine > {dark}', value, dark) if gated else value};")
     kind, name = language.direction
-    header = language.header(language.float_type, "highlight", [(kind, name.format(a)), (kind, name.format(b))])
+    taken = [(kind, name.format(direction)) for direction in arguments(formula, pair)]
+    header = language.header(language.float_type, "highlight", taken)
     return "\n".join([f"{header} {{", *(f"    {line}" for line in lines), "}"])
 
 
-def _coordinates(speller: Speller, form: str, a: str, b: str, *, gated: bool) -> list[str]:
-    """Statements that make `cosine` and `cosine_deficit`: by the language's vectors, or component by component."""
-    language = speller.language
+def _coordinates(speller: Speller, form: str, made: Prepared, *, gated: bool) -> list[str]:
+    """Statements that make `cosine` and `cosine_deficit`: by the language's vectors, or component by component.
+
+    Of a pair that is treated as a whole `cosine` is its product as it is, and its cosine or the square `ratio`.
+    """
+    language, a, b = speller.language, made.a, made.b
+    if made.coordinate:
+        name = "ratio" if form == "none" else "cosine_deficit"
+        whole = [language.declared(language.float_type, name, made.coordinate)]
+        return [*_coordinates(speller, "none", Prepared(a, b), gated=True), *whole] if gated else whole
     if language.components:
         given = ", ".join([a + c for c in language.components] + [b + c for c in language.components])
         bodies = {"cosine": lambda_forms.dot} if gated or form == "none" else {}

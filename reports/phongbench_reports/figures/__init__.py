@@ -2,11 +2,13 @@
 
 from phongbench_reports.figures import (
     causes,
+    copper,
     error_angle,
     error_gamma,
     front,
     ghost,
     heatmap,
+    incidence,
     meshes,
     precision,
     speed,
@@ -21,6 +23,8 @@ FIGURES = (
     Part("error_gamma", "Largest error against γ, with the law", error_gamma.draw),
     Part("heatmap", "Largest error over α and γ", heatmap.draw),
     Part("front", "Error against time", front.draw),
+    Part("incidence", "Reflectance: error against time", incidence.draw),
+    Part("copper", "Copper's colour against incidence", copper.draw),
     Part("stability", "Vectors that are not unit length", stability.draw),
     Part("causes", "Why lengths are wrong", causes.draw),
     Part("meshes", "Normals interpolated over a mesh", meshes.draw),

@@ -122,7 +122,11 @@ def _described(study: Rows, figure: Any, data: pd.DataFrame, cells: pd.DataFrame
     top, least = worst.iloc[0], worst.iloc[-1]
     fine = worst[worst["size"] <= BUDGETS[0][0]]["label"].tolist()
     side = "too dark" if top["error"] < 0 else "too bright"
-    verdict = f"{listed(fine)} stay{'s' if len(fine) == 1 else ''} within 1/255" if fine else "none stays within 1/255"
+    verdict = (
+        f"{listed(fine)} stay{'s' if len(fine) == 1 else ''} below 1/255 at these angles"
+        if fine
+        else "none stays below 1/255"
+    )
     takeaway = (
         f"At {alpha_is(study.alpha)}, {top['label']} errs most, "
         f"{number(top['size'])} {side} at {number(top['angle_degrees'])}°; "

@@ -52,7 +52,9 @@ def _sentence(rows: pd.DataFrame, alphas: list[float]) -> str:
     for alpha in alphas:
         fits = dot[(dot["alpha"] == alpha) & (dot["max_abs"] <= BUDGETS[0][0])]["gamma"]
         smallest.append(f"{alpha_is(alpha)}: {gamma_is(fits.min()) if len(fits) else 'none'}")
-    start = f"Smallest γ within 1/255 with Taylor slope, {dot['lambda_form'].iloc[0]} form: {'; '.join(smallest)}."
+    start = (
+        f"Smallest γ sampled below 1/255 with Taylor slope, {dot['lambda_form'].iloc[0]} form: {'; '.join(smallest)}."
+    )
     if away.empty:
         return start
     relative = (away["off_by"] / away["law"]).abs().to_numpy(np.float64)

@@ -135,16 +135,16 @@ def _sentence(study: Rows, data: pd.DataFrame) -> str:
     if study.twin_differs:
         return "The A/A twin differs from itself in this run, so no speed claim is made from these points."
     parts = []
-    for alpha, rows in data.groupby("alpha"):
-        fits = rows[(rows["error"] <= BUDGETS[0][0]) & (rows["state"] != "off")]
-        if len(fits):
-            best = fits.sort_values(["ratio", "error"], kind="stable").iloc[0]
-            parts.append(f"{best['label']} at {alpha_is(alpha)} ({number(best['ratio'])} of exact Phong's time)")
-        else:
+    budget, name = BUDGETS[0]
+    for alpha in sorted(data["alpha"].unique()):
+        best = study.choice(float(alpha), study.precision, budget).best
+        if best is None:
             parts.append(f"nothing at {alpha_is(alpha)}")
+        else:
+            parts.append(f"{label(best)} at {alpha_is(alpha)} ({number(best['ratio'])} of exact Phong's time)")
     counts = data["state"].value_counts()
     states = listed(f"{int(counts.get(state, 0))} {state}" for state in ("on", "unresolved", "off"))
-    return f"Fastest within 1/255: {listed(parts)}. Of {len(data)} points, {states} the front."
+    return f"Fastest within {name}, proven: {listed(parts)}. Of {len(data)} points, {states} the front."
 
 
 def _alt(data: pd.DataFrame) -> str:

@@ -63,7 +63,7 @@ def _panel(axes: Axes, errors: pd.DataFrame) -> None:
 
 
 def draw(study: Rows) -> Plate | Absent:
-    """One panel per slope; a frame and bold number mark cells within one 8-bit code."""
+    """One panel per slope; a frame and bold number mark cells sampled at most one 8-bit code."""
     rows = lyon(study.highlight, precision=study.precision, beta_policy=POLICIES)
     if rows.empty:
         return Absent("The run holds no lyon rows on unit vectors.", "Run with --only lyon.")
@@ -91,7 +91,7 @@ def _sentence(tables: dict[str, pd.DataFrame]) -> str:
         hopeless = [f"{alpha:g}" for alpha in errors.index[~fits.any(axis=1)]]
         tail = f", no γ for α\u00a0=\u00a0{', '.join(hopeless)}" if hopeless else ", every α reached"
         parts.append(f"{policy}: {int(fits.to_numpy().sum())} of {int(errors.notna().to_numpy().sum())} cells{tail}")
-    return f"Within one 8-bit code with {'; '.join(parts)}."
+    return f"Sampled at most one 8-bit code with {'; '.join(parts)}."
 
 
 def _alt(tables: dict[str, pd.DataFrame]) -> str:

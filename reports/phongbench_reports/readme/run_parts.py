@@ -5,6 +5,7 @@ from typing import Any
 
 from phongbench.analysis.claims import judge
 from phongbench.analysis.claims.claim import UNMEASURED
+from phongbench.analysis.promises import bound_at
 from phongbench.analysis.rows import Rows, at, nearest
 from phongbench.errors import InputError
 from phongbench.formulas.formula import Formula
@@ -45,7 +46,8 @@ def shader(study: Rows) -> str:
     best = {} if isinstance(content, Absent) else records(at(content.data, alpha=study.alpha))[0]
     if not best.get("approximation"):
         return f"No formula is within {BUDGETS[0][1]} at {alpha_is(study.alpha)}."
-    written = export.shader(Formula.of_row(best), study.alpha)
+    formula = Formula.of_row(best)
+    written = export.shader(formula, study.alpha, bound=bound_at(formula, study.alpha))
     return f"```glsl\n{written.text}```"
 
 

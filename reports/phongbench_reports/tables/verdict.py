@@ -1,11 +1,13 @@
 """The tables of the report: the verdict, the census of strange values, the worst inputs."""
 
-from collections.abc import Sequence
+import math
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import pandas as pd
 
-from phongbench.analysis.front import Choice, choose
+from phongbench.analysis.choice import Choice
+from phongbench.analysis.promises import DOMAIN
 from phongbench.analysis.rows import Rows, at
 from phongbench.results.runs import strongest
 from phongbench.results.schema import CELL
@@ -20,7 +22,7 @@ SHOWN = 24
 COUNTS = {"above_one": "above 1", "negative": "negative", "nonfinite": "not finite", "excluded": "left out"}
 
 
-def _gain(row: pd.Series | None, *, withheld: bool) -> tuple[str, str]:
+def _gain(row: Mapping[str, Any] | None, *, withheld: bool) -> tuple[str, str]:
     """How many times faster than exact Phong, and the interval of that; words where nothing may be claimed."""
     if row is None:
         return "–", "–"
@@ -33,7 +35,7 @@ def _gain(row: pd.Series | None, *, withheld: bool) -> tuple[str, str]:
 def _rival(choice: Choice, *, withheld: bool) -> str:
     if choice.best is None:
         miss = choice.nearest_miss
-        return "–" if miss is None else f"nearest miss: {label(miss)}, {number(255 * float(miss['error']))} codes"
+        return "–" if miss is None else f"nearest miss: {label(miss)}, {_codes(miss)}"
     if choice.runner_up is None:
         return "no other fits"
     if withheld:
@@ -42,9 +44,17 @@ def _rival(choice: Choice, *, withheld: bool) -> str:
     return f"{label(choice.runner_up)} ({how})"
 
 
+def _codes(miss: Mapping[str, Any]) -> str:
+    """How far a miss may err; what it was measured at where nothing is promised of it."""
+    if math.isfinite(miss["bound"]):
+        return f"up to {number(255 * float(miss['bound']))} codes"
+    return f"sampled {number(255 * float(miss['error']))} codes, not promised"
+
+
 def verdict(study: Rows, precision: str, budget: float, name: str) -> Table | Absent:
     """For each swept exponent the cheapest formula within the budget, with its time against exact Phong.
 
+    It is the answer of `recommend`: what is compared with the budget is a promise, not a largest sample.
     budget   float   largest absolute error allowed
     name     str     the budget in words, "1/255"
     """
@@ -56,17 +66,18 @@ def verdict(study: Rows, precision: str, budget: float, name: str) -> Table | Ab
     candidates = at(study.highlight, space="reflect", precision=precision)
     rows, data = [], []
     for alpha in sorted(candidates["alpha"].unique()):
-        choice = choose(study.front(float(alpha), precision), budget)
+        choice = study.choice(float(alpha), precision, budget)
         best = choice.best
         gain, ends = _gain(best, withheld=withheld)
-        error, ns = (None, None) if best is None else (float(best["error"]), float(best["ns"]))
+        bound, ns = (None, None) if best is None else (float(best["bound"]), float(best["ns"]))
         formula = "nothing fits" if best is None else label(best)
-        codes = "–" if error is None else number(255 * error)
+        codes = "–" if bound is None else number(255 * bound)
         rows.append((f"{alpha:g}", formula, codes, number(ns), gain, ends, _rival(choice, withheld=withheld)))
         data.append(_verdict_row(alpha, choice))
-    headings = ("α", "formula", "error, 8-bit codes", "ns / element", "faster than exact", INTERVAL, "runner-up")
-    source = f"{basis(candidates)}; formulas of (N, H), right for coplanar vectors only, are left out"
-    source = f"{precision}, vectors {SETS[study.working_set]}; {source}; unresolved: the intervals overlap"
+    headings = ("α", "formula", "at most, 8-bit codes", "ns / element", "faster than exact", INTERVAL, "runner-up")
+    source = f"{precision}, vectors {SETS[study.working_set]}; errors: proven bounds for {DOMAIN}"
+    source = f"{source}; formulas of (N, H), right for coplanar vectors only, are left out"
+    source = f"{source}; unresolved: the intervals overlap"
     frame = pd.DataFrame(data)
     sentence = _verdict_sentence(frame, name, withheld=withheld)
     return Table(headings, tuple(rows), frame, sentence, source, frozenset({0, 2, 3, 4, 5}))
@@ -76,7 +87,7 @@ def _verdict_row(alpha: float, choice: Choice) -> dict[str, Any]:
     best = {} if choice.best is None else {str(k): v for k, v in choice.best.items() if k != "state"}
     rival = None if choice.runner_up is None else label(choice.runner_up)
     miss = None if choice.nearest_miss is None else label(choice.nearest_miss)
-    empty = dict.fromkeys([*CELL, "error", "ns", "ratio", "ratio_low", "ratio_high"])
+    empty = dict.fromkeys([*CELL, "error", "bound", "coverage", "ns", "ratio", "ratio_low", "ratio_high"])
     return {"alpha": alpha, **empty, **best, "runner_up": rival, "resolved": choice.resolved, "nearest_miss": miss}
 
 
@@ -93,7 +104,7 @@ def _verdict_sentence(data: pd.DataFrame, name: str, *, withheld: bool) -> str:
 
 
 def _accuracy_only(study: Rows, precision: str, budget: float, name: str) -> Table:
-    """The verdict without times: what fits, the fewest squarings that fit, what errs least; not what is cheapest."""
+    """The verdict without times: what samples allow, the fewest squarings of that, what errs least; no promise."""
     rows, data = [], []
     unit = at(study.highlight, precision=precision, space="reflect")
     for alpha in study.alphas:
@@ -109,10 +120,11 @@ def _accuracy_only(study: Rows, precision: str, budget: float, name: str) -> Tab
         data.append(
             {"alpha": alpha, "fewest": fewest, "within": fits, "cells": len(cells), "least": least[0], "error": error}
         )
-    headings = ("α", f"fewest squarings within {name}", f"cells within {name}", "errs least", "its error, 8-bit codes")
+    fewest, count = f"fewest squarings sampled below {name}", f"cells sampled below {name}"
+    headings = ("α", fewest, count, "errs least", "its error, 8-bit codes")
     lacking = "This run has no timing" if study.timing.empty else f"Nothing was timed at {precision}"
     fix = f" {time_it(study)}" if study.timing.empty else ""
-    sentence = f"{lacking}: the table says what is accurate enough, not what is cheapest.{fix}"
+    sentence = f"{lacking}: the table says what samples allow, which is not promised, not what is cheapest.{fix}"
     note = f"{precision}; {basis(unit)}"
     return Table(headings, tuple(rows), pd.DataFrame(data), sentence, note, frozenset({0, 2, 4}))
 

@@ -1,8 +1,9 @@
-"""GET /v1/shader: the library's source text, as text or in JSON."""
+"""GET /v1/shader: the library's source text, as text or in JSON, with the bound that is proven of it."""
 
 import pytest
 from starlette.testclient import TestClient
 
+from phongbench.analysis.promises import bound_at
 from phongbench.formulas.formula import Formula
 from phongbench.formulas.registry import REGISTRY, example
 from phongbench.formulas.shader_code.export import LANGUAGES, shader
@@ -16,7 +17,10 @@ def test_it_is_the_librarys(client: TestClient, name: str, language: str) -> Non
     setting = example(REGISTRY[name])
     query = {"approximation": name, "alpha": setting.alpha, "language": language}
     query |= {"gamma": setting.gamma} if setting.gamma else {}
-    expected = shader(Formula.of(name, gamma=setting.gamma), setting.alpha, language)
+    formula = Formula.of(name, gamma=setting.gamma)
+    bound = bound_at(formula, setting.alpha)
+    assert bound is not None
+    expected = shader(formula, setting.alpha, language, bound=bound)
     answer = client.get("/v1/shader", params=query)
     assert answer.status_code == 200
     assert answer.headers["content-type"] == "text/plain; charset=utf-8"
@@ -30,7 +34,8 @@ def test_it_is_the_librarys(client: TestClient, name: str, language: str) -> Non
     [
         ({"language": "basic"}, "language"),
         ({"gamma": "7"}, "gamma"),
-        ({"alpha": "0"}, "alpha"),
+        ({"alpha": "-1"}, "alpha"),
+        ({"alpha": "0", "beta": "minimax"}, "alpha"),
         ({"more": "1"}, "(unknown)"),
     ],
 )

@@ -236,7 +236,9 @@ def test_worst_inputs_reproduce_their_error(small_plan):
     sweep.compile_kernels(prepared)
     worst = tables.worst(prepared, [tables.part(list(sweep.run(prepared)))])
     assert (
-        worst.groupby(["approximation", "lambda_form", "space", "alpha", "gamma", "precision", "gated"], dropna=False)
+        worst.groupby(
+            ["approximation", "lambda_form", "space", "alpha", "gamma", "precision", "gated", "normalise"], dropna=False
+        )
         .size()
         .max()
         <= 5  # three on unit vectors, one on wrong lengths, one hostile

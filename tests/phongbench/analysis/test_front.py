@@ -7,7 +7,8 @@ from typing import Any
 import pandas as pd
 import pytest
 
-from phongbench.analysis.front import COLUMNS, choose, front, states
+from phongbench.analysis.choice import choose
+from phongbench.analysis.front import COLUMNS, front, states
 from phongbench.analysis.kernel_times import multiplications
 from phongbench.errors import InputError
 

@@ -68,7 +68,7 @@ def test_recommend_names_a_formula_and_why(call: Call, stored: Callable[..., Run
     found = call("recommend", "--alpha", "50", "--max-error", "0.05")
     assert found.exit_code == 0, found.stderr
     assert "lyon:dot:8" in found.stdout
-    assert "lower bound" in found.stdout
+    assert "at alpha 50, proven" in found.stdout
     assert f"from {RUN}" in found.stdout
     told = json.loads(call("recommend", "--alpha", "50", "--max-error", "1/20", "--run", RUN, "--json").stdout)
     assert told["max_error"] == 0.05

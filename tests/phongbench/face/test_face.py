@@ -14,7 +14,19 @@ import phongbench as pb
 from phongbench.errors import InputError, UnknownNameError
 
 #: names of the contract that are functions: each shows an example
-FUNCTIONS = ("specular", "curve", "shade", "render", "run", "load", "recommend", "front", "shader", "load_file")
+FUNCTIONS = (
+    "specular",
+    "curve",
+    "shade",
+    "render",
+    "run",
+    "load",
+    "recommend",
+    "front",
+    "shader",
+    "moments",
+    "load_file",
+)
 OTHERS = ("Approximation", "Cost", "ALPHA", "GAMMA", "Source", "Formula", "Run", "Picture", "elementary")
 TINY = {
     "alphas": [10], "gammas": [8], "approximations": ["lyon"], "precisions": ["float32"], "samples": 2000, "probes": [],

@@ -13,9 +13,9 @@ def blocks(page: Path) -> list[str]:
     return re.findall(r"^```python\n(.*?)^```$", page.read_text(), re.DOTALL | re.MULTILINE)
 
 
-def test_there_are_ten_recipes() -> None:
+def test_there_are_eleven_recipes() -> None:
     numbers = re.findall(r"^## (\d+)\. ", GUIDE.read_text(), re.MULTILINE)
-    assert numbers == [str(n) for n in range(1, 11)]
+    assert numbers == [str(n) for n in range(1, 12)]
     assert len(blocks(GUIDE)) > 10
 
 
@@ -33,6 +33,10 @@ def test_the_recipes_run_one_after_the_other(
     assert "laws" in shown
     assert "fn highlight(" in shown
     assert "lyon needs a gamma" in shown
+    # a mirror would be pressed by (1 + share) cos(60), and dragged by (1 - share) sin(60) of flux cos(60) / c
+    pressed, dragged = (-1e6 * names["force"]).tolist()  # type: ignore[operator]
+    assert 0.97 * 1.816 < pressed < 1.816
+    assert 0.786 < dragged < 1.1 * 0.786
 
 
 def test_the_example_of_the_readme_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

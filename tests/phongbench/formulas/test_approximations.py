@@ -12,8 +12,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from phongbench.formulas import minimax_fits
+from phongbench.formulas import minimax_fits, slopes
+from phongbench.formulas.approximations import gaussian_quadratic
 from phongbench.formulas.curves import curve
+from phongbench.formulas.formula import Formula
 from phongbench.formulas.registry import REGISTRY, get
 from phongbench.formulas.spec import Approximation, Setting
 from phongbench.testing import CHECKS, check_peak
@@ -51,6 +53,70 @@ def test_law_7_gaussian(alpha: float, expected: float) -> None:
 
 def test_the_minimax_offset_halves_the_error_of_the_gaussian() -> None:
     assert largest_error("gaussian", 200, slope="minimax") < largest_error("gaussian", 200) / 2
+
+
+@pytest.mark.parametrize(("alpha", "expected"), [(8, 0.0189), (32, 0.0049), (128, 0.0012)])
+def test_the_offset_of_unreal_engine_errs_as_the_notes_say(alpha: float, expected: float) -> None:
+    assert largest_error("gaussian", alpha, slope="unreal") == pytest.approx(expected, abs=5e-5)
+
+
+def test_the_offset_of_unreal_engine_is_that_of_its_factors_of_exp2() -> None:
+    """It computes exp2(-s lambda), s = (0.5 q + 0.275) / ln 2, where alpha = (q - 1) / 2 and q = 1 / roughness^2."""
+    q = np.array([2.0, 10.0, 300.0])
+    shipped = (0.72134752 * q + 0.39674113) * math.log(2)
+    ours = [slopes.sharpness("unreal", (one - 1) / 2) for one in q]
+    np.testing.assert_allclose(ours, shipped, rtol=1e-8)
+    assert "unreal" not in get("lyon").slopes
+
+
+def test_the_parabola_of_powers_of_two_errs_by_two_thousandths_and_none_errs_less() -> None:
+    f = np.linspace(0.0, 1.0, 100_001)
+
+    def error(constant: float, slope: float, curvature: float) -> float:
+        return float(np.abs((constant + slope * f + curvature * f**2) / 2**f - 1).max())
+
+    ours = np.array([gaussian_quadratic.CONSTANT, gaussian_quadratic.SLOPE, gaussian_quadratic.CURVATURE])
+    assert error(*ours) == pytest.approx(1.725e-3, abs=1e-6)
+    rng = np.random.default_rng(1)
+    assert all(error(*(ours + step)) > error(*ours) - 1e-9 for step in 1e-4 * rng.normal(size=(100, 3)))
+
+
+@pytest.mark.parametrize("slope", ["taylor", "unreal"])
+def test_the_gaussian_by_a_parabola_is_within_its_error_of_the_gaussian(slope: str) -> None:
+    deficit = np.linspace(0.0, 1.0, 10_001)
+    for alpha in (1.0, 50.0, 1000.0):
+        setting = Setting(alpha, slope=slope)
+        values, exact = (curve(get(n), "dot", setting, 1 - deficit) for n in ("gaussian-quadratic", "gaussian"))
+        bright = exact > 2.0**-119
+        assert np.abs(values[bright] / exact[bright] - 1).max() <= 1.7251e-3
+        assert (values[exact < 2.0**-121] == 0).all()
+
+
+def test_doom_3_is_lyon_with_gamma_2_and_beta_4_on_the_half_vector() -> None:
+    setting, cosine = Setting(4.0, space="half"), np.linspace(-1.0, 1.0, 2001)
+    ours = Formula.parse("lyon:dot:2:4.0@half")
+    lyon = curve(ours.spec(), "dot", ours.setting(4.0), cosine)
+    values = curve(get("doom3"), "dot", setting, cosine)
+    np.testing.assert_array_equal(values, lyon)
+    n_h = np.sqrt((1 + cosine) / 2)
+    np.testing.assert_allclose(values, np.maximum(0, (n_h - 0.75) * 4) ** 2, atol=1e-15)
+
+
+def test_doom_3_is_far_from_the_power_16_that_it_stands_for_and_nearest_to_another() -> None:
+    x = np.linspace(0.0, 1.0, 20_001)
+    ramp = np.maximum(0, (x - 0.75) * 4) ** 2
+    powers = np.linspace(9.0, 12.0, 301)
+    errors = np.array([np.abs(x**power - ramp).max() for power in powers])
+    assert np.abs(x**16 - ramp).max() == pytest.approx(0.207, abs=1e-3)
+    assert powers[errors.argmin()] == pytest.approx(10.56, abs=0.02)
+    assert errors.min() == pytest.approx(0.058, abs=5e-4)
+
+
+def test_schlicks_formula_is_known_by_the_names_that_shader_libraries_give_it() -> None:
+    x, b = np.linspace(0.0, 1.0, 101), 32.0
+    values = curve(get("schlick"), "none", Setting(b), x)
+    np.testing.assert_allclose(values, x / ((1 - b) * x + b), rtol=1e-12)
+    assert "powFast" in get("schlick").also[0].text
 
 
 def test_schlick_tends_to_the_error_of_its_limit() -> None:

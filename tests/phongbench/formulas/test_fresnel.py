@@ -249,10 +249,10 @@ def test_an_unknown_kind_lists_the_known() -> None:
 def test_a_material_in_terms_of_another_formula_keeps_its_ends(name: str, kind: str) -> None:
     exact = EXACT[name]
     if (name, kind) == ("copper", "dielectric"):
-        with pytest.raises(KeyError):
-            in_terms_of(exact, kind)
+        assert in_terms_of(exact, kind) is None
         return
     other = in_terms_of(exact, kind)
+    assert other is not None
     if other.f0 is not None:
         np.testing.assert_allclose(other.f0, exact.at(np.ones(1))[0], atol=1e-12)
     else:

@@ -53,7 +53,7 @@ def test_vectors_in_rows_and_components_in_rows_give_the_same_bits(name: str, pr
 @pytest.mark.parametrize("name", [n for n, spec in REGISTRY.items() if spec.cutoff is not None])
 def test_a_kernel_without_its_gate_gives_the_same_bits_on_anything(name: str) -> None:
     spec = REGISTRY[name]
-    setting = EIGHT if spec.uses_gamma else Setting(50.0)
+    setting = EIGHT if spec.uses_gamma else Setting(50.0, space=spec.spaces[0])
     assert not needs_gate(spec, "dot", setting)
     a, b = vectors(20 if jit.DISABLED else 3000)
     with np.errstate(all="ignore"):

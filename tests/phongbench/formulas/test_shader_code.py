@@ -218,7 +218,7 @@ def test_what_cannot_be_written_is_refused() -> None:
     with pytest.raises(UnknownNameError, match="glsl, hlsl, wgsl, c"):
         shader(Formula.parse("lyon:dot:8"), ALPHA, "basic")
     with pytest.raises(InputError, match="alpha"):
-        shader(Formula.parse("lyon:dot:8"), 0.0)
+        shader(Formula.parse("lyon:dot:8"), -1.0)
     own = {"mine": made(endless, top=1.0)}
     with pytest.raises(KernelError, match="finite"):
         shader(Formula.of("mine", registry=own), ALPHA, registry=own)

@@ -28,7 +28,9 @@ def test_half_space_asks_for_four_times_the_exponent() -> None:
 @pytest.mark.parametrize(
     ("name", "setting", "message"),
     [
-        ("phong", Setting(0.0), "alpha = 0.0 is outside 0.001 .. 100000"),
+        ("phong", Setting(5e-4), "alpha = 0.0005 is outside 0.001 .. 100000"),
+        ("kuijk-blake", Setting(0.0), "alpha = 0.0 is outside 1 .. 64"),
+        ("doom3", Setting(0.0, space="half"), "does not take alpha = 0: its lobe is the same"),
         ("phong", Setting(-1.0), "alpha = -1.0 is outside"),
         ("phong", Setting(float("nan")), "alpha = nan is outside"),
         ("phong", Setting(float("inf")), "alpha = inf is outside"),

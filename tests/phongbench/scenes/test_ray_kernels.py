@@ -33,9 +33,11 @@ def nearest(origins: Any, directions: Any, spheres: Any = (), planes: Any = ()) 
     count = len(origins)
     rays = np.concatenate([np.transpose(origins), np.transpose(directions)]).astype(np.float32, order="C")
     t, spare, which = np.empty(count, np.float32), np.empty(count, np.float32), np.empty(count, np.int32)
-    rows = [np.array(rows, np.float32).reshape(-1, 4).T.copy() for rows in (spheres, planes)]
+    *c, r = np.array(spheres, float).reshape(-1, 4).T
+    balls = np.array([*c, r, *(-np.array(c) / r), (np.square(c).sum(axis=0) - r * r) / r], np.float32)
+    walls = np.array(planes, np.float32).reshape(-1, 4).T.copy()
     names = np.arange(len(spheres) + len(planes), dtype=np.int32)
-    ray_kernels.nearest(rays, count, (rows[0], rows[1], names), (t, which, spare))
+    ray_kernels.nearest(rays, count, (balls, walls, names), (t, which, spare))
     return t, which
 
 

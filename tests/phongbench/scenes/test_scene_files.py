@@ -88,7 +88,6 @@ WRONG = [
     ('shape = "sphere"', 'shape = "teapot"', 0, "unknown shape"),
     ('["white", "mirror"]', '["white", "black"]', 0, "unknown material"),
     ('["white", "mirror"]', '["white"]', 0, "two materials"),
-    ("shininess = 20", "shininess = 0", -1, "shininess"),
     ("shininess = 20", "shininess = 1e9", 0, "outside"),
     ("reflectivity = 0.6", "reflectivity = 1.5", 0, "outside"),
     ("reflectivity = 0.6", 'approximation = "lyon:dot:8:9:9"', 0, "more parts than lyon takes"),

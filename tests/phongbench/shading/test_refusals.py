@@ -78,7 +78,11 @@ def test_a_light_viewer_or_material_that_cannot_be_names_its_field(make: Any, fi
         ({"specular": Formula(slope=3.0)}, "specular.beta"),
         ({"specular": Formula.of("blinn"), "model": "blinn-phong"}, "specular.approximation"),
         ({"specular": Formula("lyon", "dot", 8, "taylor", "eye")}, "specular.space"),
-        ({"material": replace(GREY, shininess=0.0)}, "material.shininess"),
+        ({"material": replace(GREY, shininess=5e-4)}, "material.shininess"),
+        (
+            {"material": replace(GREY, shininess=0.0), "specular": Formula("lyon", "dot", 8, "minimax")},
+            "material.shininess",
+        ),
         ({"ambient_light": (1, 1, -1)}, "ambient_light"),
         ({"lights": (ABOVE, Light(position=(1e200, 0, 0)))}, "lights[1].position"),
         ({"visible": np.ones((1, 10), bool)}, "visible"),

@@ -36,7 +36,7 @@ def cells(
 
 def test_cells_that_differ_in_alpha_or_slope_only_are_timed_once() -> None:
     (only,) = timed_formulas(cells(alphas=(10.0, 20.0), slopes=("taylor", "minimax")))
-    assert only.key == ("lyon", "dot", "reflect", 8, "float32")
+    assert only.key == ("lyon", "dot", "reflect", 8, "float32", "pair", "none")
     assert only.alpha == timed_kernels.ALPHA
     assert only.formula == Formula.parse("lyon:dot:8")
 

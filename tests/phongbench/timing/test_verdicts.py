@@ -18,7 +18,9 @@ compiled_only = pytest.mark.skipif(jit.DISABLED, reason="plain Python is not tim
 
 def made_up(name: str, rows: int = 7) -> TimedKernel:
     nothing = Kernel(None, np.zeros(1), np.zeros(1))
-    return TimedKernel((name, "none", "reflect", None, "float32"), nothing, lambda a, b: a[0], 0.0, rows)
+    return TimedKernel(
+        (name, "none", "reflect", None, "float32", "pair", "none"), nothing, lambda a, b: a[0], 0.0, rows
+    )
 
 
 def analysed(durations: dict[str, float], *, noise: float = 0.02, seed: int = 3) -> dict[str, dict[str, Any]]:

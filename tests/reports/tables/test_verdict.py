@@ -17,6 +17,10 @@ from phongbench_reports.reproduce import reproduce
 from phongbench_reports.table import Absent, Table
 from phongbench_reports.tables.verdict import census, verdict, worst
 
+#: a formula that fits a code at the wide lobe only, one that fits at both, and what it is called
+COARSE = {"approximation": "lyon", "lambda_form": "dot", "gamma": 8, "beta_policy": "minimax"}
+FINE = COARSE | {"gamma": 32}
+PHONG = {"approximation": "phong"}
 CELL = {"space": "reflect", "beta_policy": "none", "lambda_form": "none", "gamma": None, "precision": "float32"}
 ROW = {
     **CELL,
@@ -38,28 +42,29 @@ def tiny(path: Path, made_up: Callable[..., Any]) -> Any:
     """Two formulas and exact Phong at two exponents; the coarse one fits a code only at the wide lobe."""
     accuracy = pd.DataFrame(
         [
-            {**ROW, "approximation": name, "alpha": alpha, "max_abs": error, "codes_8bit": 255 * error}
-            for name, alpha, error in [
-                ("phong", 10.0, 1e-7),
-                ("phong", 50.0, 1e-7),
-                ("coarse", 10.0, 0.003),
-                ("coarse", 50.0, 0.02),
-                ("fine", 10.0, 0.0005),
-                ("fine", 50.0, 0.001),
+            {**ROW, **formula, "alpha": alpha, "max_abs": error, "codes_8bit": 255 * error}
+            for formula, alpha, error in [
+                (PHONG, 10.0, 1e-7),
+                (PHONG, 50.0, 1e-7),
+                (COARSE, 10.0, 0.003),
+                (COARSE, 50.0, 0.0135),
+                (FINE, 10.0, 0.0005),
+                (FINE, 50.0, 0.001),
             ]
         ]
     ).astype({"gamma": "Int64"})
-    times = {
-        "phong": (1.0, 1.0, 1.0),
-        "coarse": (0.2, 0.19, 0.21),
-        "fine": (0.4, 0.38, 0.42),
-        "aa-twin": (1.0, 0.99, 1.01),
-    }
+    times = [
+        (PHONG, (1.0, 1.0, 1.0)),
+        (COARSE, (0.2, 0.19, 0.21)),
+        (FINE, (0.4, 0.38, 0.42)),
+        ({"approximation": "aa-twin"}, (1.0, 0.99, 1.01)),
+    ]
     timing = pd.DataFrame(
         [
             {
                 **CELL,
-                "approximation": name,
+                **formula,
+                "beta_policy": "none",
                 "working_set": "l1",
                 "threads": 1,
                 "ns_min": 2 * ratio,
@@ -72,7 +77,7 @@ def tiny(path: Path, made_up: Callable[..., Any]) -> Any:
                 "dot_ratio": 3.0,
                 "bandwidth_fraction": 0.1,
             }
-            for name, (ratio, low, high) in times.items()
+            for formula, (ratio, low, high) in times
         ]
     ).astype({"gamma": "Int64"})
     made = made_up(path, alphas=(50.0,), gammas=(8,), precisions=("float32",))
@@ -82,28 +87,42 @@ def tiny(path: Path, made_up: Callable[..., Any]) -> Any:
 def test_the_verdict_names_the_cheapest_formula_within_the_budget(made_up: Callable[..., Any], tmp_path: Path) -> None:
     table = verdict(Rows(tiny(tmp_path, made_up)), "float32", 1 / 255, "1/255")
     assert isinstance(table, Table)
-    assert [row[:5] for row in table.rows] == [
-        ("10", "coarse", "0.765", "0.400", "5 ×"),
-        ("50", "fine", "0.255", "0.800", "2.50 ×"),
+    coarse, fine = "lyon:dot:8:minimax", "lyon:dot:32:minimax"
+    assert [(row[:2], row[3:5]) for row in table.rows] == [
+        (("10", coarse), ("0.400", "5 ×")),
+        (("50", fine), ("0.800", "2.50 ×")),
     ]
-    assert table.rows[0][5:] == ("4.76 to 5.26", "fine (slower)")
+    assert table.rows[0][5:] == ("4.76 to 5.26", "phong (slower)")
     assert table.rows[1][6] == "phong (slower)"
     assert (
-        "faster than exact Phong at 2 of 2 exponents; the largest gain is 5 times, coarse at α = 10"
+        f"faster than exact Phong at 2 of 2 exponents; the largest gain is 5 times, {coarse} at α = 10"
         in table.takeaway.replace("\u00a0", " ")
     )
-    assert table.data["approximation"].tolist() == ["coarse", "fine"]
+    assert table.data["gamma"].tolist() == [8, 32]
+
+
+def test_the_verdict_decides_by_the_bound_and_not_by_samples(made_up: Callable[..., Any], tmp_path: Path) -> None:
+    study = Rows(tiny(tmp_path, made_up))
+    table = verdict(study, "float32", 1 / 255, "1/255")
+    assert isinstance(table, Table)
+    rows = text.records(table.data)
+    assert all(row["error"] < row["bound"] <= 1 / 255 for row in rows)
+    assert [row[2] for row in table.rows] == [text.number(255 * row["bound"]) for row in rows]
+    # 0.0135 was sampled at alpha 50, where the formula may err by more: between the two it is not within
+    between = verdict(study, "float32", 0.01355, "0.01355")
+    assert isinstance(between, Table)
+    assert between.rows[1][1] == "lyon:dot:32:minimax"
 
 
 def test_a_budget_that_nothing_meets_shows_the_nearest_miss(made_up: Callable[..., Any], tmp_path: Path) -> None:
     run = tiny(tmp_path, made_up)
     run = type(run)(
-        run.path, run.manifest, run.accuracy[run.accuracy["approximation"] == "coarse"], run.timing, run.worst
+        run.path, run.manifest, run.accuracy[run.accuracy["gamma"].eq(8).fillna(False)], run.timing, run.worst
     )
     table = verdict(Rows(run), "float32", 1e-3, "1/1000")
     assert isinstance(table, Table)
     assert table.rows[0][1] == "nothing fits"
-    assert table.rows[0][-1] == "nearest miss: coarse, 0.765 codes"
+    assert table.rows[0][-1].startswith("nearest miss: lyon:dot:8:minimax, up to 0.8")
     assert "at 0 of 2 exponents" in table.takeaway
 
 
@@ -114,7 +133,8 @@ def test_an_untimed_precision_tells_what_is_accurate_enough(made_up: Callable[..
     table = verdict(Rows(study.run), "float32", 1 / 255, "1/255")
     assert isinstance(table, Table)
     assert "Nothing was timed at float32" in table.takeaway
-    assert table.rows[1] == ("50", "–", "1 of 2", "fine", "0.255")
+    assert table.rows[1] == ("50", "lyon:dot:32:minimax", "1 of 2", "lyon:dot:32:minimax", "0.255")
+    assert "sampled below 1/255" in table.headings[1]
 
 
 def test_the_census_counts_what_the_rows_count(run: Any) -> None:

@@ -102,14 +102,21 @@ class Number(ABC):
     __lt__ = __le__ = _below
 
     def __int__(self) -> int:
-        low, high = self.ends()
-        if not high - low < WHOLE:
-            raise TooWideError
-        number = Number.path.answer(range(math.floor(low), math.floor(high) + 1))
+        number = self._whole(math.trunc)
+        self.narrow(number - (number <= 0), number + (number >= 0))
+        return number
+
+    def __floor__(self) -> int:
+        number = self._whole(math.floor)
         self.narrow(number, number + 1)
         return number
 
-    __floor__ = __int__
+    def _whole(self, rounded: Callable[[float], int]) -> int:
+        """The whole number that is made of the set; which, is asked."""
+        low, high = self.ends()
+        if not high - low < WHOLE:
+            raise TooWideError
+        return Number.path.answer(range(rounded(low), rounded(high) + 1))
 
     def __abs__(self) -> Any:
         return self if self._above(0.0) else -self

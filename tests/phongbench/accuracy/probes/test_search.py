@@ -107,7 +107,7 @@ def test_in_a_tiny_format_it_comes_near_the_worst_of_all_pairs(form):
     grid = np.stack(np.meshgrid(axis, axis, axis), axis=-1).reshape(-1, 3)
     unit = grid[np.abs(np.linalg.norm(grid, axis=1) - 1) <= precision.eps]
     position = next(p for p, c in enumerate(context.sweep.cells) if c.gated and c.approximation == "lyon")
-    cell = search._Cell(context, position)
+    cell = search._Cell(context.sweep.cells[position], context.sweep.kernels(position)[0], precision.eps)
     everything = max(cell.errors(np.hstack([np.tile(a, (len(unit), 1)), unit])).max() for a in unit)
     searched = search.measure(context)["accuracy"].query("approximation == 'lyon'")["max_abs"].item()
     assert 0.9 * everything <= searched <= everything

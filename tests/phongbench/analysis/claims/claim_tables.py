@@ -23,6 +23,8 @@ class Tables:
     skips: pd.DataFrame = field(default_factory=TABLES["skips"].frame)
     scene_times: pd.DataFrame = field(default_factory=TABLES["scene_times"].frame)
     far: pd.DataFrame = field(default_factory=TABLES["far"].frame)
+    incidence: pd.DataFrame = field(default_factory=TABLES["incidence"].frame)
+    cuts: pd.DataFrame = field(default_factory=TABLES["cuts"].frame)
     manifest: dict[str, Any] = field(default_factory=lambda: {"run": "by-hand", "state": "complete"})
 
 

@@ -1,10 +1,12 @@
-"""Claims j and k: what follows from formulas alone."""
+"""Claim j, which follows from formulas alone, and claim k, which follows from the reflectance of two materials."""
+
+from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
-from claim_tables import CODE, judged
+from claim_tables import accuracy, judged, table
 
-from phongbench.analysis.claims.incidence import rise
 from phongbench.analysis.claims.mirror import energy_within, exponent_of, half_width
 
 
@@ -17,13 +19,47 @@ def test_half_of_a_lobe_is_at_its_half_width_and_exponents_follow_from_it() -> N
     assert energy_within(200.0, half_width(200.0)) == pytest.approx(inside, rel=1e-6)
 
 
-def test_the_law_claims_are_judged_without_rows_and_say_that_they_follow_from_laws() -> None:
-    for key in "jk":
-        found = judged(key)
-        assert found["coverage"] == "law"
-        assert found["verdict"] != "not measured"
+def test_the_law_claim_is_judged_without_rows_and_says_that_it_follows_from_a_law() -> None:
+    found = judged("j")
+    assert found["coverage"] == "law"
+    assert found["verdict"] != "not measured"
 
 
-def test_a_constant_ks_leaves_one_code_where_the_claim_says() -> None:
-    for one in judged("k")["conditions"]:
-        assert rise(one["reflectance"], one["incidence_to_degrees"]) == pytest.approx(CODE)
+def reflectances(**within: float) -> pd.DataFrame:
+    """Rows of the constant, within a code up to so many degrees, and of Schlick's formula."""
+
+    def rows(material: str, channel: str, degrees: float) -> list[dict[str, Any]]:
+        common = {"material": material, "precision": "float32", "channel": channel, "samples": 9}
+        errors = {"max_abs": 0.5, "error_60": 0.1, "error_85": 0.4, "within_degrees": degrees}
+        return [
+            common | {"reflectance": "constant"} | errors,
+            common | {"reflectance": "schlick"} | errors | {"max_abs": 0.04},
+        ]
+
+    found = [
+        row for m, d in within.items() for c, more in (("red", 5.0), ("blue", 0.0)) for row in rows(m, c, d + more)
+    ]
+    return table("incidence", found)
+
+
+@pytest.mark.parametrize(
+    ("within", "verdict"),
+    [
+        ({"glass": 37.0, "copper": 51.0}, "holds"),
+        ({"glass": 37.0, "copper": 85.0}, "holds under conditions"),
+        ({"glass": 90.0, "copper": 85.0}, "fails"),
+    ],
+)
+def test_a_constant_ks_is_judged_by_the_channel_that_errs_most(within: dict[str, float], verdict: str) -> None:
+    found = judged("k", incidence=reflectances(**within), accuracy=accuracy([{}]))
+    assert found["verdict"] == verdict
+    assert {one["material"]: one["within_degrees"] for one in found["conditions"]} == within
+    assert {one["max_error_of_schlick"] for one in found["conditions"]} == {0.04}
+    assert len(found["evidence"]) == 4
+    assert {row["column"] for row in found["evidence"]} == {"error_85"}
+
+
+def test_without_its_probe_the_claim_says_what_would_measure_it() -> None:
+    found = judged("k")
+    assert found["verdict"] == "not measured"
+    assert "--probe incidence" in found["lacking"]

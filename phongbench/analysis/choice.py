@@ -1,0 +1,105 @@
+"""The cheapest formula of a front for an error budget, by what may be promised of each."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from heapq import heapify, heappop, heappush
+from typing import Any
+
+import pandas as pd
+
+from phongbench.analysis.error_budget import Budget
+from phongbench.analysis.front import records
+from phongbench.analysis.promises import Promise, promise
+from phongbench.formulas.formula import Formula
+from phongbench.formulas.registry import REGISTRY
+from phongbench.formulas.spec import Approximation
+from phongbench.results.schema import CELL, KERNEL
+
+Row = dict[str, Any]
+#: (row, sharp) -> what may be promised of it; unless sharp, the bound only says on which side of the budget it is
+Judge = Callable[[Row, bool], Promise]
+
+
+@dataclass(frozen=True)
+class Choice:
+    """Answer to an error budget. Rows are those of a front, with `bound` and `coverage` as they are promised.
+
+    best          row or None   cheapest cell whose bound is within the budget
+    runner_up     row or None   the next cheapest one
+    resolved      bool          the intervals of best and runner_up do not overlap
+    nearest_miss  row or None   cell with the smallest bound beyond the budget, of those faster than `best`
+    """
+
+    best: Row | None
+    runner_up: Row | None
+    resolved: bool
+    nearest_miss: Row | None
+
+
+def promised(budget: Budget, registry: Mapping[str, Approximation] = REGISTRY, *, search: bool = True) -> Judge:
+    """Judges rows of a run by what may be promised of their formula, which is never below a measured error.
+
+    search  as for `promises.promise`
+    """
+
+    def judge(row: Row, sharp: bool) -> Promise:
+        seen = float(row["error"])
+        if seen > budget.max_error and not sharp:
+            return Promise(seen, "sampled")  # no need to prove that it may be worse
+        formula = Formula.of_row(row)
+        kept = promise(formula, budget, registry, sharp=sharp, search=search)
+        if budget.alpha.continuous and not sharp and kept.bound <= budget.max_error:
+            # room for what lies between two exponents is known of sharp bounds only
+            kept = promise(formula, budget, registry, search=search)
+        return Promise(max(kept.bound, seen), kept.coverage)
+
+    return judge
+
+
+def as_given(row: Row, sharp: bool) -> Promise:
+    """The promise of rows whose error is a bound already: that of a law."""
+    return Promise(float(row["error"]), str(row.get("coverage", "certified")))
+
+
+def choose(cells: pd.DataFrame, max_error: float, judge: Judge = as_given) -> Choice:
+    """The cheapest cell of a front whose bound is within `max_error`, the next one, and the nearest miss.
+
+    cells  rows with CELL, error, ratio, ratio_low and ratio_high
+    Variants of one kernel (beta policies) take the same time; only the first within the budget stands for it.
+    """
+    rows = records(cells.sort_values(["ratio", "error", *CELL], kind="stable"))
+    fits: dict[tuple[Any, ...], Row] = {}
+    misses: list[tuple[float, int]] = []
+    for position, row in enumerate(rows):
+        kernel = tuple(row[name] for name in KERNEL)
+        if kernel in fits:
+            continue
+        known = judge(row, False)
+        if known.kept and known.bound <= max_error:
+            fits[kernel] = row
+        elif not fits:
+            misses.append((known.bound, position))
+        if len(fits) == 2:
+            break
+    best, second = [*fits.values(), None, None][:2]
+    resolved = best is not None and second is not None and bool(best["ratio_high"] < second["ratio_low"])
+    faster = [miss for miss in misses if best is None or rows[miss[1]]["ratio"] < best["ratio"]]
+    shown = [None if row is None else _with(row, judge(row, True)) for row in (best, second)]
+    return Choice(shown[0], shown[1], resolved, _nearest(rows, faster, judge))
+
+
+def _nearest(rows: list[Row], misses: list[tuple[float, int]], judge: Judge) -> Row | None:
+    """The row with the smallest bound; each is given as (what it is at least, position)."""
+    heapify(misses)
+    sharp: dict[int, Promise] = {}
+    while misses:
+        _, position = heappop(misses)
+        if position in sharp:
+            return _with(rows[position], sharp[position])
+        sharp[position] = judge(rows[position], True)
+        heappush(misses, (sharp[position].bound, position))
+    return None
+
+
+def _with(row: Row, kept: Promise) -> Row:
+    return {**row, "bound": kept.bound, "coverage": kept.coverage, "error_coverage": row.get("coverage")}

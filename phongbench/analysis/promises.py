@@ -1,0 +1,179 @@
+"""What may be promised of a formula: a bound of its error that no pair of vectors of the stated domain breaks.
+
+Domain: pairs of vectors that the precision holds, made unit as shaders do it, v * (1 / sqrt(v.v)) or v / sqrt(v.v),
+with products rounded or fused, then with lengths as wrong as the budget allows. The bound is proven by enclosures
+(accuracy/enclosures). A formula whose body cannot be enclosed is searched, which takes about a second, and the result
+widened by the rounding law. Of what is only sampled nothing is promised.
+"""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+import numpy as np
+
+from phongbench.accuracy.enclosures.bounds import NotEnclosedError, largest
+from phongbench.accuracy.enclosures.coordinates import normalised
+from phongbench.analysis.error_budget import Budget
+from phongbench.analysis.law_bounds import rounding_bound
+from phongbench.compiler.precisions import precision_named
+from phongbench.errors import InputError
+from phongbench.formulas.formula import Formula
+from phongbench.formulas.recipes import PAIR
+from phongbench.formulas.registry import REGISTRY
+from phongbench.formulas.spec import Approximation
+
+#: of a range of exponents the bound is proven at some, each at most so many times the one before
+STEP = 1.2
+#: an answer proves a handful of formulas, of which each takes some ten milliseconds, tables up to half a second
+SECONDS = 0.1
+DOMAIN = "all pairs of vectors made unit as shaders do it, v * (1 / sqrt(v.v)) or v / sqrt(v.v), fused or not"
+
+
+@dataclass(frozen=True)
+class Promise:
+    """A bound of the error, and what it rests on.
+
+    bound     no error in the domain is larger; infinite where nothing is promised
+    coverage  certified: proven; searched: the worst that a search found, with rounding, or proven at some exponents of
+              a range; sampled: nothing is promised
+    """
+
+    bound: float
+    coverage: str
+
+    @property
+    def kept(self) -> bool:
+        """False where nothing is promised."""
+        return self.coverage != "sampled" and math.isfinite(self.bound)
+
+
+#: ways to remove lengths that leave nothing of them but rounding
+EXACT_WAYS = ("each", "once", "squared")
+#: roundings before the formula's own, in those that the rounding law allows for: R from N, L and V errs by up to 13.5
+#: eps of its length where N is normalised first, 6.5 where nothing is, and one root of squares by 4.25
+MORE_ROUNDINGS = 2
+UNPROMISED = Promise(math.inf, "sampled")
+
+
+def promise(
+    formula: Formula,
+    budget: Budget,
+    registry: Mapping[str, Approximation] = REGISTRY,
+    *,
+    sharp: bool = True,
+    search: bool = True,
+) -> Promise:
+    """What may be promised of a formula over the exponents, precision and lengths of a budget.
+
+    sharp   False: the bound only says on which side of the budget it is, which is sooner known; of a range without the
+            room for what lies between the exponents that are proven
+    search  False: a formula that cannot be enclosed is not searched, and nothing is promised of it
+    """
+    if formula.approximation not in registry or formula.raw:
+        return UNPROMISED
+    spec, within = formula.spec(registry), None if sharp else budget.max_error
+    ranged = budget.alpha.continuous
+    bounds, coverage = list[float](), "searched" if ranged else "certified"
+    for alpha in exponents_of(budget):
+        case = _Case(spec, formula, alpha, budget.precision, budget.length_error)
+        try:
+            bound = _proven(case, within)
+        except NotEnclosedError:
+            if not search:
+                return UNPROMISED
+            bound, coverage = _searched(case), "searched"
+        bounds.append(bound)
+        if within is not None and bound > within:
+            return Promise(bound, coverage)
+    room = _between(bounds, budget.precision) if ranged and sharp else 0.0
+    return Promise(max(bounds) + room, coverage)
+
+
+def promise_raw(
+    formula: Formula,
+    budget: Budget,
+    registry: Mapping[str, Approximation] = REGISTRY,
+    *,
+    any_length: bool = True,
+    sharp: bool = True,
+    search: bool = True,
+) -> Promise:
+    """What may be promised of a formula for raw vectors: that of the same formula on its pair, with more rounding.
+
+    any_length  the lengths are any whose squares and products the precision holds; else as wrong as the budget says
+    """
+    exact = formula.normalise in EXACT_WAYS
+    if formula.space != "reflect" or formula.normalise not in ("none", *EXACT_WAYS) or (any_length and not exact):
+        return UNPROMISED
+    growth = 3 if formula.recipe == "lengthwise" else 1  # R is then as long as the square of N times L
+    left = 0.0 if exact else math.expm1(growth * math.log1p(budget.length_error))
+    on_pair = replace(formula, recipe=PAIR, normalise="none")
+    kept = promise(on_pair, replace(budget, length_error=left), registry, sharp=sharp, search=search)
+    room = rounding_bound(formula.gamma, MORE_ROUNDINGS * max(budget.alpha.values), budget.precision)
+    return Promise(kept.bound + room, kept.coverage)
+
+
+def bound_at(formula: Formula, alpha: float, registry: Mapping[str, Approximation] = REGISTRY) -> float | None:
+    """The bound in float32 at one exponent, None where nothing is promised: what a shader's header may say."""
+    if not alpha > 0:
+        return None  # exact Phong is then the same everywhere
+    budget = Budget.of(alpha, 1.0, space=formula.space)
+    judge = promise_raw if formula.raw else promise
+    kept = judge(formula, budget, registry, search=False)
+    return kept.bound if kept.kept else None
+
+
+def seconds(budget: Budget) -> float:
+    """What an answer may take on one core, its formulas proven at every exponent; for admission only."""
+    return SECONDS * len(exponents_of(budget))
+
+
+def exponents_of(budget: Budget) -> tuple[float, ...]:
+    """The exponents that a bound is proven at: those listed, or enough of a range, its ends among them."""
+    if not budget.alpha.continuous:
+        return budget.alpha.values
+    low, high = budget.alpha.values
+    count = max(3, math.ceil(math.log(high / low) / math.log(STEP)) + 1)
+    return tuple(float(x) for x in np.geomspace(low, high, count))
+
+
+def _between(bounds: list[float], precision: str) -> float:
+    """How much larger than at its neighbours a bound may be between them: half a step, and coefficients' rounding."""
+    steps = np.abs(np.diff(bounds)) if np.isfinite(bounds).all() else np.zeros(1)
+    return 0.5 * float(steps.max()) + precision_named(precision).eps
+
+
+@dataclass(frozen=True)
+class _Case:
+    """One formula at one exponent on one domain."""
+
+    spec: Approximation
+    formula: Formula
+    alpha: float
+    precision: str
+    length_error: float
+
+
+@lru_cache(4096)
+def _proven(case: _Case, within: float | None) -> float:
+    """The proven bound; infinite at an exponent that the formula does not take."""
+    setting = case.formula.setting(case.alpha)
+    try:
+        case.spec.check(setting)
+    except InputError:
+        return math.inf
+    precision = precision_named(case.precision)
+    form, length_error = case.formula.lambda_form, case.length_error
+    return largest(case.spec, form, setting, precision, length_error=length_error, budget=within)
+
+
+@lru_cache(1024)
+def _searched(case: _Case) -> float:
+    """What a search finds, and the rounding that it may have missed."""
+    from phongbench.accuracy.probes.search import worst_error  # late: it compiles
+
+    reach = normalised(precision_named(case.precision), case.length_error).high - 1
+    missed = rounding_bound(case.formula.gamma, case.alpha, case.precision, case.formula.space)
+    return worst_error(case.spec, case.formula, case.alpha, case.precision, reach) + missed
