@@ -150,6 +150,10 @@ class RecommendParameters(Parameters):
     alpha: Alphas = Field(description="one exponent, several, or a range")
     max_error: Budget = Field(description="largest absolute error allowed")
     length_error: Budget | None = Field(None, description="how wrong vector lengths may be: 0.01 is up to 1 %")
+    mesh_angle: float | None = Field(
+        None, ge=0, lt=180, description="instead: degrees between the normals at the ends of a mesh's edge"
+    )
+    raw: bool = Field(False, description="choose among recipes from raw N, L and V")
     precision: PrecisionName = "float32"
     space: SpaceName = "reflect"
     working_set: Annotated[str, OneOf(WORKING_SETS)] = "l1"
@@ -166,7 +170,7 @@ class PageParameters(Parameters):
 #: a formula inside a JSON body: its spelling, or its parts
 SPELLING_SCHEMA: dict[str, Any] = {
     "type": "string",
-    "description": "NAME[:FORM][:GAMMA][:SLOPE][@RECIPE]",
+    "description": "NAME[:FORM][:GAMMA][:SLOPE][@RECIPE][/NORMALISE]",
     "examples": ["lyon:difference:8"],
 }
 _PARTS: dict[str, Any] = {

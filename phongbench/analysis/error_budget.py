@@ -51,6 +51,20 @@ class Budget:
         return Budget(Exponents.of(alpha), most, size, precision, space, working_set)
 
 
+def length_error_of(mesh_angle: float | str, length_error: float | str | None) -> float:
+    """How much too short a normal is that is interpolated along an edge, at most: 1 - cos(angle / 2).
+
+    mesh_angle    degrees between the unit normals at its ends, 0 .. 180
+    length_error  what was given beside it, which must be nothing
+    """
+    if length_error is not None:
+        raise InputError("a mesh angle and a length error were both given", "mesh_angle", "the one gives the other")
+    angle = number(mesh_angle, "mesh_angle")
+    if not 0 <= angle < 180:
+        raise InputError(f"a mesh angle of {angle:g} degrees", "mesh_angle", "give 0 up to 180, e.g. 10")
+    return 1 - math.cos(math.radians(angle / 2))
+
+
 def number(value: float | str, name: str) -> float:
     """A number, or text such as 0.004, 1e-3 or 1/255; InputError names the option where it is neither."""
     try:

@@ -51,6 +51,8 @@ class Promise:
 
 #: ways to remove lengths that leave nothing of them but rounding
 EXACT_WAYS = ("each", "once", "squared")
+#: the largest product of squares that recipes make of lengths from 0.001 to 1000; its inverse is the smallest
+LARGEST_PRODUCT = 1e24
 #: roundings before the formula's own, in those that the rounding law allows for: R from N, L and V errs by up to 13.5
 #: eps of its length where N is normalised first, 6.5 where nothing is, and one root of squares by 4.25
 MORE_ROUNDINGS = 2
@@ -104,14 +106,19 @@ def promise_raw(
 
     any_length  the lengths are any whose squares and products the precision holds; else as wrong as the budget says
     """
-    exact = formula.normalise in EXACT_WAYS
+    exact, held = formula.normalise in EXACT_WAYS, precision_named(budget.precision)
+    if any_length and not (held.tiny <= 1 / LARGEST_PRODUCT and held.largest >= LARGEST_PRODUCT):
+        return UNPROMISED
     if formula.space != "reflect" or formula.normalise not in ("none", *EXACT_WAYS) or (any_length and not exact):
         return UNPROMISED
     growth = 3 if formula.recipe == "lengthwise" else 1  # R is then as long as the square of N times L
     left = 0.0 if exact else math.expm1(growth * math.log1p(budget.length_error))
     on_pair = replace(formula, recipe=PAIR, normalise="none")
-    kept = promise(on_pair, replace(budget, length_error=left), registry, sharp=sharp, search=search)
     room = rounding_bound(formula.gamma, MORE_ROUNDINGS * max(budget.alpha.values), budget.precision)
+    if room >= budget.max_error and not sharp:
+        return Promise(room, "certified")  # beyond the budget, whatever the formula
+    smaller = replace(budget, length_error=left, max_error=budget.max_error if sharp else budget.max_error - room)
+    kept = promise(on_pair, smaller, registry, sharp=sharp, search=search)
     return Promise(kept.bound + room, kept.coverage)
 
 

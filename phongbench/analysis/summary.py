@@ -6,6 +6,7 @@ from typing import Any
 import pandas as pd
 
 from phongbench.analysis.front import records
+from phongbench.analysis.lobes import beside_phong
 from phongbench.analysis.mesh_edges import in_words, reaches
 from phongbench.results.runs import FINISH, Run, unfinished
 
@@ -20,6 +21,7 @@ def summarise(run: Run) -> dict[str, Any]:
     precision   that `best` is of
     best        for each exponent the most accurate formula of kind approximation
     mesh_edges  how wide a mesh's edges may be if its normals stay raw (see `mesh_edges.reaches`)
+    lobes       what each formula's lobe sends off over Phong's (see `lobes.beside_phong`)
     """
     plan, manifest, frame = run.plan, run.manifest, run.accuracy
     facts = {
@@ -40,7 +42,13 @@ def summarise(run: Run) -> dict[str, Any]:
     edges = [] if run.meshes.empty else records(reaches(run.meshes))
     precision = "float32" if "float32" in plan.precisions else plan.precisions[-1]
     best = _best(frame[frame["precision"] == precision])
-    return {"facts": facts | _raw_normals(edges), "precision": precision, "best": best, "mesh_edges": edges}
+    return {
+        "facts": facts | _raw_normals(edges),
+        "precision": precision,
+        "best": best,
+        "mesh_edges": edges,
+        "lobes": beside_phong(run.moments),
+    }
 
 
 def _raw_normals(edges: list[dict[str, Any]]) -> dict[str, str]:

@@ -13,8 +13,11 @@ from phongbench.compiler.precisions import Array
 from phongbench.errors import InputError
 from phongbench.scenes.scene import Camera, Mesh, Plane, Scene, Sphere
 
-#: how far from its surface a ray starts, and how far before its light it ends, in roundings of what it is computed from
-_LIFT = 256
+#: share of its distance that a light is taken to be nearer, so that a lamp on a surface is not hidden by it
+_NEARER = 1e-5
+#: how far from its surface a ray starts, as a share of what it is computed from:
+#: thousands of roundings in float64, as rays that graze spheres need, and hundreds in float32, which has no more
+_ROUNDING = {"float64": 1e-12, "float32": 4e-5}
 
 
 def trace(
@@ -87,7 +90,8 @@ class _Tracer:
         if depth > 0 and mirror.any():
             along = directions[hit][mirror]
             across = normals[mirror]
-            reflected = along - 2 * (along * across).sum(axis=1, keepdims=True) * across
+            # scaled again: what a direction is longer than 1, each mirror around it makes ten times as much
+            reflected = _unit(along - 2 * (along * across).sum(axis=1, keepdims=True) * across)
             direct[mirror] += k[mirror] * self.follow(starts[mirror], reflected, depth - 1)
         colours[hit] = direct
         return colours
@@ -182,10 +186,10 @@ class _Tracer:
         return away / distance[:, None], 1 / (constant + linear * distance + quadratic * distance**2), distance
 
     def hidden(self, starts: Array, towards: Array, distance: Array) -> Array:
-        """Where something stands between a start and the light; a lamp on a surface is not hidden by it."""
+        """Where something stands between a start and the light."""
         hidden = np.zeros(len(starts), bool)
         for thing in self.scene.objects:
-            hidden |= self.distance(thing, starts, towards) < distance * (1 - self.rounding)
+            hidden |= self.distance(thing, starts, towards) < distance * self.dtype(1 - _NEARER)
         return hidden
 
     def lifted(self, points: Array, normals: Array, sizes: Array) -> Array:
@@ -201,7 +205,7 @@ class _Tracer:
     @property
     def rounding(self) -> Any:
         """A share that no sum or product here is wrong by."""
-        return self.dtype(_LIFT * np.finfo(self.dtype).eps)
+        return self.dtype(_ROUNDING[np.dtype(self.dtype).name])
 
 
 def _odd(plane: Plane, points: Array) -> Array:

@@ -50,6 +50,8 @@ def front(run_name: str, everything: bool, as_json: bool, **options: Any) -> Non
 @click.option("--max-error", required=True, metavar="E", help="Largest absolute error allowed, e.g. 0.004 or 1/255.")
 @click.option("--run", "run_name", metavar="RUN", help="Which run answers.  [default: the newest with times]")
 @click.option("--length-error", metavar="e", help="How wrong vector lengths may be: 0.01 is up to 1 %.")
+@click.option("--mesh-angle", metavar="DEGREES", help="Instead: between the normals at the ends of a mesh's edge.")
+@click.option("--raw", is_flag=True, help="Choose among recipes from N, L and V; of any length without --length-error.")
 @click.option(
     "--precision", default="float32", show_default=True, help="float16, bfloat16, float32, float64, q1.15, ..."
 )
@@ -67,6 +69,7 @@ def recommend(run_name: str | None, as_json: bool, **options: Any) -> None:
     Examples:
       phongbench recommend --alpha 50 --max-error 1/255
       phongbench recommend --alpha 10..200 --max-error 0.02 --length-error 0.01
+      phongbench recommend --alpha 50 --max-error 1/255 --raw
     """
     from phongbench.analysis.recommend import recommend, run_for
     from phongbench.cli.terminal import recommendation

@@ -28,14 +28,22 @@ def list_runs(as_json: bool) -> None:
 @click.argument("run_name", metavar="RUN")
 @JSON
 def show_run(run_name: str, as_json: bool) -> None:
-    """Show what a run measured, and the most accurate formulas at each exponent."""
+    """Show what a run measured, the most accurate formulas at each exponent, and the light of their lobes."""
     from phongbench.analysis import summary
     from phongbench.cli.terminal import table
     from phongbench.results import runs as results
 
     document = summary.summarise(results.find(run_name, ROOT))
     title = f"Least sampled error per exponent, {document['precision']} highlight; not promised"
-    show(document, as_json, lambda: facts(document["facts"]), lambda: table(title, *grid(document["best"])))
+    lobes = document["lobes"]
+    sent = "Lobes over Phong's, light along the normal"
+    show(
+        document,
+        as_json,
+        lambda: facts(document["facts"]),
+        lambda: table(title, *grid(document["best"])),
+        lambda: table(sent, *grid(lobes)) if lobes else None,
+    )
 
 
 @click.command(short_help="Check a run's bytes against its manifest.")

@@ -56,7 +56,8 @@ def shader(
     else:
         raise InputError("a formula is named, or chosen by its error", None, "give either FORMULA or --max-error")
     parts = named.approximation, named.lambda_form, named.gamma
-    wanted = Formula.of(*parts, beta or named.slope, space or named.space, registry=registry)
+    slope, pair = beta or named.slope, space or named.space
+    wanted = Formula.of(*parts, slope, pair, recipe=named.recipe, normalise=named.normalise, registry=registry)
     language = language or (out.suffix.lstrip(".") if out is not None else "") or "glsl"
     wanted.check(alpha, registry)
     names, bound = [file.name for file in files], bound_at(wanted, alpha, registry)

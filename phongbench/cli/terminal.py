@@ -124,12 +124,27 @@ def recommendation(answer: Mapping[str, Any]) -> None:
         console.print("nothing meets the budget")
     for role, choice in named:
         console.print(f"{role}: {choice['why']}", soft_wrap=True)
+    if answer.get("steps"):
+        _steps(answer, console)
     for note in answer["notes"]:
         console.print(f"note: {note}", soft_wrap=True)
     # a range of exponents is no one function, and shaders compute in float32
     if choices and answer["precision"] == "float32" and not re.search(r",|\.\.", answer["alpha"]):
         console.print(f"as code: phongbench shader {choices[0]['name']} --alpha {answer['alpha']}", soft_wrap=True)
     console.print(f"from {answer['run']}" if answer["run"] else "from the laws, without a run")
+
+
+def _steps(answer: Mapping[str, Any], console: Console) -> None:
+    """What each step of a highlight from raw vectors costs, and the recipe that normalises everything."""
+    if usual := answer["usual"]:
+        cost = f"{usual['ratio']:.3g} of exact Phong's time"
+        console.print(f"to compare: {usual['name']}, which normalises everything, takes {cost}", soft_wrap=True)
+    rows = [
+        (s["step"], s["what"], s["ns"], s["share"], f"{s['share_low']:.2g} .. {s['share_high']:.2g}")
+        for s in answer["steps"]
+    ]
+    columns = ("step", "", "ns", "share of exact Phong", "99 % interval")
+    table(f"What each step costs, {answer['working_set']}", columns, rows, right=columns[2:])
 
 
 def claims_table(answer: Mapping[str, Any]) -> None:

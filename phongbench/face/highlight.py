@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from functools import lru_cache
 from typing import Any
 
@@ -16,6 +17,7 @@ from phongbench.errors import InputError
 from phongbench.formulas import curves, lobe_moments
 from phongbench.formulas.formula import Formula, Registry
 from phongbench.formulas.kernel import Kernel
+from phongbench.formulas.recipes import PAIR
 from phongbench.formulas.registry import guarded
 from phongbench.formulas.shader_code import export
 from phongbench.formulas.spec import Approximation
@@ -123,6 +125,7 @@ def moments(
     """
     chosen, registry = formula_of(formula, own)
     alpha = number(alpha, "alpha")
+    chosen = replace(chosen, recipe=PAIR, normalise="none")  # on unit vectors these change nothing
     chosen.check(alpha, registry)
     angles = tuple(np.atleast_1d(numbers("incidence", incidence)).astype(float).ravel().tolist())
     spec = chosen.spec(registry)

@@ -66,7 +66,8 @@ def moments(spec: Approximation, form: str, setting: Setting, incidence: Iterabl
     grid = _grid(setting.space, setting.alpha, angles, end)
     values = curves.curve(spec, form, setting, grid.cosine)
     split = len(grid.angle)
-    energy, momentum, sideways = (grid.weights @ values[split:]).reshape(3, len(angles))
+    with np.errstate(all="ignore"):  # a user's own lobe may be infinite somewhere; so are its integrals then
+        energy, momentum, sideways = (grid.weights @ values[split:]).reshape(3, len(angles))
     return Moments(energy, momentum, sideways, math.degrees(_half_width(grid.angle, values[:split])))
 
 
@@ -125,7 +126,7 @@ def _half_width(angle: Array, values: Array) -> float:
     """The angle where the value is half of the first one, by a straight line between two; NaN if there is none."""
     half = values[0] / 2
     dark = np.flatnonzero(values <= half)
-    if not len(dark):
+    if not len(dark) or dark[0] == 0:
         return math.nan
     after = int(dark[0])
     share = (values[after - 1] - half) / (values[after - 1] - values[after])

@@ -52,3 +52,13 @@ class Table:
     def frame(self, rows: Iterable[Mapping[str, Any]] = ()) -> pd.DataFrame:
         """The table of these rows, typed even where there are none; what a row lacks is missing."""
         return pd.DataFrame(list(rows), columns=self.names).astype(self.types)
+
+
+def key_column(name: str, kind: str, meaning: str, unit: str = "") -> Column:
+    """A column that helps to identify a row."""
+    return Column(name, kind, meaning, unit, key=True)
+
+
+def table(meaning: str, *columns: Column) -> Table:
+    """The table of these columns."""
+    return Table(meaning, columns)

@@ -7,6 +7,8 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from phongbench.results.columns import Column, Table
+from phongbench.results.columns import key_column as _key
+from phongbench.results.columns import table as _table
 
 BASELINE, TWIN, LIBM = "phong", "aa-twin", "phong-libm"
 #: timing rows that are no formulas: what the machine can do at best
@@ -15,14 +17,6 @@ CEILINGS = COPY, TRIAD, DOT, FMA = "copy", "triad", "dot", "fma"
 COVERAGES = ("sampled", "searched", "exhaustive", "certified")
 #: what stands for the precision of certified rows: the formula in exact arithmetic
 EXACT = "exact"
-
-
-def _key(name: str, kind: str, meaning: str, unit: str = "") -> Column:
-    return Column(name, kind, meaning, unit, key=True)
-
-
-def _table(meaning: str, *columns: Column) -> Table:
-    return Table(meaning, columns)
 
 
 _CELL = (

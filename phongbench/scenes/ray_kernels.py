@@ -134,12 +134,13 @@ def reflect(surface: Any, first: int, count: int, share: Any, least: Any, here: 
         weight = share * weights[ray]
         if weight >= least:
             nx, ny, nz = normals[i, 0], normals[i, 1], normals[i, 2]
-            scale = _ONE / np.sqrt(nx * nx + ny * ny + nz * nz + _TINY)
-            nx, ny, nz = nx * scale, ny * scale, nz * scale
             vx, vy, vz = seen[i, 0], seen[i, 1], seen[i, 2]
-            twice = _TWO * (nx * vx + ny * vy + nz * vz)
+            # along 2 (N.V) N - (N.N) V, which no normal is too short for; scaled, or its length would drift from 1
+            twice, square = _TWO * (nx * vx + ny * vy + nz * vz), nx * nx + ny * ny + nz * nz
+            x, y, z = twice * nx - square * vx, twice * ny - square * vy, twice * nz - square * vz
+            scale = _ONE / np.sqrt(x * x + y * y + z * z + _TINY)
             rays[0, filled], rays[1, filled], rays[2, filled] = starts[i, 0], starts[i, 1], starts[i, 2]
-            rays[3, filled], rays[4, filled], rays[5, filled] = twice * nx - vx, twice * ny - vy, twice * nz - vz
+            rays[3, filled], rays[4, filled], rays[5, filled] = x * scale, y * scale, z * scale
             new_weights[filled] = weight
             new_pixels[filled] = pixels[ray]
             filled += 1

@@ -39,6 +39,8 @@ class MadeUpRun:
     meshes: pd.DataFrame = field(default_factory=MESHES.frame)
     behaviour: pd.DataFrame = field(default_factory=pd.DataFrame)
     smoothness: pd.DataFrame = field(default_factory=pd.DataFrame)
+    moments: pd.DataFrame = field(default_factory=TABLES["moments"].frame)
+    cuts: pd.DataFrame = field(default_factory=TABLES["cuts"].frame)
     incidence: pd.DataFrame = field(default_factory=TABLES["incidence"].frame)
     incidence_times: pd.DataFrame = field(default_factory=TABLES["incidence_times"].frame)
     scenes: pd.DataFrame = field(default_factory=TABLES["scenes"].frame)
@@ -50,7 +52,7 @@ class MadeUpRun:
     def frames(self) -> tuple[pd.DataFrame, ...]:
         """All tables, in the order of the fields."""
         first = self.accuracy, self.timing, self.worst, self.meshes, self.behaviour, self.smoothness
-        return *first, self.incidence, self.incidence_times
+        return *first, self.moments, self.cuts, self.incidence, self.incidence_times
 
 
 #: a cause of wrong lengths -> the lengths |a| - 1 and |b| - 1 that it is taken to leave
@@ -280,6 +282,35 @@ def mesh_rows(accuracy: pd.DataFrame) -> pd.DataFrame:
     return pd.DataFrame(rows).astype({"gamma": "Int64"}) if rows else MESHES.frame()
 
 
+BLINN = {"approximation": "blinn", "lambda_form": "none", "space": "half", "beta_policy": "taylor", "gamma": None}
+
+
+def moment_rows(alphas: tuple[float, ...], gammas: tuple[int, ...]) -> pd.DataFrame:
+    """Lobes as much brighter and wider as their names sort later; the horizon takes the cosine of the incidence."""
+    lobes = [*cells(alphas, gammas), *(BLINN | {"alpha": alpha} for alpha in alphas)]
+    names = sorted({lobe["approximation"] for lobe in lobes})
+    rows = []
+    for lobe, degrees in product(lobes, (0.0, 45.0, 89.0)):
+        ratio = 1.0 + 0.1 * (names.index(lobe["approximation"]) - names.index("phong"))
+        energy = ratio * 6.28 / (lobe["alpha"] + 1) * np.cos(np.radians(degrees))
+        half = {"half_width_degrees": 60 * ratio / lobe["alpha"] ** 0.5, "half_width_ratio": ratio}
+        sums = {"energy": energy, "energy_ratio": ratio, "momentum": energy, "momentum_ratio": ratio, "sideways": 0.0}
+        rows.append(lobe | {"incidence_degrees": degrees} | sums | half)
+    return TABLES["moments"].frame(rows)
+
+
+def cut_rows(gammas: tuple[int, ...]) -> pd.DataFrame:
+    """Phong's and Lyon's steps at 90 degrees, and a power of N.H without any."""
+    lobes = [lobe for lobe in cells((0.1, 1.0, 5.0), gammas) if lobe["lambda_form"] in ("dot", "none")]
+    steps = {"phong": 0.0175, "lyon": 0.35, "gaussian": 0.37, "schlick": 0.1}
+    rows = [
+        lobe | {"cut_degrees": 90.0, "step": steps[name] ** lobe["alpha"], "codes": 255 * steps[name] ** lobe["alpha"]}
+        for lobe in lobes
+        if (name := lobe["approximation"]) in steps and lobe["beta_policy"] != "minimax"
+    ]
+    return TABLES["cuts"].frame([*rows, *(BLINN | {"alpha": a, "at_90": 4.0**-a} for a in (0.1, 1.0, 5.0))])
+
+
 #: formula of reflectance -> nanoseconds that it is taken to need
 REFLECTANCES = {"constant": 0.06, "schlick": 0.1, "f82": 0.12, "dielectric": 0.7, "conductor": 1.0}
 
@@ -339,7 +370,8 @@ def make_run(
         "files": {},
     }
     tables = (worst_rows(accuracy), mesh_rows(accuracy), behaviour_rows(accuracy), smoothness_rows(accuracy))
-    return MadeUpRun(path, manifest, accuracy, timing, *tables, incidence_rows(), incidence_times())
+    lobes = (moment_rows(alphas, gammas), cut_rows(gammas))
+    return MadeUpRun(path, manifest, accuracy, timing, *tables, *lobes, incidence_rows(), incidence_times())
 
 
 @pytest.fixture(scope="session")

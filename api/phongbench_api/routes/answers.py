@@ -39,7 +39,8 @@ async def recommend(request: Request, parameters: Annotated[RecommendParameters,
         run = here.store.newest_timed() if parameters.run is None else here.store.intact(parameters.run)
         return _cached(here, run, parameters, lambda: cheapest(run, **budget, search=False))
 
-    cost = SECONDS + promises.seconds(Budget.of(**budget))
+    asked = {name: value for name, value in budget.items() if name not in ("raw", "mesh_angle")}
+    cost = SECONDS + promises.seconds(Budget.of(**asked))
     return await here.admission.run(request, cost, work, media.json, media.Spans())
 
 

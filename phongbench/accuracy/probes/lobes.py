@@ -36,7 +36,9 @@ _AGREED = 1e-4
 def measure(context: ProbeContext) -> Mapping[str, pd.DataFrame]:
     """The tables `moments` and `cuts`."""
     cells = [cell for position, cell in enumerate(context.sweep.cells) if position not in context.sweep.failures]
-    studied = [pair for pair in dict.fromkeys((c.formula, c.alpha) for c in cells) if takes(*pair, context.registry)]
+    # how lengths are removed, and how a pair is made, changes nothing on unit vectors
+    pairs = dict.fromkeys((c.formula, c.alpha) for c in cells if not c.formula.raw)
+    studied = [pair for pair in pairs if takes(*pair, context.registry)]
     known: dict[Any, Moments] = {}
     rows: list[dict[str, Any]] = []
     for formula, alpha in studied:
@@ -100,10 +102,12 @@ def cut_rows(formula: Formula, registry: Mapping[str, Approximation]) -> Iterato
     """Where the lobe ends at each of CUT_ALPHAS that the formula takes, and how bright it is a degree before."""
     spec = registry[formula.approximation]
     for alpha in CUT_ALPHAS:
-        if not takes(formula, alpha, registry):
+        try:
+            with guarded(spec):
+                formula.check(alpha, registry)
+                values = curves.curve(spec, formula.lambda_form, formula.setting(alpha), circle())
+        except InputError:  # the study did not ask for this exponent: a formula may well refuse it, or fail
             continue
-        with guarded(spec):
-            values = curves.curve(spec, formula.lambda_form, formula.setting(alpha), circle())
         end, step = cut(values)
         yield _columns(formula, alpha) | {
             "cut_degrees": end,
@@ -122,10 +126,11 @@ def circle() -> Array:
 
 def cut(values: Array) -> tuple[float, float]:
     """The angle in degrees from which the values of `circle` are 0, and the value a degree before; NaN if it is 180."""
-    last = int(np.flatnonzero(values > 0)[-1])
-    if last + 1 >= len(values) - 1:
+    lit = np.flatnonzero(values != 0)
+    end = int(lit[-1]) + 1 if len(lit) else 0
+    if end >= len(values) - 1:
         return math.nan, math.nan
-    return (last + 1) / _PER_DEGREE, float(values[max(0, last + 1 - _PER_DEGREE)])
+    return end / _PER_DEGREE, float(values[max(0, end - _PER_DEGREE)])
 
 
 def _columns(formula: Formula, alpha: float) -> dict[str, Any]:

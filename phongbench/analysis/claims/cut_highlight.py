@@ -88,4 +88,5 @@ CLAIM = Claim(
     WIKIPEDIA_BLINN,
     judge,
     ("cuts",),
+    "cut",
 )

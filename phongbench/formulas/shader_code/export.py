@@ -87,7 +87,7 @@ def shader(
     speller = Speller(chosen, table)
     entry = _entry(speller, spec, formula, setting)
     made_by = _command(formula.spelled(registry), alpha, chosen.name, files)
-    parts = [_head(spec, formula, alpha, _error(spec, error, bound), made_by)]
+    parts = [_head(spec, formula, alpha, _error(spec, formula, error, bound), made_by)]
     parts += [chosen.preamble] if chosen.preamble else []
     if table is not None:
         parts.append(chosen.listed("TABLE", [chosen.number(float(value)) for value in table]))
@@ -107,12 +107,14 @@ def _command(spelling: str, alpha: float, language: str, files: Iterable[str]) -
     return shlex.join([*words, "--language", language])
 
 
-def _error(spec: Approximation, sampled: float, bound: float | None) -> str:
+def _error(spec: Approximation, formula: Formula, sampled: float, bound: float | None) -> str:
     """What is promised of the error, or what was sampled."""
     if bound is None:
-        return f"largest error against exact Phong at {ANGLES} angles: {sampled:.3g}; sampled, not promised"
+        plane = " of coplanar vectors" if formula.recipe == "halfway" else ""
+        return f"largest error against exact Phong at {ANGLES} angles{plane}: {sampled:.3g}; sampled, not promised"
     terms = " if powers and arcs err by at most 1e-6" if spec.cost.transcendentals else ""
-    most = f"errs by at most {bound:.3g}, {255 * bound:.2g} of 255, on directions made unit in float32: proven{terms}"
+    where = "on vectors of lengths from 0.001 to 1000" if formula.raw else "on directions made unit in float32"
+    most = f"errs by at most {bound:.3g}, {255 * bound:.2g} of 255, {where}: proven{terms}"
     return f"{most}; {sampled:.3g} was sampled"
 
 

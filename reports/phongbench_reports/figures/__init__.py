@@ -3,6 +3,7 @@
 from phongbench_reports.figures import (
     causes,
     copper,
+    cut,
     error_angle,
     error_gamma,
     front,
@@ -10,6 +11,7 @@ from phongbench_reports.figures import (
     heatmap,
     incidence,
     meshes,
+    moments,
     precision,
     speed,
     split,
@@ -31,6 +33,8 @@ FIGURES = (
     Part("precision", "Error against precision", precision.draw),
     Part("widths", "The best γ of each precision", widths.draw),
     Part("ghost", "The second highlight of the cross form", ghost.draw),
+    Part("cut", "Where the highlight is cut off", cut.draw),
+    Part("moments", "What a lobe sends where", moments.draw),
     Part("split", "Where the error comes from", split.draw),
     Part("speed", "Time per element and working set", speed.draw),
 )

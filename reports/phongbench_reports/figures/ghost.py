@@ -7,6 +7,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 
 from phongbench.analysis.rows import Rows, at
+from phongbench_reports.figures import spheres
 from phongbench_reports.figures.measured import lyon, values
 from phongbench_reports.plots import BLUE, INK, MUTED, VERMILION, Plate, Vector, footnote, sheet
 from phongbench_reports.reproduce import reproduce
@@ -16,10 +17,6 @@ from phongbench_reports.text import alpha_is, basis, label, number, share
 #: a wide lobe, or the measured one nearest to it: a narrow one's ghost is a thin line along the silhouette
 ALPHA, GAMMA = 10.0, 8
 POINTS = 361
-#: pixels across a picture, the sphere's diffuse colour at full light, and what is behind it: dark, to show a rim
-ACROSS, DIFFUSE, BACKDROP = 320, (0.16, 0.30, 0.48), (0.05, 0.06, 0.08)
-#: the sphere's radius, where the picture reaches from -1 to 1
-RADIUS = 0.94
 
 
 def cell_of(study: Rows) -> pd.DataFrame:
@@ -42,18 +39,8 @@ def gated_values(row: pd.Series, cosine: Vector, *, gated: bool) -> Vector:
 
 
 def sphere(row: pd.Series, *, gated: bool) -> Vector:
-    """An RGB picture of a sphere seen and lit from the front.
-
-    There R.V = 2 (N.V)^2 - 1: 1 in the middle, and -1 along the silhouette.
-    """
-    x, y = np.meshgrid(*2 * [((np.arange(ACROSS) + 0.5) / ACROSS * 2.0 - 1.0) / RADIUS])
-    facing_squared = 1.0 - x * x - y * y
-    inside = facing_squared > 0.0
-    facing = np.sqrt(facing_squared[inside])[:, None]
-    light = gated_values(row, 2.0 * facing_squared[inside] - 1.0, gated=gated)[:, None]
-    picture = np.tile(np.array(BACKDROP), (ACROSS, ACROSS, 1))
-    picture[inside] = np.minimum(np.array(DIFFUSE) * (0.08 + 0.92 * facing) + 0.85 * light, 1.0)
-    return picture
+    """A picture of a sphere with the cell's highlight, with or without the test of a.b > 0."""
+    return spheres.sphere(lambda facing_squared: gated_values(row, 2.0 * facing_squared - 1.0, gated=gated))
 
 
 def draw(study: Rows) -> Plate | Absent:
@@ -80,7 +67,7 @@ def draw(study: Rows) -> Plate | Absent:
     )
     _lobe(lobe, data)
     for axes, gated in ((first, True), (second, False)):
-        _picture(axes, sphere(row, gated=gated), gated=gated)
+        spheres.show(axes, sphere(row, gated=gated), "lit only where a·b > 0" if gated else "a·b not tested")
     where = f"{label(row)}, {alpha_is(row['alpha'])}"
     footnote(figure, f"{where}; {POINTS} angles in float64; spheres: Lambert's diffuse term and this highlight")
     return Plate(figure, data, _sentence(row, data), _alt(row, data), basis(cell), reproduce(study, cell))
@@ -104,12 +91,6 @@ def _lobe(axes: Axes, data: pd.DataFrame) -> None:
     axes.set_xlabel("angle between a and b (degrees)")
     axes.set_ylabel("highlight")
     axes.set_title("cross form over all angles")
-
-
-def _picture(axes: Axes, picture: Vector, *, gated: bool) -> None:
-    axes.imshow(np.round(255.0 * picture).astype(np.uint8), interpolation="nearest", aspect="equal")
-    axes.set_axis_off()
-    axes.set_title("lit only where a·b > 0" if gated else "a·b not tested", loc="center")
 
 
 def _sentence(row: pd.Series, data: pd.DataFrame) -> str:

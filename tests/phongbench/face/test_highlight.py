@@ -3,6 +3,7 @@
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
 
 import phongbench as pb
@@ -197,3 +198,16 @@ def test_a_shader_is_a_text_in_the_language() -> None:
     assert f"phongbench shader {FORMULA} --alpha 50 --language wgsl" in text
     with pytest.raises(UnknownNameError, match="glsl, hlsl, wgsl, c"):
         pb.shader(FORMULA, alpha=ALPHA, language="basic")
+
+
+def test_moments_are_rows_for_each_incidence_and_lengths_change_nothing() -> None:
+    rows = pb.moments("lyon:dot:8", alpha=50, incidence=[0, 60])
+    assert rows["incidence_degrees"].tolist() == [0, 60]
+    beta, gamma = 50 / 8, 8
+    assert rows["energy"][0] == pytest.approx(2 * np.pi / (beta * (gamma + 1)))
+    pd.testing.assert_frame_equal(pb.moments("lyon:dot:8/once", alpha=50, incidence=[0, 60]), rows)
+    pd.testing.assert_frame_equal(pb.moments("phong/squared", alpha=50), pb.moments("phong", alpha=50))
+    with pytest.raises(InputError, match="outside 0"):
+        pb.moments("phong", alpha=50, incidence=91)
+    with pytest.raises(InputError):
+        pb.moments("phong", alpha=50, incidence="steep")

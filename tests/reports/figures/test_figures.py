@@ -6,6 +6,7 @@ import io
 import subprocess
 import sys
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -18,9 +19,10 @@ import phongbench_reports
 from phongbench.analysis.front import front
 from phongbench.analysis.rows import Rows, at
 from phongbench.formulas import error_laws
+from phongbench.results.schema import TABLES
 from phongbench_reports import figures, plots, ticks
 from phongbench_reports.build import csv_of
-from phongbench_reports.figures import FIGURES
+from phongbench_reports.figures import FIGURES, cut, spheres
 from phongbench_reports.plots import Plate, ink
 from phongbench_reports.table import Absent
 
@@ -33,7 +35,7 @@ def study(run: Any) -> Rows:
 
 
 #: what several figures are made with, and figures of pictures that a run may have
-SHARED = ("lobe", "measured", "pictures", "scene_images")
+SHARED = ("lobe", "measured", "pictures", "scene_images", "spheres")
 
 
 @pytest.fixture(scope="module")
@@ -157,7 +159,7 @@ def test_the_picture_of_the_ghost_differs_in_its_rim_only(study: Rows) -> None:
 
     row = ghost.cell_of(study).iloc[0]
     with_test, without = (ghost.sphere(row, gated=gated) for gated in (True, False))
-    x, y = np.meshgrid(*2 * [((np.arange(ghost.ACROSS) + 0.5) / ghost.ACROSS * 2 - 1) / ghost.RADIUS])
+    x, y = np.meshgrid(*2 * [((np.arange(spheres.ACROSS) + 0.5) / spheres.ACROSS * 2 - 1) / spheres.RADIUS])
     radius = np.hypot(x, y)
     changed = (without != with_test).any(axis=2)
     assert not changed[radius < np.sqrt(0.5)].any()  # there R.V > 0
@@ -261,3 +263,42 @@ def test_a_run_of_one_gamma_has_no_best_one(made_up: Callable[..., Any], tmp_pat
     from phongbench_reports.figures import widths
 
     assert isinstance(widths.draw(Rows(made_up(tmp_path, gammas=(8,)))), Absent)
+
+
+# what lobes send where, and where they are cut off
+
+
+def test_the_moments_of_lobes_are_told_with_what_the_horizon_leaves(plates: dict[str, Plate], study: Rows) -> None:
+    plate = plates["moments"]
+    assert set(plate.data["approximation"]) == {"phong", "lyon", "gaussian", "blinn", "schlick"}
+    assert set(plate.data["gamma"].dropna()) == {8}
+    assert "lyon:dot:8 0.8" in plate.takeaway or "lyon:dot:8 0.9" in plate.takeaway
+    # made up: the horizon takes the cosine of the incidence from every lobe
+    assert plate.takeaway.endswith("the horizon leaves 1.75\xa0% of phong's and 1.75\xa0% of blinn's.")
+
+
+def test_the_cut_is_told_at_the_first_and_last_exponent_where_it_shows(plates: dict[str, Plate]) -> None:
+    takeaway = plates["cut"].takeaway
+    assert "170 codes at α\xa0=\xa00.1" in takeaway
+    assert "4.46 at α\xa0=\xa01" in takeaway
+    assert "gaussian:dot is cut visibly up to α\xa0=\xa05" in takeaway
+
+
+def test_the_sphere_of_phong_is_dark_where_that_of_the_half_vector_fades() -> None:
+    by_angle, by_half = (spheres.sphere(make(cut.ALPHA)) for make in (cut.phong, cut.half_vector))
+    middle, edge = spheres.ACROSS // 2, int(spheres.ACROSS * (1 + 0.8 * spheres.RADIUS) / 2)
+    np.testing.assert_allclose(by_angle[middle, middle], by_half[middle, middle], atol=0.01)
+    without = spheres.sphere(np.zeros_like)
+    np.testing.assert_array_equal(by_angle[middle, edge], without[middle, edge])
+    assert (by_half[middle, edge] > without[middle, edge] + 0.2).all()
+
+
+@pytest.mark.parametrize("name", ["moments", "cut"])
+def test_a_run_without_lobes_says_which_probe_gives_them(
+    name: str, made_up: Callable[..., Any], tmp_path: Path
+) -> None:
+    bare = Rows(replace(made_up(tmp_path), moments=TABLES["moments"].frame(), cuts=TABLES["cuts"].frame()))
+    [part] = [figure for figure in FIGURES if figure.name == name]
+    absent = part.make(bare)
+    assert isinstance(absent, Absent)
+    assert "--probe lobes" in absent.fix

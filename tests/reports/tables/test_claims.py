@@ -61,7 +61,7 @@ def test_every_figure_that_a_claim_names_is_on_the_page(table: ClaimTable) -> No
 
 def test_a_run_without_the_rows_says_how_to_get_them(run: Any) -> None:
     rows = run.accuracy[run.accuracy["approximation"] == "schlick"]
-    none = {name: getattr(run, name).head(0) for name in ("timing", "meshes", "incidence")}
+    none = {name: getattr(run, name).head(0) for name in ("timing", "meshes", "incidence", "cuts")}
     found = claims(Rows(replace(run, accuracy=rows, **none)))
     assert isinstance(found, Absent)
     assert "phongbench run" in found.fix

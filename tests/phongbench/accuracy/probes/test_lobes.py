@@ -1,6 +1,7 @@
 """The probe of lobes: a row for every formula, exponent and incidence; laws beside them; cuts at small exponents."""
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -11,6 +12,8 @@ from phongbench.accuracy import sweep
 from phongbench.accuracy.probes import lobes
 from phongbench.accuracy.probes.probe import ProbeContext
 from phongbench.analysis.rows import at
+from phongbench.formulas.registry import REGISTRY
+from phongbench.formulas.spec import Approximation, Setting
 from phongbench.inputs.plan import preset
 from phongbench.results.schema import CUTS, MOMENTS
 
@@ -95,5 +98,44 @@ def test_a_cut_is_looked_for_once_for_each_formula_and_gamma(tables: dict[str, p
 def test_a_lobe_without_end_has_no_cut() -> None:
     assert all(map(math.isnan, lobes.cut(np.ones(1441))))
     values = np.zeros(1441)
+    assert lobes.cut(values) == (0.0, 0.0)
     values[:10] = 1.0
     assert lobes.cut(values) == (10 / 8, 1.0)
+
+
+def own(name: str, kernel: Callable[..., float], coefficients: Callable[[Setting], dict[str, float]]) -> Approximation:
+    schlick = REGISTRY["schlick"]
+    return replace(schlick, name=name, kernel=kernel, coefficients=coefficients, at_zero=None, falls=False)
+
+
+def dark(cosine: float, level: float) -> float:
+    """The same value everywhere."""
+    return level
+
+
+def pole(cosine: float, level: float) -> float:
+    """Infinite at the peak."""
+    return level / (1.0 - cosine)
+
+
+def test_hostile_lobes_of_a_user_are_rows_and_no_crash() -> None:
+    made = {
+        "dark": own("dark", dark, lambda s: {"level": 0.0}),
+        "nan": own("nan", dark, lambda s: {"level": math.nan}),
+        "negative": own("negative", dark, lambda s: {"level": -1.0}),
+        "pole": own("pole", pole, lambda s: {"level": 1.0}),
+        "fails": own("fails", dark, lambda s: {"level": 1 / (s.alpha - 20)}),
+    }
+    registry = {**REGISTRY, **made}
+    plan = replace(preset("quick"), alphas=(10.0, 20.0), gammas=(8,), approximations=tuple(made), timing=False)
+    prepared = sweep.prepare(plan.validated(registry), registry)
+    sweep.compile_kernels(prepared)
+    found = lobes.measure(ProbeContext(prepared, pd.DataFrame(), pd.DataFrame()))
+    upright = at(found["moments"], incidence_degrees=0.0, alpha=10.0).set_index("approximation")
+    assert upright["energy"]["dark"] == 0
+    assert upright["energy"]["negative"] == pytest.approx(-2 * math.pi)
+    assert not math.isfinite(upright["energy"]["nan"])
+    assert upright["half_width_degrees"][["dark", "nan"]].isna().all()
+    assert set(at(found["moments"], approximation="fails")["alpha"]) == {10.0}
+    assert 20.0 not in set(at(found["cuts"], approximation="fails")["alpha"])
+    assert at(found["cuts"], approximation="dark")["cut_degrees"].unique().tolist() == [0.0]

@@ -1,0 +1,191 @@
+"""Which recipe to ship for raw N, L and V, and what each step of it costs.
+
+Recipes are judged on configurations of N, L and V at all incidences and azimuths, against Phong of the angle between
+the true mirror direction and V. What is promised of a recipe that makes (R, V) and removes lengths exactly is the
+promise of its formula on unit vectors, and room for the roundings of the steps before it. Of a recipe that makes
+(N, H), whose value is no function of that angle, nothing is promised: its errors are samples.
+"""
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import pandas as pd
+
+from phongbench.analysis import choice, front, kernel_times
+from phongbench.analysis.choice import Judge, Row
+from phongbench.analysis.choice_words import answered, plain
+from phongbench.analysis.error_budget import Budget
+from phongbench.analysis.promises import Promise, promise_raw
+from phongbench.errors import InputError
+from phongbench.formulas.formula import Formula, Registry
+from phongbench.formulas.user_files import installed
+from phongbench.inputs.length_errors import ANY
+from phongbench.results import runs
+from phongbench.results.runs import Run
+from phongbench.results.schema import BASELINE, CELL, DOT, INPUT
+
+#: what every shader does that normalises first: the recipe that others are measured by
+USUAL = Formula.parse(f"{BASELINE}@reflect/each")
+#: steps of a highlight: name, the formula that has it, the formula without it, what it is
+STEPS = (
+    ("power", BASELINE, "", "the power, beyond a bare dot product"),
+    ("normalise R and V", f"{BASELINE}/each", BASELINE, "two roots and two divisions"),
+    ("one root", f"{BASELINE}/once", BASELINE, "one root and one division for the pair"),
+    ("no root", f"{BASELINE}/squared", BASELINE, "one division, the cosine squared"),
+    ("bit trick", f"{BASELINE}/fast", BASELINE, "two roots by the bit trick with a Newton step"),
+    ("normalise N, then R", f"{BASELINE}@reflect", BASELINE, "one root and one division, R = 2(N.L)N - L"),
+    ("R at any length", f"{BASELINE}@lengthwise", BASELINE, "R = 2(N.L)N - (N.N)L"),
+)
+
+
+def cells(run: Run, budget: Budget, *, any_length: bool, notes: list[str]) -> pd.DataFrame:
+    """The recipes that the run measured and timed: columns as of `front.joined`, then samples and coverage.
+
+    any_length  True: L, N and V have lengths from 0.001 to 1000; else they are as wrong as the budget says
+    Raises InputError for what the run did not measure, naming the command that does.
+    """
+    rows = configurations(runs.intact(run).accuracy, budget.precision)
+    if rows.empty:
+        fix = f"measure them: phongbench run --precision {budget.precision}, with a plan that leaves `raw` as it is"
+        raise InputError(f"the run holds no recipes from N, L and V in {budget.precision}", run.id, fix)
+    alphas = budget.alpha.around(sorted(rows["alpha"].unique()))
+    if alphas is None:
+        fix = f"measure it: phongbench run --alpha {','.join(f'{a:g}' for a in budget.alpha.values)}"
+        raise InputError(f"alpha {budget.alpha} lies outside what the run measured", run.id, fix)
+    rows = rows[rows["alpha"].isin(alphas)]
+    rows = rows[rows["perturbation"] == ANY.name] if any_length else _as_wrong(run, rows, budget, notes)
+    named = rows[[*CELL, *INPUT, "max_abs", "nonfinite", "samples", "coverage"]].rename(columns={"max_abs": "error"})
+    finite = named.groupby(CELL, dropna=False, observed=True)["nonfinite"].transform("sum") == 0
+    worst = front.worst_of(named[finite & named["error"].notna()].drop(columns="nonfinite"))
+    times = kernel_times.times_of(kernel_times.timed(run), working_set=budget.working_set, precision=budget.precision)
+    return front.joined(worst, kernel_times.times_at(times, budget.alpha.values))
+
+
+def configurations(accuracy: pd.DataFrame, precision: str) -> pd.DataFrame:
+    """The rows of recipes in a precision."""
+    rows: pd.DataFrame = accuracy[(accuracy["stratum"] == "configurations") & (accuracy["precision"] == precision)]
+    return rows
+
+
+def _as_wrong(run: Run, rows: pd.DataFrame, budget: Budget, notes: list[str]) -> pd.DataFrame:
+    """The rows of vectors that are unit, or as wrong as the smallest measured size that covers the budget's."""
+    rows = rows[rows["perturbation"] != ANY.name]
+    sizes = sorted(rows["length_error"].abs().unique())
+    reached = next((size for size in sizes if size >= budget.length_error * (1 - 1e-9)), None)
+    if reached is None:
+        fix = "leave --length-error out: lengths from 0.001 to 1000 are then meant"
+        raise InputError(f"the wrongest lengths measured are {sizes[-1]:g}, not {budget.length_error:g}", run.id, fix)
+    if not math.isclose(reached, budget.length_error, abs_tol=1e-12):
+        notes.append(f"lengths are judged at {reached:g} wrong, the nearest that was measured and not less")
+    wrong: pd.DataFrame = rows[rows["length_error"].abs() <= reached]
+    return wrong
+
+
+def judged(budget: Budget, registry: Registry, *, any_length: bool) -> Judge:
+    """Judges rows of recipes by what may be promised of them, which is never below a measured error."""
+
+    def judge(row: Row, sharp: bool) -> Promise:
+        kept = promise_raw(Formula.of_row(row), budget, registry, any_length=any_length, sharp=sharp)
+        return Promise(max(kept.bound, float(row["error"])), kept.coverage)
+
+    return judge
+
+
+def recommend(run: Run | None, budget: Budget, *, any_length: bool) -> dict[str, Any]:
+    """The cheapest recipe from raw N, L and V within a budget, as plain data like `recommend.recommend`.
+
+    any_length  True: vectors of any length; else as wrong as the budget says
+    returns     the keys of `recommend.recommend`, and `usual`: the recipe that normalises all and takes the power, and
+                `steps`: what each step costs, see there
+    Raises InputError where there is no run: recipes are chosen by what was measured.
+    """
+    if run is None:
+        raise InputError("no run says what recipes cost", "raw", "measure them: phongbench run")
+    notes: list[str] = []
+    compared = cells(run, budget, any_length=any_length, notes=notes)
+    judge = judged(budget, installed(), any_length=any_length)
+    most = f"up to {budget.length_error:.3g} wrong"
+    lengths = (
+        "any length from 0.001 to 1000" if any_length else f"lengths {most}" if budget.length_error else "unit N, L, V"
+    )
+    notes += [gain] if (gain := lengths_gain(compared, budget, judge)) else []
+    chosen = choice.choose(compared, budget.max_error, judge)
+    answer = answered(chosen, budget, f", N, L and V of {lengths}")
+    notes.append(f"what an answer says holds in {budget.precision} for every N, L and V of {lengths}")
+    usual = [
+        plain(row | {"bound": math.inf, "error_coverage": row["coverage"]}, budget)
+        for row in front.records(compared)
+        if Formula.of_row(row) == USUAL
+    ]
+    return {
+        "basis": "run",
+        "run": run.id,
+        "alpha": str(budget.alpha),
+        "max_error": budget.max_error,
+        "length_error": None if any_length else budget.length_error,
+        "precision": budget.precision,
+        "space": "from N, L and V",
+        "working_set": budget.working_set,
+        **answer,
+        "usual": usual[0] if usual else None,
+        "steps": steps(kernel_times.timed(run), working_set=budget.working_set, precision=budget.precision),
+        "notes": notes,
+    }
+
+
+def steps(timing: pd.DataFrame, *, working_set: str = "l1", precision: str = "float32") -> list[dict[str, Any]]:
+    """What each step of a highlight costs: rows of step, what, with, without, ns, share, share_low, share_high.
+
+    ns     difference of the least times; None where one was not timed
+    share  of exact Phong's time on unit vectors, with the 99 % interval of that time's ratio
+    """
+    times = kernel_times.times_of(timing, working_set=working_set, precision=precision)
+    by_name = {_key(row): row for row in front.records(times)}
+    rows = []
+    for name, having, lacking, what in STEPS:
+        with_it, without = by_name.get(having), by_name.get(lacking or DOT)
+        if with_it is None or without is None:
+            continue
+        # the baseline's own ratio is 1 without an interval, so the interval is that of the other kernel
+        low, high = with_it["ratio_low"] - without["ratio_high"], with_it["ratio_high"] - without["ratio_low"]
+        rows.append(
+            {
+                "step": name,
+                "what": what,
+                "with": having,
+                "without": lacking or "a bare dot product",
+                "ns": with_it["ns"] - without["ns"],
+                "share": with_it["ratio"] - without["ratio"],
+                "share_low": low,
+                "share_high": high,
+            }
+        )
+    return rows
+
+
+def _key(row: Row) -> str:
+    name = str(row["approximation"])
+    return name if name == DOT else str(Formula.of_row({**row, "beta_policy": "none"}))
+
+
+def in_words(rows: Sequence[dict[str, Any]]) -> str:
+    """The steps in a line: "power 0.12 ns, one root 0.09 ns"."""
+    return ", ".join(f"{row['step']} {row['ns']:.2g} ns" for row in rows)
+
+
+def lengths_gain(compared: pd.DataFrame, budget: Budget, judge: Judge) -> str | None:
+    """A sentence on whether removing lengths is the better answer, where the budget can be met both ways."""
+    best: dict[bool, Row | None] = {}
+    for removes in (True, False):
+        mine = compared[(compared["normalise"] != "none") == removes]
+        best[removes] = choice.choose(mine, budget.max_error, judge).best if len(mine) else None
+    with_it, without = best[True], best[False]
+    if with_it is None or without is None:
+        return None if with_it is None else "without removing lengths no recipe is within the budget"
+    names = [str(Formula.of_row(row)) for row in (with_it, without)]
+    if with_it["ratio_high"] < without["ratio_low"]:
+        return f"removing lengths is the better answer: {names[0]} is faster than {names[1]}, which leaves them"
+    if without["ratio_high"] < with_it["ratio_low"]:
+        return f"leaving lengths is the better answer: {names[1]} is faster than {names[0]}, which removes them"
+    return f"{names[0]} removes lengths, {names[1]} leaves them: which is faster is not settled"
