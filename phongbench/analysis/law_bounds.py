@@ -16,7 +16,7 @@ from phongbench.analysis.kernel_times import multiplications
 from phongbench.compiler.precisions import precision_named
 from phongbench.errors import InputError
 from phongbench.formulas import error_laws
-from phongbench.results.schema import CELL
+from phongbench.results.schema import CELL, RAW
 
 #: without times, work is counted: operations from vectors to each coordinate (the gate on a.b > 0 included), what a
 #: logarithm or an exponential takes, and what the laws' formulas add
@@ -75,7 +75,8 @@ def _formulas(budget: Budget) -> Iterator[tuple[Any, ...]]:
 
     def row(name: str, form: str, policy: str, gamma: int | None, work: float) -> tuple[Any, ...]:
         error = float(np.max([_error(name, form, gamma, alpha, budget) for alpha in alphas]))  # NaN where any is
-        return (name, form, "reflect", policy, gamma, budget.precision, error, _FORM_WORK[form] + work)
+        given = RAW.values()  # laws speak of pairs that are given
+        return (name, form, "reflect", policy, gamma, budget.precision, *given, error, _FORM_WORK[form] + work)
 
     for form in ("dot", "difference", "cross"):
         if form == "cross" and alphas[0] < 10:

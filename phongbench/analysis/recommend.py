@@ -65,9 +65,8 @@ def recommend(
     if unknown:
         notes.append(f"{', '.join(unknown)}: only sampled, and the formula is not here, so nothing is promised of it")
     choice = choose(cells, budget.max_error, as_given if run is None else promised(budget, installed(), search=search))
-    if run is not None:
-        vectors = "vectors rounded to it" if precision_named(precision).saturates else DOMAIN
-        notes.append(f"what an answer says holds in {precision} for {vectors}")
+    vectors = "vectors rounded to it" if precision_named(precision).saturates else DOMAIN
+    notes.append(f"what an answer says holds in {precision} for {vectors}")
     return {
         "basis": "laws" if run is None else "run",
         "run": None if run is None else run.id,

@@ -61,6 +61,9 @@ def front(run_name: str, everything: bool, as_json: bool, **options: Any) -> Non
 def recommend(run_name: str | None, as_json: bool, **options: Any) -> None:
     """Name the cheapest formula whose largest error stays within a budget, and say why.
 
+    Within is a promise: the bound is proven for all pairs of vectors made unit in the working precision, as shaders do
+    it, or of a formula that cannot be proven searched and widened. What was only sampled decides nothing.
+
     The newest run with times answers; where there is none, the closed-form laws do, and say so. Formulas of (N, H) are
     left out unless --space half asks for them: their errors hold for coplanar vectors only. Exit 1 if nothing meets
     the budget.

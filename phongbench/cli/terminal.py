@@ -96,6 +96,7 @@ def front_table(answer: Mapping[str, Any], *, everything: bool = False) -> None:
     columns = ("formula", answer["metric"], "8-bit codes", "time / exact Phong", "99 % interval", "ns", "state")
     table(title, columns, rows, right=columns[1:6])
     notes = Console(stderr=True, markup=False, highlight=False, soft_wrap=True)
+    notes.print("errors were measured, and are lower bounds: nothing is promised of them; `recommend` proves bounds")
     notes.print(f"times: working set {answer['working_set']}, of run {answer['run']}")
     if not answer["same_machine"]:
         notes.print("the run was timed on another kind of machine: its ratios hold there, its nanoseconds are left out")

@@ -41,7 +41,8 @@ class SurfaceMaterial:
 
     name          str              as the document calls it
     reflection    Material         of the shading library: colours, shininess, reflectance against incidence
-    reflectivity  float in 0 .. 1  k: the colour is (1 - k) direct + k reflected light
+    reflectivity  float in 0 .. 1  k: the colour is (1 - k) direct + k reflected light, at every incidence: `fresnel` is
+                                   of highlights
     specular      Formula | None   formula of the specular term; None takes the picture's
     """
 

@@ -120,7 +120,7 @@ class Skips:
     Exact, the colours are the same bits: `lights_behind` a light that no point of a tile or block faces;
     `zero_colours` a term whose colour product is 0; `beyond_support` the formula, where a block lies beyond the end of
     its support; `unused_vectors` V, R and H where no specular term asks for them; `constant_directions` the repetition
-    of a direction that is the same everywhere.
+    of a direction that is the same everywhere: it is made unit once, when it is read, not once for each point.
     Bounded: `reach` a light beyond its own reach (see Light); `dark_tail` exact Phong where it is below `tail`, which
     changes a colour by at most tail * ks * is * attenuation for each light.
     tail  float | None  None: 4 roundings at 1, about 5e-7 in float32 and 9e-16 in float64

@@ -42,10 +42,10 @@ class Ledger:
     out_of_reach         no point of the tile or block lies within the light's reach
     in_shadow            no point of the block sees the light
     lights_behind        no point of the tile or block faces the light
-    beyond_support       the formula: the block lies beyond the end of its support
-    dark_tail            the formula: exact Phong is below the threshold all over the block
-    vectors_not_built    R or H: no specular term asks for it
-    constant_directions  L, or V: it is the same everywhere; counts each of the two
+    beyond_support       the formula, and the reflectance: the block lies beyond the end of its support
+    dark_tail            the formula, and the reflectance: exact Phong is below the threshold all over the block
+    vectors_not_built    R or H, in a block that faces the light (in others none is built): no specular term asks for it
+    constant_directions  L, or V: it is the same everywhere, and made unit once; counts each of the two
     The same for the same input, whatever the number of threads.
     """
 

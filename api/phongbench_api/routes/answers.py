@@ -26,12 +26,13 @@ SECONDS = 0.2
 @router.get(
     "/recommend",
     summary="The cheapest formula within an error budget",
-    **described({"choices": [], "nearest_miss": None}, *_STORED),
+    **described({"choices": [], "nearest_miss": None}, *_STORED, 413),
 )
 async def recommend(request: Request, parameters: Annotated[RecommendParameters, Query()]) -> Response:
     """The cheapest formula whose largest error is within the budget, the next one, and the nearest miss.
 
-    Without `run` the newest whole run with times answers; where there is none, the closed-form laws.
+    Without `run` the newest whole run with times answers; where there is none, the closed-form laws. What is within is
+    proven; a formula that cannot be proven is not searched here, so nothing is promised of it.
     """
     here, budget = service(request), parameters.model_dump(exclude={"run"})
 

@@ -10,7 +10,7 @@ export function verdict(curve) {
   if (!Number.isFinite(largest)) return [make('b', { class: 'yes' }, 'Not usable here:'), ' some values are not finite.'];
   const seen = 255 * largest >= 1;
   const way = error[worst] > 0 ? 'too bright' : 'too dark';
-  const size = largest === 0 ? 'It is exact here.' : `The largest error is ${codes(largest)} at ${degrees(angle[worst])}, where it is ${way}.`;
+  const size = largest === 0 ? 'It is exact here.' : `The largest error on this curve is ${codes(largest)} at ${degrees(angle[worst])}, where it is ${way}.`;
   const facts = [beta === null || beta === undefined ? null : `slope β ${number(beta)}`, cutoff === null || cutoff === undefined ? null : `dark beyond ${degrees(cutoff)}`].filter(Boolean);
   return ['Visible at 8 bits: ', make('b', { class: seen ? 'yes' : 'no' }, seen ? 'yes' : 'no'), `. ${size}`,
     ...(facts.length ? [' ', make('span', { class: 'muted' }, `${facts.join(', ')}.`)] : [])];

@@ -14,7 +14,7 @@ from phongbench.accuracy.probes.probe import ProbeContext
 from phongbench.compiler.lowering import FLOAT32, FLOAT64, Precision
 from phongbench.compiler.precisions import Array
 from phongbench.formulas.fresnel.catalogue import KINDS
-from phongbench.formulas.fresnel.reflectance import CHANNELS, Fresnel
+from phongbench.formulas.fresnel.reflectance import CHANNELS
 from phongbench.inputs.optical_constants import EXACT, in_terms_of
 from phongbench.inputs.plan import Plan
 from phongbench.results.schema import INCIDENCE
@@ -42,28 +42,24 @@ def native(plan: Plan) -> list[Precision]:
 
 def rows(precisions: Sequence[Precision]) -> list[dict[str, Any]]:
     """What each formula that a material can be told in makes of it."""
-    return [
-        row
-        for precision in precisions
-        for material, exact in EXACT.items()
-        for kind in KINDS
-        for row in _channels(material, exact, kind, precision)
-    ]
-
-
-def _channels(material: str, exact: Fresnel, kind: str, precision: Precision) -> Iterator[dict[str, Any]]:
-    fresnel = in_terms_of(exact, kind)
-    if fresnel is None:
-        return
     degrees = np.linspace(0.0, 90.0, ANGLES)
-    cosines = np.cos(np.radians(degrees)).astype(precision.carrier)
-    found = fresnel.at(cosines, precision).astype(np.float64)
-    for number, channel in enumerate(CHANNELS):
-        error = np.abs(found[:, number] - [exact.bound(number)(cosine) for cosine in cosines.tolist()])
+    found = []
+    for precision in precisions:
+        cosines = np.cos(np.radians(degrees)).astype(precision.carrier)
+        for material, exact in EXACT.items():
+            # the plain bodies: compiling the exact one in float64, too, would take longer
+            truth = np.array([[exact.bound(c)(v) for c in range(len(CHANNELS))] for v in cosines.tolist()])
+            key = {"material": material, "precision": precision.name}
+            for fresnel in filter(None, (in_terms_of(exact, kind) for kind in KINDS)):
+                errors = np.abs(fresnel.at(cosines, precision).astype(np.float64) - truth)
+                found += [key | {"reflectance": fresnel.kind} | row for row in _channels(errors, degrees)]
+    return found
+
+
+def _channels(errors: Array, degrees: Array) -> Iterator[dict[str, Any]]:
+    """What is told of the errors (n, 3) of the three channels at these angles."""
+    for channel, error in zip(CHANNELS, errors.T, strict=True):
         yield {
-            "material": material,
-            "reflectance": kind,
-            "precision": precision.name,
             "channel": channel,
             "samples": ANGLES,
             "max_abs": float(error.max()),

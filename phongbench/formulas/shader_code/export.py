@@ -113,7 +113,8 @@ def _error(spec: Approximation, formula: Formula, sampled: float, bound: float |
         plane = " of coplanar vectors" if formula.recipe == "halfway" else ""
         return f"largest error against exact Phong at {ANGLES} angles{plane}: {sampled:.3g}; sampled, not promised"
     terms = " if powers and arcs err by at most 1e-6" if spec.cost.transcendentals else ""
-    where = "on vectors of lengths from 0.001 to 1000" if formula.raw else "on directions made unit in float32"
+    plane = "coplanar directions" if formula.space == "half" else "directions"
+    where = "on vectors of lengths from 0.001 to 1000" if formula.raw else f"on {plane} made unit in float32"
     most = f"errs by at most {bound:.3g}, {255 * bound:.2g} of 255, {where}: proven{terms}"
     return f"{most}; {sampled:.3g} was sampled"
 

@@ -19,7 +19,7 @@ from phongbench.support.progress import Progress
 #: seconds for the rounds with the peers, and how often the twin is measured
 PEER_SECONDS, REPEATS = 20.0, 200
 #: scenes whose skips are measured, with the depth of reflections; and what the plain tracer is compared on
-SCENES = {"many-lights": 2, "chequerboard": 5, "tessellation": 1, "test-card": 1, "torus": 1}
+SCENES = {"many-lights": 2, "chequerboard": 5, "copper-and-glass": 0, "tessellation": 1, "test-card": 1, "torus": 1}
 RACE, DEPTH, SIZE = "chequerboard", 3, (1280, 720)
 
 

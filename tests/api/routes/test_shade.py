@@ -16,6 +16,7 @@ from phongbench.shading.requests import shaded_json, shading_request
 from phongbench_api.http import media, multipart
 from phongbench_api.http.problems import Cancelled
 from phongbench_api.routes.shade import EXAMPLE, MATERIAL, Shading
+from phongbench_api.work.warm_kernels import shading_key
 
 COMMON = {name: value for name, value in EXAMPLE.items() if name not in ("points", "normals")}
 SCENE = COMMON | {
@@ -99,6 +100,19 @@ def test_a_highlight_may_depend_on_incidence_and_a_light_have_an_ambient_term(cl
     plain = np.array(client.post("/v1/shade", json=EXAMPLE).json()["colours"][0])
     # normal incidence: 1 becomes the reflectance of copper; 0.5 of ambient light comes on top, of which 0.1 is seen
     assert answer.json()["colours"][0] == pytest.approx(plain - 1 + (0.9352, 0.6235, 0.5383) + 0.05, abs=1e-4)
+
+
+def test_what_another_reflectance_or_ambient_light_needs_is_compiled_first() -> None:
+    """Their loops are of their own: a request of a new kind is predicted to take longer, and never compiled inline."""
+
+    def key(material: dict[str, Any], light: dict[str, Any]) -> object:
+        document = EXAMPLE | {"material": MATERIAL | material, "lights": [{"position": [0, 0, 3]} | light]}
+        return shading_key(shading_request(document))
+
+    schlick = {"fresnel": {"kind": "schlick", "f0": [0.5, 0.5, 0.5]}}
+    edge = {"fresnel": {"kind": "f82", "f0": [0.5, 0.5, 0.5], "f82": [0.6, 0.6, 0.6]}}
+    assert len({key({}, {}), key(schlick, {}), key(edge, {}), key({}, {"ambient": [1, 1, 1]})}) == 4
+    assert key(schlick, {}) == key({"fresnel": {"kind": "schlick", "f0": [0, 0, 0.1]}}, {})
 
 
 @pytest.mark.parametrize(

@@ -248,3 +248,17 @@ def test_the_claims_are_the_librarys(client: TestClient, runs: Path) -> None:
 
 def test_the_row_count_of_the_manifest_is_that_of_the_table(client: TestClient, accuracy: pd.DataFrame) -> None:
     assert client.get(f"/v1/runs/{RUN}").json()["files"]["accuracy.parquet"]["rows"] == len(accuracy)
+
+
+def test_what_a_recommendation_promises_is_within_its_budget(client: TestClient) -> None:
+    told = client.get("/v1/recommend", params={"alpha": "50", "max_error": "1/20", "run": RUN}).json()
+    assert [choice["coverage"] for choice in told["choices"]] == ["certified"] * len(told["choices"])
+    assert all(choice["max_abs"] <= choice["bound"] <= 0.05 for choice in told["choices"])
+
+
+def test_a_question_with_more_proofs_than_a_request_may_take_is_refused(client: TestClient) -> None:
+    """Each exponent is proven by itself; what that takes is known before."""
+    many = ",".join(str(10 + k / 4) for k in range(150))
+    refused = client.get("/v1/recommend", params={"alpha": many, "max_error": "1/20"})
+    assert refused.status_code == 413
+    assert "a request may take" in refused.json()["detail"]

@@ -58,6 +58,7 @@ def rows_of(plan: Plan) -> pd.DataFrame:
         f = cell.formula
         whole = {"approximation": f.approximation, "lambda_form": f.lambda_form, "space": f.space, "gamma": f.gamma}
         whole |= {"beta_policy": f.slope, "alpha": cell.alpha, "precision": cell.precision, "gated": True}
+        whole |= {"recipe": f.recipe, "normalise": f.normalise}
         whole |= {"truth": "angle", "samples": 33, "coverage": "sampled", "max_abs": known[key]}
         rows += [whole | {"stratum": "highlight", "perturbation": "none", "length_error": 0.0}] if cell.gated else []
         rows += [whole | {"stratum": "lengths", "perturbation": "a", "length_error": 0.05}] if cell.gated else []
@@ -68,7 +69,7 @@ def rows_of(plan: Plan) -> pd.DataFrame:
 
 def times_of(accuracy: pd.DataFrame, rng: np.random.Generator) -> pd.DataFrame:
     """Random times of all kernels, so that the cheapest formulas differ from run to run."""
-    kernels = accuracy[["approximation", "lambda_form", "space", "gamma"]].drop_duplicates()
+    kernels = accuracy[["approximation", "lambda_form", "space", "gamma", "recipe", "normalise"]].drop_duplicates()
     rows = pd.concat([kernels.assign(precision=name) for name in ("float32", "float64")], ignore_index=True)
     ratio = rng.uniform(0.1, 1.0, len(rows))
     times = {"ratio": ratio, "ratio_low": 0.99 * ratio, "ratio_high": 1.01 * ratio, "ns_min": ratio, "ns_median": ratio}
