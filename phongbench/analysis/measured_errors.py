@@ -35,7 +35,7 @@ def cells(run: Run, budget: Budget, notes: list[str]) -> pd.DataFrame:
     notes   receives what to bear in mind
     Raises InputError for what the run did not measure, naming the command that does.
     """
-    accuracy, timing = runs.intact(run).accuracy, kernel_times.timed(run)
+    accuracy, timing = runs.with_raw(runs.intact(run).accuracy), kernel_times.timed(run)
     alphas = _vouching(run, accuracy, budget, notes)
     worst = _worst(run, accuracy, alphas, budget, notes)
     times = kernel_times.times_of(timing, working_set=budget.working_set, precision=budget.precision)

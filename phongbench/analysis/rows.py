@@ -16,7 +16,7 @@ from phongbench.analysis.mesh_edges import lyon
 from phongbench.compiler.precisions import in_order
 from phongbench.formulas.user_files import installed
 from phongbench.results.runs import as_given
-from phongbench.results.schema import CASE, EXACT, TABLES, TWIN
+from phongbench.results.schema import CASE, EXACT, RAW, TABLES, TWIN
 
 #: lambda forms in the order in which they are shown
 FORMS = ("dot", "difference", "cross", "tan2", "none")
@@ -56,7 +56,8 @@ class Rows:
 
     def stored(self, name: str) -> pd.DataFrame:
         """A table in the order of its file, without the rows of formulas that remove lengths or make their pair."""
-        return as_given(self.raw(name))
+        rows = self.raw(name)
+        return as_given(rows) if RAW.keys() <= set(TABLES[name].names) else rows
 
     def raw(self, name: str) -> pd.DataFrame:
         """A table as the run has it."""

@@ -14,7 +14,7 @@ from phongbench.accuracy import sweep, tables
 from phongbench.formulas.exact import phong_of_angle, product
 from phongbench.inputs.plan import Plan, preset
 from phongbench.results import runs
-from phongbench.results.schema import TIMING
+from phongbench.results.schema import RAW, TIMING
 from phongbench.scenes.scene import Scene
 from phongbench.scenes.scene_files import read_scene
 
@@ -77,7 +77,7 @@ def swept() -> Callable[..., pd.DataFrame]:
 
 def timing_of(accuracy: pd.DataFrame, ratio: Callable[[Any], float]) -> pd.DataFrame:
     """Made-up timing rows for every kernel of some accuracy rows: one working set, intervals of 1 %."""
-    kernel = ["approximation", "lambda_form", "space", "gamma"]
+    kernel = ["approximation", "lambda_form", "space", "gamma", *RAW]
     rows = (
         accuracy[kernel]
         .drop_duplicates()
