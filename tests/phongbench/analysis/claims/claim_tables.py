@@ -29,7 +29,7 @@ class Tables:
 
 
 def accuracy(rows: Iterable[dict[str, Any]]) -> pd.DataFrame:
-    usual = {
+    usual = RAW | {
         "approximation": "lyon",
         "lambda_form": "dot",
         "space": "reflect",
@@ -54,7 +54,7 @@ def accuracy(rows: Iterable[dict[str, Any]]) -> pd.DataFrame:
 
 
 def timing(rows: Iterable[dict[str, Any]]) -> pd.DataFrame:
-    usual = {
+    usual = RAW | {
         "approximation": "phong",
         "lambda_form": "none",
         "space": "reflect",
@@ -73,7 +73,7 @@ def timing(rows: Iterable[dict[str, Any]]) -> pd.DataFrame:
 
 
 def meshes(rows: Iterable[dict[str, Any]]) -> pd.DataFrame:
-    usual = {
+    usual = RAW | {
         "mesh": "icosphere",
         "normals": "raw",
         "pair": "classic",
