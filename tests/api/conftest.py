@@ -30,7 +30,7 @@ RUN, CORRUPT = "20260101-000000-0123abcd", "20251231-000000-0123abcd"
 
 def _timing(accuracy: pd.DataFrame) -> pd.DataFrame:
     """Made-up times: a ratio for every kernel, intervals of 1 %."""
-    kernel = ["approximation", "lambda_form", "space", "gamma"]
+    kernel = ["approximation", "lambda_form", "space", "gamma", "recipe", "normalise"]
     told = (
         accuracy[kernel]
         .drop_duplicates()
