@@ -101,7 +101,7 @@ def _sentence(study: Rows, data: pd.DataFrame) -> str:
         best = next(iter(records(rows[rows["error"] <= budget].sort_values("ratio", kind="stable"))), None)
         told = f"{best['label']} ({number(best['ratio'])} of exact Phong's time)" if best else "none"
         parts.append(f"{lengths}: {told}")
-    return f"Fastest recipe whose samples stay within {name}: {'; '.join(parts)}."
+    return f"Fastest recipe by medians whose samples stay within {name}: {'; '.join(parts)}."
 
 
 def _alt(data: pd.DataFrame) -> str:

@@ -22,7 +22,10 @@ def costs(study: Rows) -> pd.DataFrame:
         for row in records(at(here, approximation=DOT))
     ]
     found = pd.DataFrame([*bare, *steps(here, working_set=study.working_set, precision=study.precision)])
-    return found[np.isfinite(found[["share_low", "share_high"]].astype(float)).all(axis=1)] if len(found) else found
+    if found.empty:
+        return found
+    kept: pd.DataFrame = found[np.isfinite(found[["share_low", "share_high"]].astype(float)).all(axis=1)]
+    return kept
 
 
 def draw(study: Rows) -> Plate | Absent:
@@ -42,7 +45,7 @@ def draw(study: Rows) -> Plate | Absent:
     axes.grid(visible=False, axis="y")
     axes.axvline(0.0, color=INK, linewidth=0.8)
     axes.set_xlabel(f"share of exact Phong's time, {SETS[study.working_set]}")
-    for place, row in zip(places, records(data), strict=True):
+    for place, row in enumerate(records(data)):
         told = f"{number(row['ns'], 2)} ns, {_whole(row['share'])}"
         axes.text(1.02, place, told, transform=axes.get_yaxis_transform(), va="center", fontsize=8)
     rounds = at(study.raw_times, precision=study.precision, working_set=study.working_set)["rounds"]
