@@ -24,7 +24,8 @@ def costs(study: Rows) -> pd.DataFrame:
     found = pd.DataFrame([*bare, *steps(here, working_set=study.working_set, precision=study.precision)])
     if found.empty:
         return found
-    kept: pd.DataFrame = found[np.isfinite(found[["share_low", "share_high"]].astype(float)).all(axis=1)]
+    sure = np.isfinite(found[["share_low", "share_high"]].to_numpy(float)).all(axis=1)
+    kept: pd.DataFrame = found.loc[sure]
     return kept
 
 
