@@ -14,7 +14,7 @@ from phongbench.accuracy import sweep, tables
 from phongbench.formulas.exact import phong_of_angle, product
 from phongbench.inputs.plan import Plan, preset
 from phongbench.results import runs
-from phongbench.results.schema import TIMING
+from phongbench.results.schema import RAW, TIMING
 from phongbench.scenes.scene import Scene
 from phongbench.scenes.scene_files import read_scene
 
@@ -92,6 +92,7 @@ def timing_of(accuracy: pd.DataFrame, ratio: Callable[[Any], float]) -> pd.DataF
             bandwidth_fraction=0.5,
             rounds=24,
             contaminated=0,
+            **RAW,
         )
     )
     rows["ratio"] = [ratio(row) for row in rows.itertuples()]
