@@ -12,7 +12,7 @@ RECENT  = { $(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help run test soak check bench bench-api docs lock clean
+.PHONY: help run test soak check bench bench-api targets docs lock clean
 
 # An editable install points at the folder it was made in: in a moved or copied checkout the stamps do not count.
 $(shell test "$$(cat $(VENV)/.checkout 2>/dev/null)" = "$$(pwd -P)" || rm -f $(TEST) $(DEV))
@@ -40,6 +40,9 @@ bench: $(TEST) ## our kernels and sweep against NumPy and every other installed 
 
 bench-api: $(TEST) ## the service over loopback: against an echo, against /healthz, overloaded
 	PYTHONPATH=tests/api $(PY) -m load
+
+targets: $(TEST) ## the shipped costs of formulas, on every target whose compiler is here
+	$(PY) -m phongbench.targets
 
 docs: $(TEST) ## fill the generated parts of README.md; the only way a number gets in there
 	$(PY) -m phongbench_reports.readme

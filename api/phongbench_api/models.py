@@ -6,6 +6,7 @@ from typing import Annotated, Any
 from pydantic import BaseModel, ConfigDict, Field, GetCoreSchemaHandler
 from pydantic_core import CoreSchema, core_schema
 
+from phongbench.analysis.target_costs import CPU
 from phongbench.compiler.lowering import PRECISIONS
 from phongbench.formulas import slopes
 from phongbench.formulas.fresnel.catalogue import KINDS
@@ -16,6 +17,8 @@ from phongbench.formulas.shader_code.languages import LANGUAGES
 from phongbench.formulas.spec import ALPHA, GAMMA, SPACES
 from phongbench.inputs.strata import STRATUM_NAMES
 from phongbench.results.schema import ERROR_METRICS
+from phongbench.targets.chips import TARGETS
+from phongbench.targets.target import UNITS
 from phongbench.timing.blocks import WORKING_SETS
 from phongbench_api.http.openapi import object_schema
 
@@ -53,6 +56,9 @@ ApproximationName = Annotated[str, OneOf(REGISTRY)]
 FormName = Annotated[str, OneOf([*LAMBDA_FORMS, "none"])]
 PolicyName = Annotated[str, OneOf([*slopes.OFFSETS, *POLICIES])]
 SpaceName = Annotated[str, OneOf(SPACES)]
+#: whose costs count: this machine's times, or a compiled target's; and the unit that is scarce there
+TargetName = Annotated[str, OneOf([CPU, *TARGETS])]
+UnitName = Annotated[str, OneOf(UNITS)]
 PrecisionName = Annotated[str, OneOf(PRECISIONS)]
 #: a formula in one word
 Spelling = Annotated[str, Field(max_length=80, examples=["lyon:cross:8", "lyon:dot:8:minimax"])]
@@ -142,6 +148,8 @@ class FrontParameters(Parameters):
     precision: PrecisionName = "float32"
     working_set: Annotated[str, OneOf(WORKING_SETS)] = Field("l1", description="whose times")
     space: SpaceName = "reflect"
+    target: TargetName = CPU
+    short_of: UnitName | None = None
 
 
 class RecommendParameters(Parameters):
@@ -157,6 +165,8 @@ class RecommendParameters(Parameters):
     precision: PrecisionName = "float32"
     space: SpaceName = "reflect"
     working_set: Annotated[str, OneOf(WORKING_SETS)] = "l1"
+    target: TargetName = CPU
+    short_of: UnitName | None = None
     run: RunName | None = Field(None, description="which run answers; left out: the newest with times, or the laws")
 
 

@@ -10,6 +10,7 @@ import pandas as pd
 from phongbench.analysis.error_budget import Budget
 from phongbench.analysis.front import records
 from phongbench.analysis.promises import Promise, promise
+from phongbench.analysis.target_costs import TIE
 from phongbench.formulas.formula import Formula
 from phongbench.formulas.registry import REGISTRY
 from phongbench.formulas.spec import Approximation
@@ -67,7 +68,8 @@ def choose(cells: pd.DataFrame, max_error: float, judge: Judge = as_given) -> Ch
     cells  rows with CELL, error, ratio, ratio_low and ratio_high
     Variants of one kernel (beta policies) take the same time; only the first within the budget stands for it.
     """
-    rows = records(cells.sort_values(["ratio", "error", *CELL], kind="stable"))
+    ties = [TIE] if TIE in cells else []
+    rows = records(cells.sort_values(["ratio", *ties, "error", *CELL], kind="stable"))
     fits: dict[tuple[Any, ...], tuple[Row, Promise]] = {}
     misses: list[tuple[float, int]] = []
     for position, row in enumerate(rows):

@@ -9,6 +9,7 @@ import pandas as pd
 from phongbench.analysis.choice import Choice, Row
 from phongbench.analysis.error_budget import Budget
 from phongbench.analysis.promises import exponents_of
+from phongbench.analysis.target_costs import CPU
 from phongbench.formulas.formula import Formula
 from phongbench.formulas.user_files import installed
 
@@ -19,7 +20,8 @@ def plain(cell: Row, budget: Budget) -> dict[str, Any]:
     spec = installed().get(formula.approximation)
     single = spec is not None and len(budget.alpha.values) == 1
     beta = spec.coefficients(formula.setting(budget.alpha.values[0])).get("beta") if single and spec else None
-    times = {name: None if by_law else _number(cell[name]) for name in ("ns", "ratio", "ratio_low", "ratio_high")}
+    counted = by_law and "cost" not in cell
+    times = {name: None if counted else _number(cell[name]) for name in ("ns", "ratio", "ratio_low", "ratio_high")}
     return {
         "name": str(formula),
         "approximation": formula.approximation,
@@ -40,8 +42,25 @@ def plain(cell: Row, budget: Budget) -> dict[str, Any]:
         "samples": None if by_law else int(cell["samples"]),
         **times,
         "certified": _number(cell.get("certified")),
-        "work": float(cell["ratio"]) if by_law else None,
+        "work": float(cell["ratio"]) if counted else None,
+        **_priced(cell, counted),
     }
+
+
+def _priced(cell: Row, counted: bool) -> dict[str, Any]:
+    """What a choice costs: here its time, or operations that were counted; elsewhere what a compiler says."""
+    if "cost" in cell:
+        words = {name: str(cell[name]) for name in ("target", "unit", "cost_kind", "bound_by")}
+        return {"cost": float(cell["cost"]), **words}
+    if counted:
+        return {
+            "target": CPU,
+            "cost": float(cell["ratio"]),
+            "unit": "operations",
+            "cost_kind": "counted",
+            "bound_by": None,
+        }
+    return {"target": CPU, "cost": _number(cell["ns"]), "unit": "ns", "cost_kind": "measured", "bound_by": None}
 
 
 def _number(value: Any) -> float | None:
@@ -94,6 +113,9 @@ def _size(error: float) -> str:
 def _cost(choice: Mapping[str, Any]) -> str:
     if choice["ratio"] is None:
         return f"about {choice['work']:.0f} operations an element, counted and not timed"
+    if choice["cost_kind"] == "compiled":
+        over = f"{choice['cost']:.3g} {choice['unit']} beyond the dot product on {choice['target']}"
+        return f"{over}, {choice['ratio']:.3g} of exact Phong's, by the compiler; bound by {choice['bound_by']}"
     interval = f"interval {choice['ratio_low']:.3g} .. {choice['ratio_high']:.3g}"
     return f"{choice['ratio']:.3g} of exact Phong's time ({interval})"
 
@@ -105,6 +127,8 @@ def why(
     parts = [basis(choice, budget, where), f"within {budget.max_error:.4g}", _cost(choice)]
     if other is not None and choice["ratio"] is None:
         parts.append(f"the next, {other['name']}, takes about {other['work']:.0f}")
+    elif other is not None and choice["cost_kind"] == "compiled":
+        parts.append(f"the next, {other['name']}, takes {other['cost']:.3g} {other['unit']}")
     elif other is not None:
         sure = "surely slower" if resolved else "which is faster is not settled, the intervals overlap"
         parts.append(f"the next, {other['name']}, takes {other['ratio']:.3g}: {sure}")

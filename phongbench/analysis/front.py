@@ -13,6 +13,7 @@ import pandas as pd
 
 from phongbench.analysis.exponents import Exponents
 from phongbench.analysis.kernel_times import WHOLE_POWER, timed, timed_precision, times_at, times_of
+from phongbench.analysis.target_costs import CPU, checked, priced, same_cost
 from phongbench.errors import UnknownNameError
 from phongbench.formulas.formula import Formula
 from phongbench.results.provenance import fingerprint_machine
@@ -122,10 +123,14 @@ def joined(wrong: pd.DataFrame, times: pd.DataFrame) -> pd.DataFrame:
     """The front of cells with an `error` and of kernels with times; other columns of the cells are kept at the end."""
     cells = wrong.merge(times, on=KERNEL, how="inner")
     cells = cells.dropna(subset=["error", "ratio", "ratio_low", "ratio_high"]).reset_index(drop=True)
-    kernel = cells.groupby(KERNEL, dropna=False, observed=True, sort=True).ngroup()
-    named = states(cells["error"], cells["ratio_low"], cells["ratio_high"], kernel)
-    cells["state"] = pd.Series(named, index=cells.index, dtype="str")
-    more = [name for name in wrong.columns if name not in (*COLUMNS, *INPUT)]
+    return judged(cells)
+
+
+def judged(cells: pd.DataFrame) -> pd.DataFrame:
+    """Cells with errors and ratios in order, each with its state; other columns are kept at the end."""
+    named = states(cells["error"], cells["ratio_low"], cells["ratio_high"], same_cost(cells))
+    cells = cells.assign(state=pd.Series(named, index=cells.index, dtype="str"))
+    more = [name for name in cells.columns if name not in (*COLUMNS, *INPUT)]
     return cells.sort_values(["ratio", "error", *CELL], kind="stable").reset_index(drop=True)[[*COLUMNS, *more]]
 
 
@@ -138,6 +143,8 @@ def points(
     precision: str = "float32",
     working_set: str = "l1",
     space: str = "reflect",
+    target: str = CPU,
+    short_of: str | None = None,
 ) -> dict[str, Any]:
     """The front of a stored run as plain data: what was requested, and `points`, fastest first.
 
@@ -145,17 +152,22 @@ def points(
     metric, stratum, precision, working_set   as for `front`
     ns     None in every point where the run was timed on another kind of machine
     space  reflect, or half: formulas of (N, H) agree with Phong on coplanar vectors only, where they were measured
+    target, short_of   whose costs count, and which unit's: a compiled target's stand instead of the run's times
     Raises CorruptRunError for a run whose bytes have changed, and InputError for one that is partial or was not timed;
     UnknownNameError for a name that the run does not hold.
     """
-    exponents, accuracy, timing = Exponents.of(alpha), intact(run).accuracy, timed(run)
+    exponents, accuracy, notes = Exponents.of(alpha), intact(run).accuracy, list[str]()
     known = sorted(accuracy["space"].astype(str).unique())
     if space not in known:
         raise UnknownNameError("space", space, known)
     question = {"metric": metric, "stratum": stratum, "precision": precision, "working_set": working_set}
-    cells = front(accuracy[accuracy["space"] == space], timing, alpha=exponents, **question)
-    if not of_this_machine(run):
-        cells["ns"] = np.nan
+    accuracy = accuracy[accuracy["space"] == space]
+    if checked(target, short_of) == CPU:
+        cells = front(accuracy, timed(run), alpha=exponents, **question)
+        cells = cells if of_this_machine(run) else cells.assign(ns=np.nan)
+    else:
+        wrong = errors_at(accuracy, alpha=exponents, metric=metric, stratum=stratum, precision=precision)
+        cells = judged(priced(wrong, exponents.measured(accuracy["alpha"].unique()), target, short_of, notes))
     return {
         "run": run.id,
         "alpha": str(exponents),
@@ -164,6 +176,8 @@ def points(
         "space": space,
         "timed_precision": timed_precision(precision),
         "same_machine": of_this_machine(run),
+        "target": target,
+        "notes": notes,
         "points": [{"name": str(Formula.of_row(row)), **row} for row in records(cells)],
     }
 

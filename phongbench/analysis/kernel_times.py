@@ -8,7 +8,7 @@ import pandas as pd
 
 from phongbench.compiler.lowering import FLOAT32, precision_named
 from phongbench.errors import InputError, UnknownNameError
-from phongbench.results.runs import Run
+from phongbench.results.runs import Run, with_raw
 from phongbench.results.schema import KERNEL
 
 #: The one formula whose time depends on alpha: the exponent it is timed with under its own name; other timed exponents
@@ -59,6 +59,7 @@ def times_of(timing: pd.DataFrame, *, working_set: str = "l1", precision: str | 
     `ns` is ns_min, the minimum over clean epochs. Where several thread counts were timed, the smallest counts.
     precision  only its kernels; emulated ones are never timed: float32 stands for them, same work and order
     """
+    timing = with_raw(timing)
     known = sorted(timing["working_set"].astype(str).unique())
     if len(timing) and working_set not in known:
         raise UnknownNameError("working set", working_set, known)

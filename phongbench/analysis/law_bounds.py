@@ -75,8 +75,7 @@ def _formulas(budget: Budget) -> Iterator[tuple[Any, ...]]:
 
     def row(name: str, form: str, policy: str, gamma: int | None, work: float) -> tuple[Any, ...]:
         error = float(np.max([_error(name, form, gamma, alpha, budget) for alpha in alphas]))  # NaN where any is
-        given = RAW.values()  # laws speak of pairs that are given
-        return (name, form, "reflect", policy, gamma, budget.precision, *given, error, _FORM_WORK[form] + work)
+        return (name, form, "reflect", policy, gamma, budget.precision, *RAW.values(), error, _FORM_WORK[form] + work)
 
     for form in ("dot", "difference", "cross"):
         if form == "cross" and alphas[0] < 10:

@@ -35,9 +35,8 @@ def cells(run: Run, budget: Budget, notes: list[str]) -> pd.DataFrame:
     notes   receives what to bear in mind
     Raises InputError for what the run did not measure, naming the command that does.
     """
-    accuracy, timing = runs.intact(run).accuracy, kernel_times.timed(run)
-    alphas = _vouching(run, accuracy, budget, notes)
-    worst = _worst(run, accuracy, alphas, budget, notes)
+    timing = kernel_times.timed(run)
+    worst = errors(run, budget, notes)
     times = kernel_times.times_of(timing, working_set=budget.working_set, precision=budget.precision)
     timed = front.joined(worst, kernel_times.times_at(times, budget.alpha.values))
     if timed.empty:
@@ -45,6 +44,15 @@ def cells(run: Run, budget: Budget, notes: list[str]) -> pd.DataFrame:
         raise InputError(f"no formula in {budget.precision} was timed in {budget.working_set}", run.id, fix)
     notes += _caveats(run, timing, budget)
     return timed if front.of_this_machine(run) else timed.assign(ns=np.nan)
+
+
+def errors(run: Run, budget: Budget, notes: list[str]) -> pd.DataFrame:
+    """The formulas that apply, with their errors alone: columns CELL, error, samples, coverage, bound and certified.
+
+    Arguments and errors as for `cells`.
+    """
+    accuracy = runs.with_raw(runs.intact(run).accuracy)
+    return _worst(run, accuracy, _vouching(run, accuracy, budget, notes), budget, notes)
 
 
 def _vouching(run: Run, accuracy: pd.DataFrame, budget: Budget, notes: list[str]) -> tuple[float, ...]:

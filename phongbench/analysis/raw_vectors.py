@@ -13,7 +13,7 @@ from typing import Any
 import pandas as pd
 
 from phongbench.analysis import choice, front, kernel_times
-from phongbench.analysis.choice import Judge, Row
+from phongbench.analysis.choice import Choice, Judge, Row
 from phongbench.analysis.choice_words import answered, plain
 from phongbench.analysis.error_budget import Budget
 from phongbench.analysis.promises import Promise, promise_raw
@@ -39,27 +39,38 @@ STEPS = (
 )
 
 
-def cells(run: Run, budget: Budget, *, any_length: bool, notes: list[str]) -> pd.DataFrame:
-    """The recipes that the run measured and timed: columns as of `front.joined`, then samples and coverage.
+def cells(
+    accuracy: pd.DataFrame, timing: pd.DataFrame, budget: Budget, *, any_length: bool, name: str, notes: list[str]
+) -> pd.DataFrame:
+    """The recipes that a run measured and timed: columns as of `front.joined`, then samples and coverage.
 
-    any_length  True: L, N and V have lengths from 0.001 to 1000; else they are as wrong as the budget says
+    accuracy, timing  its tables, raw formulas among them
+    any_length        True: L, N and V have lengths from 0.001 to 1000; else they are as wrong as the budget says
+    name              the run's, for errors
     Raises InputError for what the run did not measure, naming the command that does.
     """
-    rows = configurations(runs.intact(run).accuracy, budget.precision)
+    rows = configurations(accuracy, budget.precision)
     if rows.empty:
         fix = f"measure them: phongbench run --precision {budget.precision}, with a plan that leaves `raw` as it is"
-        raise InputError(f"the run holds no recipes from N, L and V in {budget.precision}", run.id, fix)
+        raise InputError(f"the run holds no recipes from N, L and V in {budget.precision}", name, fix)
     alphas = budget.alpha.around(sorted(rows["alpha"].unique()))
     if alphas is None:
         fix = f"measure it: phongbench run --alpha {','.join(f'{a:g}' for a in budget.alpha.values)}"
-        raise InputError(f"alpha {budget.alpha} lies outside what the run measured", run.id, fix)
+        raise InputError(f"alpha {budget.alpha} lies outside what the run measured", name, fix)
     rows = rows[rows["alpha"].isin(alphas)]
-    rows = rows[rows["perturbation"] == ANY.name] if any_length else _as_wrong(run, rows, budget, notes)
+    rows = rows[rows["perturbation"] == ANY.name] if any_length else _as_wrong(rows, budget, name, notes)
     named = rows[[*CELL, *INPUT, "max_abs", "nonfinite", "samples", "coverage"]].rename(columns={"max_abs": "error"})
     finite = named.groupby(CELL, dropna=False, observed=True)["nonfinite"].transform("sum") == 0
     worst = front.worst_of(named[finite & named["error"].notna()].drop(columns="nonfinite"))
-    times = kernel_times.times_of(kernel_times.timed(run), working_set=budget.working_set, precision=budget.precision)
+    times = kernel_times.times_of(timing, working_set=budget.working_set, precision=budget.precision)
     return front.joined(worst, kernel_times.times_at(times, budget.alpha.values))
+
+
+def cheapest(accuracy: pd.DataFrame, timing: pd.DataFrame, budget: Budget, name: str) -> tuple[Choice, Row | None]:
+    """The choice among recipes for vectors of any length, and the row of the USUAL one, by a run's tables."""
+    compared = cells(accuracy, timing, budget, any_length=True, name=name, notes=[])
+    chosen = choice.choose(compared, budget.max_error, judged(budget, installed(), any_length=True))
+    return chosen, next((row for row in front.records(compared) if Formula.of_row(row) == USUAL), None)
 
 
 def configurations(accuracy: pd.DataFrame, precision: str) -> pd.DataFrame:
@@ -68,14 +79,14 @@ def configurations(accuracy: pd.DataFrame, precision: str) -> pd.DataFrame:
     return rows
 
 
-def _as_wrong(run: Run, rows: pd.DataFrame, budget: Budget, notes: list[str]) -> pd.DataFrame:
+def _as_wrong(rows: pd.DataFrame, budget: Budget, name: str, notes: list[str]) -> pd.DataFrame:
     """The rows of vectors that are unit, or as wrong as the smallest measured size that covers the budget's."""
     rows = rows[rows["perturbation"] != ANY.name]
     sizes = sorted(rows["length_error"].abs().unique())
     reached = next((size for size in sizes if size >= budget.length_error * (1 - 1e-9)), None)
     if reached is None:
         fix = "leave --length-error out: lengths from 0.001 to 1000 are then meant"
-        raise InputError(f"the wrongest lengths measured are {sizes[-1]:g}, not {budget.length_error:g}", run.id, fix)
+        raise InputError(f"the wrongest lengths measured are {sizes[-1]:g}, not {budget.length_error:g}", name, fix)
     if not math.isclose(reached, budget.length_error, abs_tol=1e-12):
         notes.append(f"lengths are judged at {reached:g} wrong, the nearest that was measured and not less")
     wrong: pd.DataFrame = rows[rows["length_error"].abs() <= reached]
@@ -103,7 +114,8 @@ def recommend(run: Run | None, budget: Budget, *, any_length: bool) -> dict[str,
     if run is None:
         raise InputError("no run says what recipes cost", "raw", "measure them: phongbench run")
     notes: list[str] = []
-    compared = cells(run, budget, any_length=any_length, notes=notes)
+    accuracy, timing = runs.intact(run).accuracy, kernel_times.timed(run)
+    compared = cells(accuracy, timing, budget, any_length=any_length, name=run.id, notes=notes)
     judge = judged(budget, installed(), any_length=any_length)
     most = f"up to {budget.length_error:.3g} wrong"
     lengths = (
@@ -129,7 +141,7 @@ def recommend(run: Run | None, budget: Budget, *, any_length: bool) -> dict[str,
         "working_set": budget.working_set,
         **answer,
         "usual": usual[0] if usual else None,
-        "steps": steps(kernel_times.timed(run), working_set=budget.working_set, precision=budget.precision),
+        "steps": steps(timing, working_set=budget.working_set, precision=budget.precision),
         "notes": notes,
     }
 

@@ -5,8 +5,11 @@ errors but no times. What is compared with the budget is a promise (`promises`):
 was measured is told beside it, and decides nothing.
 """
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
+
+import pandas as pd
 
 from phongbench.analysis import law_bounds, measured_errors, raw_vectors
 from phongbench.analysis.choice import as_given, choose, promised
@@ -14,10 +17,13 @@ from phongbench.analysis.choice_words import answered
 from phongbench.analysis.error_budget import Budget, length_error_of
 from phongbench.analysis.exponents import Exponents
 from phongbench.analysis.promises import DOMAIN
+from phongbench.analysis.target_costs import CPU, checked, priced
 from phongbench.compiler.precisions import precision_named
+from phongbench.errors import InputError
 from phongbench.formulas.user_files import installed
 from phongbench.results import runs
 from phongbench.results.runs import DEFAULT_ROOT, Run
+from phongbench.targets.chips import TARGETS
 
 
 def recommend(
@@ -29,6 +35,8 @@ def recommend(
     precision: str = "float32",
     space: str = "reflect",
     working_set: str = "l1",
+    target: str = CPU,
+    short_of: str | None = None,
     search: bool = True,
     raw: bool = False,
     mesh_angle: float | str | None = None,
@@ -43,6 +51,7 @@ def recommend(
     precision            a name that `precision_named` knows
     space                reflect (R, V), or half (N, H), whose errors hold for coplanar vectors only
     working_set          whose times count: l1, l2 or memory
+    target, short_of     where the formula will run, a name that `target_named` knows, and the unit that is scarce there
     search               False: what cannot be proven is not searched either, which takes seconds; nothing is promised
     raw                  True: choose among whole recipes from raw N, L and V, see `raw_vectors.recommend`
     mesh_angle           instead of length_error: degrees between the normals at the ends of an edge, which make the
@@ -58,27 +67,56 @@ def recommend(
         length_error = length_error_of(mesh_angle, length_error)
     budget = Budget.of(alpha, max_error, length_error, precision, space, working_set)
     if raw:
+        if checked(target, short_of) != CPU:
+            raise InputError("recipes are chosen by their times on this machine", "target", "leave raw or target out")
         return raw_vectors.recommend(run, budget, any_length=length_error is None)
     notes: list[str] = []
-    cells = law_bounds.cells(budget, notes) if run is None else measured_errors.cells(run, budget, notes)
+    cells = _cells(run, budget, target, short_of, notes)
     unknown = sorted(set(cells["approximation"]) - set(installed()))
     if unknown:
         notes.append(f"{', '.join(unknown)}: only sampled, and the formula is not here, so nothing is promised of it")
     choice = choose(cells, budget.max_error, as_given if run is None else promised(budget, installed(), search=search))
     vectors = "vectors rounded to it" if precision_named(precision).saturates else DOMAIN
     notes.append(f"what an answer says holds in {precision} for {vectors}")
+    return {**_asked(run, budget), "target": target, "short_of": short_of, **answered(choice, budget), "notes": notes}
+
+
+def _asked(run: Run | None, budget: Budget) -> dict[str, Any]:
+    """Who answers, and to which budget, as plain data."""
     return {
         "basis": "laws" if run is None else "run",
         "run": None if run is None else run.id,
         "alpha": str(budget.alpha),
         "max_error": budget.max_error,
         "length_error": budget.length_error,
-        "precision": precision,
-        "space": space,
-        "working_set": working_set,
-        **answered(choice, budget),
-        "notes": notes,
+        "precision": budget.precision,
+        "space": budget.space,
+        "working_set": budget.working_set,
     }
+
+
+def _cells(run: Run | None, budget: Budget, target: str, short_of: str | None, notes: list[str]) -> pd.DataFrame:
+    """The formulas that apply, each with its error and its cost on the target."""
+    if checked(target, short_of) == CPU:
+        return law_bounds.cells(budget, notes) if run is None else measured_errors.cells(run, budget, notes)
+    known = law_bounds.cells(budget, notes) if run is None else measured_errors.errors(run, budget, notes)
+    return priced(known, budget.alpha.values, target, short_of, notes)
+
+
+def elsewhere(run: Run | None, answer: Mapping[str, Any], **question: Any) -> list[dict[str, Any]]:
+    """The best choice on each compiled target where it is another formula than in this answer, as plain data.
+
+    answer    of `recommend` to the same question
+    question  its arguments, without target and short_of
+    """
+    here = answer["choices"][0]["name"] if answer["choices"] else None
+    best = []
+    apart = question.get("raw") or question.get("precision", "float32") != "float32"
+    for target in () if apart else TARGETS:
+        choices = recommend(run, **question, target=target, search=False)["choices"]
+        if choices and choices[0]["name"] != here:
+            best.append({key: choices[0][key] for key in ("target", "name", "cost", "unit", "ratio", "max_abs")})
+    return best
 
 
 def run_for(name: str | None, root: Path = DEFAULT_ROOT) -> Run | None:

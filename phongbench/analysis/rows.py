@@ -16,7 +16,7 @@ from phongbench.analysis.mesh_edges import lyon
 from phongbench.compiler.precisions import in_order
 from phongbench.formulas.user_files import installed
 from phongbench.results.runs import as_given
-from phongbench.results.schema import CASE, EXACT, TABLES, TWIN
+from phongbench.results.schema import CASE, EXACT, RAW, TABLES, TWIN
 
 #: lambda forms in the order in which they are shown
 FORMS = ("dot", "difference", "cross", "tan2", "none")
@@ -56,7 +56,8 @@ class Rows:
 
     def stored(self, name: str) -> pd.DataFrame:
         """A table in the order of its file, without the rows of formulas that remove lengths or make their pair."""
-        return as_given(self.raw(name))
+        rows = self.raw(name)
+        return as_given(rows) if RAW.keys() <= set(TABLES[name].names) else rows
 
     def raw(self, name: str) -> pd.DataFrame:
         """A table as the run has it."""
@@ -164,10 +165,13 @@ class Rows:
     @cached_property
     def judged_times(self) -> pd.DataFrame:
         """Times at the judged precision on one thread, all pairs lit, of rows with enough rounds for an interval."""
-        rows = at(self.timing, precision=self.precision, threads=1)
-        ends = rows[["ratio", "ratio_low", "ratio_high"]].astype("float64")
-        rows = rows[((ends > 0) & (ends < np.inf)).all(axis=1)]
-        return (rows[rows["lit"].isna()] if "lit" in rows else rows).reset_index(drop=True)
+        return at(_certain(self.timing), precision=self.precision).reset_index(drop=True)
+
+    @cached_property
+    def raw_times(self) -> pd.DataFrame:
+        """The same in every precision, with formulas that remove lengths or make their pair: recipe and normalise."""
+        rows = self.raw("timing")
+        return _certain(ordered(rows.assign(**{n: _said(rows, n) for n in RAW}), TABLES["timing"].key))
 
     @cached_property
     def twin_differs(self) -> list[str]:
@@ -202,6 +206,20 @@ class Rows:
     @cached_property
     def _fronts(self) -> dict[tuple[float, str], pd.DataFrame]:
         return {}
+
+
+def _certain(times: pd.DataFrame) -> pd.DataFrame:
+    """Times on one thread, all pairs lit, of rows with enough rounds for an interval."""
+    rows = at(times, threads=1)
+    ends = rows[["ratio", "ratio_low", "ratio_high"]].astype("float64")
+    rows = rows[((ends > 0) & (ends < np.inf)).all(axis=1)]
+    return (rows[rows["lit"].isna()] if "lit" in rows else rows).reset_index(drop=True)
+
+
+def _said(rows: pd.DataFrame, column: str) -> "pd.Series[Any]":
+    """A column of RAW, with what goes without saying where a row or the whole table says nothing."""
+    usual = RAW[column]
+    return rows[column].astype(object).fillna(usual) if column in rows else pd.Series(usual, rows.index, object)
 
 
 def plain(rows: pd.DataFrame) -> pd.DataFrame:

@@ -4,14 +4,32 @@ The front, the formula for a budget, the textbook claims, the comparison with pe
 """
 
 import sys
+from functools import partial
 from typing import Any
 
 import click
 
 from phongbench.cli.common import DIFFERENT, JSON, ROOT, CommaList, show
+from phongbench.errors import InputError
 
 _ALPHA = "One exponent, several (10,50,200) or a range (10..200)."
+TARGET = click.option(
+    "--target",
+    "targets",
+    type=CommaList("names"),
+    default="cpu",
+    show_default=True,
+    help="Where it will run, e.g. rdna2,gcn4; see `phongbench targets`.",
+)
+SHORT_OF = click.option("--short-of", metavar="UNIT", help="What that shader lacks: issue or special.")
 _SPACE = "reflect (R, V), or half (N, H): the latter's errors hold for coplanar vectors only."
+
+
+def one_or_all(answers: list[dict[str, Any]]) -> dict[str, Any]:
+    """The only answer, or all of them by target; InputError where there is none."""
+    if not answers:
+        raise InputError("no target is named", "--target", "leave it out for this machine")
+    return answers[0] if len(answers) == 1 else {"targets": {answer["target"]: answer for answer in answers}}
 
 
 @click.command(short_help="The error/time front of a run.")
@@ -24,9 +42,11 @@ _SPACE = "reflect (R, V), or half (N, H): the latter's errors hold for coplanar 
 )
 @click.option("--working-set", default="l1", show_default=True, help="Whose times: l1, l2 or memory.")
 @click.option("--space", default="reflect", show_default=True, help=_SPACE)
+@TARGET
+@SHORT_OF
 @click.option("--all", "everything", is_flag=True, help="Show the cells that are off the front too.")
 @JSON
-def front(run_name: str, everything: bool, as_json: bool, **options: Any) -> None:
+def front(run_name: str, everything: bool, as_json: bool, targets: tuple[str, ...], **options: Any) -> None:
     """Show which formulas no other one beats in both error and time.
 
     Over several exponents a formula's error is its worst. A formula is `unresolved` where the intervals of the times
@@ -41,8 +61,9 @@ def front(run_name: str, everything: bool, as_json: bool, **options: Any) -> Non
     from phongbench.cli.terminal import front_table
     from phongbench.results import runs
 
-    answer = points(runs.find(run_name, ROOT), **options)
-    show(answer, as_json, lambda: front_table(answer, everything=everything))
+    run = runs.find(run_name, ROOT)
+    answers = [points(run, target=target, **options) for target in targets]
+    show(one_or_all(answers), as_json, *(partial(front_table, answer, everything=everything) for answer in answers))
 
 
 @click.command(short_help="The cheapest formula within an error budget.")
@@ -57,8 +78,10 @@ def front(run_name: str, everything: bool, as_json: bool, **options: Any) -> Non
 )
 @click.option("--space", default="reflect", show_default=True, help=_SPACE)
 @click.option("--working-set", default="l1", show_default=True, help="Whose times: l1, l2 or memory.")
+@TARGET
+@SHORT_OF
 @JSON
-def recommend(run_name: str | None, as_json: bool, **options: Any) -> None:
+def recommend(run_name: str | None, as_json: bool, targets: tuple[str, ...], **options: Any) -> None:
     """Name the cheapest formula whose largest error stays within a budget, and say why.
 
     Within is a promise: the bound is proven for all pairs of vectors made unit in the working precision, as shaders do
@@ -73,13 +96,18 @@ def recommend(run_name: str | None, as_json: bool, **options: Any) -> None:
       phongbench recommend --alpha 50 --max-error 1/255
       phongbench recommend --alpha 10..200 --max-error 0.02 --length-error 0.01
       phongbench recommend --alpha 50 --max-error 1/255 --raw
+      phongbench recommend --alpha 50 --max-error 1/100 --target rdna2,gcn4
     """
-    from phongbench.analysis.recommend import recommend, run_for
+    from phongbench.analysis.recommend import elsewhere, recommend, run_for
     from phongbench.cli.terminal import recommendation
 
-    answer = recommend(run_for(run_name, ROOT), **options)
-    show(answer, as_json, lambda: recommendation(answer))
-    if not answer["choices"]:
+    run = run_for(run_name, ROOT)
+    answers = [recommend(run, target=target, **options) for target in targets]
+    if targets == ("cpu",):
+        options.pop("short_of")
+        answers[0]["elsewhere"] = elsewhere(run, answers[0], **options)
+    show(one_or_all(answers), as_json, *(partial(recommendation, answer) for answer in answers))
+    if not all(answer["choices"] for answer in answers):
         sys.exit(DIFFERENT)
 
 

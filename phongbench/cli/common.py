@@ -14,20 +14,7 @@ DIFFERENT = 1
 JSON = click.option("--json", "as_json", is_flag=True, help="Print one JSON document.")
 
 
-class NamedPath(click.Path):
-    """A path that has a name: an empty one is a variable that was not set, and would mean the folder one is in."""
-
-    def __init__(self) -> None:
-        super().__init__(path_type=Path)
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        """The path, as a Path."""
-        if value == "":
-            self.fail("the path is empty; write . for this folder", param, ctx)
-        return super().convert(value, param, ctx)
-
-
-PATH = NamedPath()
+PATH = click.Path(path_type=Path)
 #: the option that every command that names formulas has
 WITH = click.option(
     "--with", "files", multiple=True, type=PATH, metavar="FILE.py", help="Add your own formula. Repeatable."

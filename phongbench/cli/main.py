@@ -3,6 +3,8 @@
 Heavy modules are imported by the command that needs them.
 """
 
+import errno
+import io
 import sys
 import warnings
 from pathlib import Path
@@ -19,6 +21,7 @@ from phongbench.cli.runs import compare, list_runs, show_run, verify
 from phongbench.cli.serving import serve
 from phongbench.cli.shaders import shader
 from phongbench.cli.shading import shade
+from phongbench.cli.targets import targets
 from phongbench.errors import (
     CorruptRunError,
     InputError,
@@ -45,8 +48,17 @@ SOME_CELLS_FAILED, INTERRUPTED = 3, 130
 class Commands(click.Group):
     """Turns deliberate errors into two lines on stderr and an exit code, warnings into one."""
 
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Refuse an empty word: it is a variable that was not set, and would count as what is usual."""
+        for before, word in zip(["phongbench", *args], args, strict=False):
+            if not word or (word.startswith("--") and word.endswith("=")):
+                raise click.UsageError(f"what follows {word.rstrip('=') or before} is empty", ctx)
+        return super().parse_args(ctx, args)
+
     def invoke(self, ctx: click.Context) -> Any:
         """Run a command; never a traceback for what the user can fix."""
+        if isinstance(sys.stdout, io.TextIOWrapper):
+            sys.stdout.reconfigure(errors="replace")  # a locale may have no character for a sign of a table
         try:
             with warnings.catch_warnings():
                 warnings.showwarning = lambda message, *_: click.echo(f"phongbench: {message}", err=True)
@@ -54,6 +66,12 @@ class Commands(click.Group):
         except PhongbenchError as problem:
             click.echo(f"phongbench: {problem}", err=True)
             sys.exit(next(code for kind, code in EXIT_CODES if isinstance(problem, kind)))
+        except OSError as problem:
+            if problem.errno == errno.EPIPE:  # who read the output has seen enough
+                raise
+            place = f"{problem.filename}: " if problem.filename else ""
+            click.echo(f"phongbench: {place}the system refuses: {problem.strerror or problem}", err=True)
+            sys.exit(next(code for kind, code in EXIT_CODES if kind is StorageError))
         except KeyboardInterrupt:
             click.echo("phongbench: interrupted", err=True)
             sys.exit(INTERRUPTED)
@@ -79,8 +97,8 @@ def main() -> None:
 
 
 for command in (
-    list_runs, show_run, verify, compare, front, recommend, claims, approximations, doctor, bench, shade, shader,
-    render, serve,
+    list_runs, show_run, verify, compare, front, recommend, claims, approximations, targets, doctor, bench, shade,
+    shader, render, serve,
 ):  # fmt: skip
     main.add_command(command)
 

@@ -50,6 +50,8 @@ def _read(name: str) -> bytes:
     from phongbench.support.user_paths import reading
 
     if name == "-":
+        if sys.stdin is None:
+            raise InputError("there is no stdin to read", "-", "give a JSON file")
         return sys.stdin.buffer.read()
     with reading(name, "request", "give a JSON file, or - for stdin"):
         return Path(name).read_bytes()

@@ -91,19 +91,30 @@ def front_table(answer: Mapping[str, Any], *, everything: bool = False) -> None:
     """A front as a table, fastest first; what is off it is only counted, unless everything is requested."""
     points = answer["points"]
     shown = [p for p in points if everything or p["state"] != "off"]
-    rows = [(p["name"], p["error"], 255 * p["error"], p["ratio"], _interval(p), p["ns"], p["state"]) for p in shown]
+    compiled = answer["target"] != "cpu"
+    costs = [(p["cost"], p["bound_by"]) if compiled else (_interval(p), p["ns"]) for p in shown]
+    rows = [
+        (p["name"], p["error"], 255 * p["error"], p["ratio"], *cost, p["state"])
+        for p, cost in zip(shown, costs, strict=True)
+    ]
     title = f"{answer['stratum']} vectors, {answer['precision']}, {answer['space']} space, alpha {answer['alpha']}"
-    columns = ("formula", answer["metric"], "8-bit codes", "time / exact Phong", "99 % interval", "ns", "state")
+    kinds = ("cost / exact Phong", "cost", "bound by") if compiled else ("time / exact Phong", "99 % interval", "ns")
+    columns = ("formula", answer["metric"], "8-bit codes", *kinds, "state")
     table(title, columns, rows, right=columns[1:6])
     notes = Console(stderr=True, markup=False, highlight=False, soft_wrap=True)
     notes.print("errors were measured, and are lower bounds: nothing is promised of them; `recommend` proves bounds")
-    notes.print(f"times: working set {answer['working_set']}, of run {answer['run']}")
-    if not answer["same_machine"]:
+    if compiled:
+        notes.print(f"errors: of run {answer['run']}; costs: beyond the dot product on {answer['target']}, compiled")
+        for note in answer["notes"]:
+            notes.print(f"note: {note}")
+    else:
+        notes.print(f"times: working set {answer['working_set']}, of run {answer['run']}")
+    if not answer["same_machine"] and not compiled:
         notes.print("the run was timed on another kind of machine: its ratios hold there, its nanoseconds are left out")
     if len(answer["alphas"]) > 1:
         listed = ", ".join(f"{alpha:g}" for alpha in answer["alphas"])
         notes.print(f"error: the worst at alpha {listed}, the run's in that range")
-    if answer["timed_precision"] != answer["precision"]:
+    if answer["timed_precision"] != answer["precision"] and not compiled:
         notes.print(f"{answer['precision']} is emulated and not timed: times are those of {answer['timed_precision']}")
     if len(shown) < len(points):
         notes.print(f"{len(points) - len(shown)} more are off the front: --all shows them")
@@ -114,11 +125,14 @@ def recommendation(answer: Mapping[str, Any]) -> None:
     miss, choices = answer["nearest_miss"], answer["choices"]
     named = [*zip(("best", "next"), choices, strict=False), *([("nearest miss", miss)] if miss else [])]
     rows = [
-        (role, c["name"], c["beta"], c["bound"], _codes(c["bound"]), c["coverage"], c["ratio"], _interval(c))
+        (role, c["name"], c["beta"], c["bound"], _codes(c["bound"]), c["coverage"], c["ratio"], _spread(c))
         for role, c in named
     ]
-    title = f"Largest error at most {answer['max_error']:.4g} at alpha {answer['alpha']}, {answer['precision']}"
-    columns = ("", "formula", "beta", "at most", "8-bit codes", "coverage", "time / exact Phong", "99 % interval")
+    target = answer.get("target", "cpu")
+    where = "" if target == "cpu" else f", {target}"
+    title = f"Largest error at most {answer['max_error']:.4g} at alpha {answer['alpha']}, {answer['precision']}{where}"
+    heads = ("time / exact Phong", "99 % interval") if not where else ("cost / exact Phong", "cost")
+    columns = ("", "formula", "beta", "at most", "8-bit codes", "coverage", *heads)
     table(title, columns, rows, right=columns[2:5] + columns[6:])
     console = Console(markup=False, highlight=False)
     if not choices:
@@ -129,6 +143,9 @@ def recommendation(answer: Mapping[str, Any]) -> None:
         _steps(answer, console)
     for note in answer["notes"]:
         console.print(f"note: {note}", soft_wrap=True)
+    for other in answer.get("elsewhere", ()):
+        cost = f"{other['cost']:.3g} {other['unit']} beyond the dot product, {other['ratio']:.3g} of exact Phong's"
+        console.print(f"on {other['target']}: {other['name']}, {cost}; error {other['max_abs']:.3g}", soft_wrap=True)
     # a range of exponents is no one function, and shaders compute in float32
     if choices and answer["precision"] == "float32" and not re.search(r",|\.\.", answer["alpha"]):
         console.print(f"as code: phongbench shader {choices[0]['name']} --alpha {answer['alpha']}", soft_wrap=True)
@@ -200,6 +217,13 @@ def bench_tables(answer: Mapping[str, Any]) -> None:
         f"{sweep['ratio']:.0f} times plain NumPy over the same cells",
         soft_wrap=True,
     )
+
+
+def _spread(choice: Mapping[str, Any]) -> str:
+    """A time's interval, or the cost that a compiler counted."""
+    if choice.get("cost_kind") == "compiled":
+        return f"{choice['cost']:.3g} {choice['unit']}"
+    return _interval(choice)
 
 
 def _codes(bound: float | None) -> float | None:

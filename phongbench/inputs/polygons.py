@@ -4,6 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phongbench.compiler.precisions import Array
+from phongbench.inputs import ears
 
 #: a fan is tried from this many corners before ears are cut
 _FANS = 8
@@ -60,41 +61,9 @@ def _twice_areas(places: Array, polygons: NDArray[np.int64]) -> Array:
 
 
 def _ears(places: Array) -> list[tuple[int, int, int]] | None:
-    """The n - 2 triangles of a polygon's (n, 3) corners by cutting ears off; None if it crosses itself.
-
-    An ear is a corner that turns inwards and holds no other corner, of which only those that do not turn inwards can
-    be held. Corners on a straight line are cut off as triangles without area, where there is no ear.
-    """
+    """The n - 2 triangles of a polygon's (n, 3) corners by cutting ears off; None if it crosses itself."""
     x, y = _projected(places).T.tolist()
-    size, flat = len(x), max(max(x) - min(x), max(y) - min(y)) ** 2 * _FLAT
-    before, after = [*range(-1, size - 1)], [*range(1, size), 0]
-    before[0] = size - 1
-
-    def turn(a: int, b: int, c: int) -> float:
-        return float((x[b] - x[a]) * (y[c] - y[b]) - (y[b] - y[a]) * (x[c] - x[b]))
-
-    def holds(a: int, b: int, c: int, p: int) -> bool:
-        inside = turn(a, b, p) >= -flat and turn(b, c, p) >= -flat and turn(c, a, p) >= -flat
-        return inside and not any(x[p] == x[q] and y[p] == y[q] for q in (a, b, c))
-
-    blunt = {i for i in range(size) if turn(before[i], i, after[i]) <= flat}
-    found: list[tuple[int, int, int]] = []
-    corner, tried, straight = 0, 0, False
-    while len(found) < size - 3:
-        a, b, c = before[corner], corner, after[corner]
-        corner, tried = c, tried + 1
-        if (b not in blunt and not any(holds(a, b, c, p) for p in blunt)) or (straight and abs(turn(a, b, c)) <= flat):
-            found.append((a, b, c))
-            after[a], before[c] = c, a
-            blunt -= {a, b, c}
-            blunt |= {i for i in (a, c) if turn(before[i], i, after[i]) <= flat}
-            tried, straight = 0, False
-        elif tried > size - len(found):
-            if straight:
-                return None
-            tried, straight = 0, True
-    last = (before[corner], corner, after[corner])
-    return [*found, last] if turn(*last) >= -flat else None
+    return ears.cut(x, y, max(max(x) - min(x), max(y) - min(y)) ** 2 * _FLAT)
 
 
 def _projected(places: Array) -> Array:

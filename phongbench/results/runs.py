@@ -90,9 +90,8 @@ class Run:
             frame = pd.read_parquet(path)
         except (OSError, ValueError) as problem:
             raise CorruptRunError(f"cannot be read: {problem}", str(path), REMEDY) from problem
-        for column, value in RAW.items():
-            if column in TABLES[name].names and column not in frame.columns:
-                frame[column] = pd.array([value] * len(frame), dtype="str")
+        if RAW.keys() <= set(TABLES[name].names):
+            frame = with_raw(frame)
         missing = [column for column in TABLES[name].required if column not in frame.columns]
         if missing:
             raise CorruptRunError(f"lacks the columns {', '.join(missing)}", str(path), REMEDY)
@@ -111,10 +110,17 @@ def strongest(rows: pd.DataFrame) -> pd.DataFrame:
     return rows.loc[order].drop_duplicates(same, keep="last").sort_index()
 
 
+def with_raw(rows: pd.DataFrame) -> pd.DataFrame:
+    """The rows with the columns recipe and normalise, which older ones lack: of these every formula took its pair."""
+    missing = {name: pd.array([value] * len(rows), dtype="str") for name, value in RAW.items() if name not in rows}
+    return rows.assign(**missing) if missing else rows
+
+
 def as_given(rows: pd.DataFrame) -> pd.DataFrame:
     """The rows of formulas that take their pair of vectors as it is."""
-    raw = [rows[column] != value for column, value in RAW.items() if column in rows.columns]
-    return rows[~(raw[0] | raw[1])] if len(raw) == 2 and (raw[0] | raw[1]).any() else rows
+    rows = with_raw(rows)
+    raw = (rows["recipe"] != RAW["recipe"]) | (rows["normalise"] != RAW["normalise"])
+    return rows[~raw] if raw.any() else rows
 
 
 def new_run_id(plan: Plan) -> str:

@@ -14,9 +14,9 @@ from phongbench.scenes.scene import MOST_TRIANGLES, Mesh, Plane, Scene, Sphere
 
 #: how triangles are shaded between their vertices
 FLAT, RAW, UNIT, COLOURS = 0, 1, 2, 3
-#: how far from a triangle a ray starts, in bounds of what one rounding of float32 moves it by; Embree finds a triangle
-#: again from up to 2 of them away, tried with 10^6 rays, grazing ones too
-_FACE_LIFT = 8 * 2.0**-24
+#: how far from a triangle a ray starts, in bounds of what one rounding of float32 moves it by. Of six million rays,
+#: grazing ones and narrow triangles among them, Embree stopped some at their own triangle from 1 away, none from 2
+_FACE_LIFT = 4 * 2.0**-24
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,8 +32,9 @@ class Geometry:
     corners    float32 (9, t)   the corners of each triangle
     normals    float32 (9, t)   unit normals there
     modes      uint8 (t,)       FLAT, RAW, UNIT or COLOURS
-    faces      float32 (4, t)   unit normal of each triangle itself, and how far above it a ray must start that shall
-                                not find it again by rounding
+    faces      float32 (6, t)   unit normal of each triangle itself, and how far above it a ray must start that shall
+                                not find it again by rounding; the normal's product with a corner; the box's size and
+                                distance
     space      of the camera that it was built for
     """
 
@@ -139,7 +140,7 @@ def _of_corners(rows: list[Array], meshes: tuple[Mesh, ...]) -> Array:
 
 
 def _faces(corners: Array) -> Array:
-    """Each triangle's own normal, 0 where it has no area, and its lift.
+    """Each triangle's own normal, 0 where it has no area, its lift, its plane and its size: the rows of `faces`.
 
     Rounding moves a point of it along the normal n by |n|.(|v| + |e|), v the corners and e the box's sides, and Embree,
     which takes n from two edges, turns it by as much of every product (a narrow triangle most): component by component,
@@ -153,8 +154,10 @@ def _faces(corners: Array) -> Array:
     sides = ends.max(axis=0) - ends.min(axis=0)
     u, v = np.abs(u), np.abs(v)
     turned = u[[1, 2, 0]] * v[[2, 0, 1]] + u[[2, 0, 1]] * v[[1, 2, 0]]
-    errors = np.abs(normals) * (np.abs(ends).max(axis=0) + sides) + turned * sides
-    return np.array([*(normals / lengths), _FACE_LIFT * errors.sum(axis=0) / lengths], np.float32)
+    reach = np.abs(ends).max(axis=0) + sides
+    lifts = _FACE_LIFT * (np.abs(normals) * reach + turned * sides).sum(axis=0) / lengths
+    normals /= lengths
+    return np.array([*normals, lifts, (normals * a).sum(axis=0), reach.sum(axis=0)], np.float32)
 
 
 def _mode(mesh: Mesh) -> int:

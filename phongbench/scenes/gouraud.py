@@ -16,7 +16,7 @@ from phongbench.shading import tiles
 
 #: how far above a corner a shadow ray starts, in lifts of its triangle: the others that meet there have their own, and
 #: are steeper
-_LIFTS = 4
+_LIFTS = 8
 #: corners that are shaded together
 _AT_ONCE = 1 << 14
 

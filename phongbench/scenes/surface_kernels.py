@@ -102,15 +102,16 @@ def gather(
 
 
 @jit.driver
-def gather_triangles(count: int, hits: Any, solids: Any, surface: Any) -> None:
+def gather_triangles(rays: Array, count: int, hits: Any, solids: Any, surface: Any) -> None:
     """Point, start and normal of the triangles among what `gather` put together.
 
     hits  t and which, and
           uv    float32 (2, capacity)  weights of the second and third corner
-    A point is mixed from the corners, nearer to its plane than a point along the ray would be, and lifted on the ray's
-    side by as much as Embree's and this rounding ask for.
+    A point is mixed from the corners, which are off by a share of their own size; or, of a triangle that is larger than
+    its distance, taken from where the ray meets its plane. It is lifted on the ray's side by as much as Embree's
+    rounding and this ask for.
     """
-    _, which, uv = hits
+    t, which, uv = hits
     spheres, planes, _, _, corners, vertex_normals, modes, faces = solids
     points, starts, normals, seen, ray_of = surface
     first = spheres.shape[1] + planes.shape[1]
@@ -121,11 +122,18 @@ def gather_triangles(count: int, hits: Any, solids: Any, surface: Any) -> None:
             continue
         u, v = uv[0, i], uv[1, i]
         fx, fy, fz, lift = faces[0, k], faces[1, k], faces[2, k], faces[3, k]
-        front = fx * seen[slot, 0] + fy * seen[slot, 1] + fz * seen[slot, 2] > _ZERO
+        slope = fx * seen[slot, 0] + fy * seen[slot, 1] + fz * seen[slot, 2]
+        front = slope > _ZERO
         x, y, z = corners[0, k], corners[1, k], corners[2, k]
         x += u * (corners[3, k] - x) + v * (corners[6, k] - x)
         y += u * (corners[4, k] - y) + v * (corners[7, k] - y)
         z += u * (corners[5, k] - z) + v * (corners[8, k] - z)
+        nearby = np.abs(x) + np.abs(y) + np.abs(z) + t[i]
+        if nearby < np.abs(slope) * faces[5, k]:
+            x, y, z = rays[0, i], rays[1, i], rays[2, i]
+            far = (fx * x + fy * y + fz * z - faces[4, k]) / slope
+            x, y, z = x - far * seen[slot, 0], y - far * seen[slot, 1], z - far * seen[slot, 2]
+            lift += LIFT * nearby
         nx, ny, nz = fx, fy, fz
         if modes[k] != 0:
             w = _ONE - u - v

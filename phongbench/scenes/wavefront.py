@@ -142,7 +142,7 @@ class Worker:
         background = not self.job.skips.background
         surface_kernels.gather(wave.rays, count, self.hits, g.arrays, self.group, ends, self.surface, background)
         if g.embree is not None:
-            surface_kernels.gather_triangles(count, self.hits, g.arrays, self.surface)
+            surface_kernels.gather_triangles(wave.rays, count, self.hits, g.arrays, self.surface)
         return sizes
 
     def _triangles(self, wave: Wave) -> None:

@@ -26,6 +26,7 @@ from phongbench_reports.table import Absent, Part
 from phongbench_reports.tables.behaviour import hostile, smoothness
 from phongbench_reports.tables.claims import claims
 from phongbench_reports.tables.mesh_edges import mesh_edges
+from phongbench_reports.tables.raw_verdict import raw_verdict
 from phongbench_reports.tables.skipped import skipped
 from phongbench_reports.tables.sureness import sureness
 from phongbench_reports.tables.verdict import census, formulas, verdict, worst
@@ -87,6 +88,7 @@ def _answers(study: Rows) -> list[Section]:
     first, *others = study.precisions
     return [
         Section("verdict", f"The answer, within {code_name}", verdict(study, first, code, code_name)),
+        Section("raw_verdict", f"From raw N, L and V, within {code_name}", raw_verdict(study, first, code, code_name)),
         Section("verdict_fine", f"The answer, within {fine_name}", verdict(study, first, fine, fine_name), True),
         *(
             Section(f"verdict_{p}", f"The answer in {p}, within {code_name}", verdict(study, p, code, code_name), True)

@@ -33,6 +33,7 @@ PLAIN = (
     "errors.py",
     "support/documents.py",
     "results/schema.py",
+    "targets/harness.py",
     "analysis/front.py",
     "benchmarks/false_alarms.py",
     "study/forecast.py",

@@ -77,7 +77,7 @@ def swept() -> Callable[..., pd.DataFrame]:
 
 def timing_of(accuracy: pd.DataFrame, ratio: Callable[[Any], float]) -> pd.DataFrame:
     """Made-up timing rows for every kernel of some accuracy rows: one working set, intervals of 1 %."""
-    kernel = ["approximation", "lambda_form", "space", "gamma"]
+    kernel = ["approximation", "lambda_form", "space", "gamma", *RAW]
     rows = (
         accuracy[kernel]
         .drop_duplicates()

@@ -1,8 +1,21 @@
 """Every family of routes, in the order of the documentation: one module each, one name here."""
 
-from phongbench_api.routes import answers, curve, files, formulas, health, pages, render, runs, shade, shader, specular
+from phongbench_api.routes import (
+    answers,
+    curve,
+    files,
+    formulas,
+    health,
+    pages,
+    render,
+    runs,
+    shade,
+    shader,
+    specular,
+    targets,
+)
 
 ROUTERS = (
-    health.router, formulas.router, specular.router, shade.router, render.router, curve.router, shader.router,
-    answers.router, runs.router, files.router, pages.router,
+    health.router, formulas.router, targets.router, specular.router, shade.router, render.router, curve.router,
+    shader.router, answers.router, runs.router, files.router, pages.router,
 )  # fmt: skip

@@ -7,8 +7,10 @@ import pandas as pd
 
 from phongbench.analysis.claims.claim import VISIBLE, Claim, Finding, LackingRowsError, Record, grade
 from phongbench.analysis.claims.evidence import evidence
+from phongbench.analysis.claims.price import priced
 from phongbench.analysis.claims.words import exponents, listed, sentence
 from phongbench.analysis.mesh_edges import GAMMA, PAIRS, widest_edge
+from phongbench.analysis.normalising_cost import FROM_N_L_V, FROM_PAIR
 from phongbench.analysis.rows import FORMS, Rows, at, near_gamma
 from phongbench.formulas.citations import WIKIPEDIA_PHONG
 from phongbench.results.schema import MESHES
@@ -27,8 +29,9 @@ def judge(rows: Rows) -> Finding:
     alpha / gamma, gamma 8, against the same formula on renormalised ones: R as 2 (L.N) N - L (classic), as
     2 (N.L) N - (N.N) L (lengthwise), and (N, H). Good enough up to an edge angle: a change of at most 1/255 on every
     mesh, interpolated between measured angles along a power law. Judged in the cross form with classic R. Holds if
-    good enough up to edges of 10 degrees at every measured exponent, which spares very coarse meshes only; holds under
-    conditions if so at some exponent, or if smaller edges, another form or another way are good enough; else fails.
+    good enough up to edges of 10 degrees at every measured exponent, which spares very coarse meshes only, and, where
+    timed, surely faster than exact Phong with one root, given R and V and from N, L and V; holds under conditions if
+    good enough at some exponent, or if smaller edges, another form or another way are; else fails.
     """
     cells = _source(rows)
     parts = dict(list(cells[_READ].groupby(_READ[:3], observed=True)))
@@ -39,7 +42,8 @@ def judge(rows: Rows) -> Finding:
     fine = [one["alpha"] for one in judged if (one["edge_degrees_to"] or 0.0) >= COARSE]
     some = any(one["edge_degrees_to"] is not None for one in records)
     verdict = grade(judged and len(fine) == len(judged), some)
-    return Finding(verdict, _because(judged or records, records, fine), tuple(records), _rows(cells), "sampled")
+    found = Finding(verdict, _because(judged or records, records, fine), tuple(records), _rows(cells), "sampled")
+    return priced(found, rows, [FROM_PAIR, FROM_N_L_V])
 
 
 def _source(rows: Rows) -> pd.DataFrame:
@@ -113,6 +117,6 @@ CLAIM = Claim(
     "R and V practically need not be normalised, except on very coarse meshes",
     WIKIPEDIA_PHONG,
     judge,
-    ("meshes",),
+    ("meshes", "timing"),
     "meshes",
 )

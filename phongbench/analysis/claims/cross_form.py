@@ -4,7 +4,9 @@ import pandas as pd
 
 from phongbench.analysis.claims.claim import VISIBLE, Claim, Finding, LackingRowsError, Record, grade
 from phongbench.analysis.claims.evidence import coverage, evidence
+from phongbench.analysis.claims.price import priced
 from phongbench.analysis.claims.words import exponents, sentence, times
+from phongbench.analysis.normalising_cost import FROM_PAIR
 from phongbench.analysis.rows import Rows, at, near_gamma
 from phongbench.formulas import error_laws
 from phongbench.formulas.citations import WIKIPEDIA_PHONG
@@ -26,7 +28,8 @@ def judge(rows: Rows) -> Finding:
     1/255, cross changes by at most a quarter of that. Against difference: for one wrong vector, up to which length
     error, times alpha, difference changes no more than cross, and from which on cross does.
     Holds if cross is much less sensitive than dot at every measured exponent and nowhere more sensitive than
-    difference; fails if it is so at no exponent; else holds under conditions.
+    difference, and, where timed, surely faster on vectors as they are than exact Phong with one root, to which lengths
+    do not matter either; fails if it is less sensitive at no exponent; else holds under conditions.
     """
     cells = _compared(rows)
     records = [_against_dot(cells)]
@@ -35,7 +38,8 @@ def judge(rows: Rows) -> Finding:
     good, measured = records[0]["alphas"], records[0]["alphas_measured"]
     safest = all(record["cross_never_worse"] for record in records[1:])
     verdict = grade(good == measured and safest, good)
-    return Finding(verdict, _because(records), tuple(records), _rows(rows, cells, records), coverage(_source(rows)))
+    found = Finding(verdict, _because(records), tuple(records), _rows(rows, cells, records), coverage(_source(rows)))
+    return priced(found, rows, [FROM_PAIR])
 
 
 def _source(rows: Rows) -> pd.DataFrame:
@@ -151,6 +155,6 @@ CLAIM = Claim(
     "The cross form is much less sensitive to errors of normalisation in R and V than the dot product",
     WIKIPEDIA_PHONG,
     judge,
-    ("accuracy",),
+    ("accuracy", "timing"),
     "stability",
 )

@@ -1,11 +1,13 @@
-"""Claim h: a few multiplications replace a power."""
+"""Claim h: a few multiplications replace a power, also where vectors must be normalised for both."""
 
 import pandas as pd
 
 from phongbench.analysis.claims.claim import Claim, Finding, LackingRowsError, Record, grade
 from phongbench.analysis.claims.evidence import evidence
+from phongbench.analysis.claims.price import told
 from phongbench.analysis.claims.quiet_times import FASTER, PLACES, quiet
 from phongbench.analysis.claims.words import listed, sentence, times
+from phongbench.analysis.normalising_cost import Race, races, timing_rows
 from phongbench.analysis.rows import Rows, at, forms_of, near_gamma
 from phongbench.formulas.citations import WIKIPEDIA_PHONG
 from phongbench.results.schema import BASELINE, LIBM
@@ -14,14 +16,22 @@ from phongbench.results.schema import BASELINE, LIBM
 GAMMA = 8
 #: the row of an exact power -> what it is called
 ENGINES = {BASELINE: "the vectorised power", LIBM: "libm's power", "integer-power": "squaring a whole exponent"}
+#: the same with lengths removed on both sides
+PRICED = (
+    ("lyon:dot:8/once", "phong/once"),
+    ("lyon:cross:8/once", "phong/once"),
+    ("lyon:cross:8/each", "phong/each"),
+    ("lyon:cross:8@lengthwise/once", "phong@lengthwise/once"),
+)
 
 
 def judge(rows: Rows) -> Finding:
     """Lyon's formula, gamma 8, from vectors to values on one thread, against three engines of the exact power in each
     working set: a vectorised power, the power of the C library, and square-and-multiply for a whole exponent (50). The
+    same against the vectorised power where both remove lengths first: with one root, with two, and from N, L and V. The
     interval of a ratio of two ratios reaches from the least to the largest that both intervals allow; faster if it
-    lies below 0.98. Holds if faster in each lambda form than each engine in each working set; fails if never; else
-    holds under conditions. Where identical code differed in time, no claim of speed is made.
+    lies below 0.98. Holds if faster in each of these cases; fails if never; else holds under conditions. Where
+    identical code differed in time, no claim of speed is made.
     """
     quiet(rows)
     lyon = near_gamma(at(rows.judged_times, approximation="lyon", space="reflect"), GAMMA)
@@ -39,10 +49,29 @@ def judge(rows: Rows) -> Finding:
             "the run has no times of lyon and of an exact power",
             "time them: phongbench run without --no-timing, with lyon among --only",
         )
-    faster = [one["faster"] for one in records]
+    raced = races(rows, PRICED)
+    faster = [*(one["faster"] for one in records), *map(_faster, raced)]
     verdict = grade(all(faster), any(faster))
     decisive = at(pd.concat([lyon, engines]), working_set=records[0]["working_set"])
-    return Finding(verdict, _because(records), tuple(records), evidence("timing", "ratio", decisive), "timed")
+    shown = (*evidence("timing", "ratio", decisive), *evidence("timing", "ratio", timing_rows(rows, raced)))
+    because = f"{_because(records)} {_with_lengths(raced)}".strip()
+    return Finding(verdict, because, (*records, *(race.as_dict() for race in raced)), shown, "timed")
+
+
+def _faster(race: Race) -> bool:
+    return race.ratio_high < FASTER
+
+
+def _with_lengths(raced: list[Race]) -> str:
+    """What is left of it where both remove lengths: the largest and the smallest gain of the first place."""
+    if not raced:
+        return ""
+    here = sorted((r for r in raced if r.working_set == raced[0].working_set), key=lambda r: r.ratio)
+    shown = [here[0], here[-1]] if len(here) > 1 else here
+    counted = sentence(
+        f"with lengths removed on both sides it is surely faster in {sum(map(_faster, raced))} of {len(raced)} cases"
+    )
+    return f"{told(shown)} {counted}"
 
 
 def _rows(frame: pd.DataFrame) -> list[pd.Series]:

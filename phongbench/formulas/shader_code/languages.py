@@ -9,7 +9,8 @@ from phongbench.errors import UnknownNameError
 
 #: functions that every language has
 _BUILT_IN = """
-    abs acos ceil clamp exp exp2 floor length log log2 max min mix normalize pow reflect round select sign sqrt
+    abs acos ceil clamp exp exp2 floor inverseSqrt inversesqrt length log log2 max min mix normalize pow reflect round
+    rsqrt saturate select sign sqrt
 """
 BUILT_IN = frozenset(_BUILT_IN.split())
 #: words of GLSL, HLSL, WGSL, C and C++ that a kernel's author may well have taken for a name
@@ -28,6 +29,10 @@ _TAKEN = """
 RESERVED = frozenset(_TAKEN.split())
 
 
+def _braced(header: str, lines: list[str]) -> str:
+    return "\n".join([f"{header} {{", *(f"    {line}" for line in lines), "}"])
+
+
 @dataclass(frozen=True)
 class Language:
     """How one language writes scalar float32 code.
@@ -44,6 +49,10 @@ class Language:
     helpers       name -> text of a function that the language lacks, put in front where it is called
     preamble      what stands above all functions
     components    a direction's components, where the language has no dot and cross of its own; else None
+    gpu           it runs on GPUs, which flush subnormal numbers and have minima, maxima and limits as instructions
+    saturated     an expression -> the same limited to 0..1, on GPUs
+    returned      an expression -> the statement that returns it
+    function      (header, statements) -> a function
     """
 
     name: str
@@ -59,6 +68,10 @@ class Language:
     helpers: Mapping[str, str] = field(default_factory=dict)
     preamble: str = ""
     components: tuple[str, str, str] | None = None
+    gpu: bool = True
+    saturated: Callable[[str], str] = "clamp({}, 0.0, 1.0)".format
+    returned: Callable[[str], str] = "return {};".format
+    function: Callable[[str, list[str]], str] = _braced
 
     def number(self, value: float) -> str:
         """The float32 nearest to the value, in the fewest digits that give it back."""
@@ -95,7 +108,8 @@ GLSL = Language(
 HLSL = Language(
     "hlsl", "float", "int", ("float3", "{}"),
     literal=str, declared=_c_declared, header=_c_header, chosen=_c_chosen, listed=_c_listed,
-    names={"float_bits": "asint", "bits_float": "asfloat"},
+    names={"float_bits": "asint", "bits_float": "asfloat", "inversesqrt": "rsqrt"},
+    saturated="saturate({})".format,
 )  # fmt: skip
 
 WGSL = Language(
@@ -109,13 +123,17 @@ WGSL = Language(
     listed=lambda name, values: (
         f"var<private> {name}: array<f32, {len(values)}> = array<f32, {len(values)}>({', '.join(values)});"
     ),
-    names={"float_bits": "bitcast<i32>", "bits_float": "bitcast<f32>", "float": "f32", "int": "i32"},
+    names={
+        "float_bits": "bitcast<i32>", "bits_float": "bitcast<f32>", "float": "f32", "int": "i32",
+        "inversesqrt": "inverseSqrt",
+    },
+    saturated="saturate({})".format,
 )  # fmt: skip
 
 C = Language(
     "c", "float", "int", ("const float", "{}[3]"),
     literal=lambda text: f"{text}f", declared=_c_declared,
-    header=lambda kind, name, arguments: f"static {_c_header(kind, name, arguments)}",
+    header=lambda kind, name, arguments: f"static inline {_c_header(kind, name, arguments)}",
     chosen=_c_chosen, listed=_c_listed,
     names={
         "abs": "fabsf", "acos": "acosf", "exp": "expf", "exp2": "exp2f", "floor": "floorf", "float": "(float)",
@@ -123,13 +141,16 @@ C = Language(
         "sqrt": "sqrtf",
     },
     helpers={
-        "float_bits": "static int float_bits(float x) {\n    int bits;\n    memcpy(&bits, &x, sizeof bits);\n"
+        "float_bits": "static inline int float_bits(float x) {\n    int bits;\n    memcpy(&bits, &x, sizeof bits);\n"
         "    return bits;\n}",
-        "bits_float": "static float bits_float(int bits) {\n    float x;\n    memcpy(&x, &bits, sizeof x);\n"
+        "bits_float": "static inline float bits_float(int bits) {\n    float x;\n    memcpy(&x, &bits, sizeof x);\n"
         "    return x;\n}",
+        "clamp": "static inline float clamp(float x, float low, float high) {\n"
+        "    return x > low ? (x < high ? x : high) : low;\n}",
     },
     preamble="#include <math.h>\n#include <string.h>",
     components=("[0]", "[1]", "[2]"),
+    gpu=False,
 )  # fmt: skip
 
 LANGUAGES = {language.name: language for language in (GLSL, HLSL, WGSL, C)}

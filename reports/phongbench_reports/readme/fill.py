@@ -6,7 +6,7 @@ from phongbench.analysis.rows import Rows
 from phongbench.errors import InputError
 from phongbench.results.runs import Run
 from phongbench.support.atomic_files import write_bytes
-from phongbench_reports.readme import bench_parts, parts, run_parts
+from phongbench_reports.readme import bench_parts, parts, raw_part, run_parts
 from phongbench_reports.readme.markdown import PICTURES
 from phongbench_reports.readme.measurements import Measurements
 
@@ -21,6 +21,7 @@ def fill(root: Path, run: Run, measured: Measurements) -> None:
         "shader": run_parts.shader(study),
         "claims": run_parts.claims(run),
         "speed": run_parts.speed(study),
+        "raw": raw_part.raw_vectors(study),
         "peers": bench_parts.peers(measured.compared),
         "alarms": bench_parts.alarms(measured.alarms),
         "throughput": bench_parts.throughput(measured.compared["sweep"], measured.walls),

@@ -7,7 +7,8 @@ from pathlib import Path
 from phongbench.errors import InputError
 
 NAMES = (
-    "verdict", "front", "shader", "claims", "speed", "peers", "alarms", "throughput", "scenes", "service", "machine",
+    "verdict", "front", "shader", "claims", "speed", "raw", "peers", "alarms", "throughput", "scenes", "service",
+    "machine",
 )  # fmt: skip
 README = "README.md"
 #: bytes a picture may have: a repository keeps every version of it

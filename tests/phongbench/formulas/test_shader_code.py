@@ -25,7 +25,7 @@ from phongbench.formulas.formula import Formula
 from phongbench.formulas.kernel import highlights
 from phongbench.formulas.registry import REGISTRY
 from phongbench.formulas.shader_code.export import LANGUAGES, shader
-from phongbench.formulas.shader_code.printer import PRIMITIVES
+from phongbench.formulas.shader_code.spellings import PRIMITIVES
 from phongbench.formulas.spec import Approximation, Cost, Setting
 
 CASES = [
@@ -49,6 +49,8 @@ static float3 cross(float3 a, float3 b) {
 }
 static float min(float a, float b) { return fminf(a, b); }
 static float max(float a, float b) { return fmaxf(a, b); }
+static float clamp(float x, float low, float high) { return min(max(x, low), high); }
+static float saturate(float x) { return clamp(x, 0, 1); }
 static int asint(float x) { int bits; memcpy(&bits, &x, sizeof bits); return bits; }
 static float asfloat(int bits) { float x; memcpy(&x, &bits, sizeof x); return x; }
 """
@@ -246,7 +248,7 @@ def test_a_budget_chooses_the_formula(tmp_path: Path, monkeypatch: pytest.Monkey
     assert runner.invoke(main, ["shader", *ask, "--out", str(out)]).output == f"{out}\n"
     assert out.read_text() == told["text"]
     assert runner.invoke(main, ["shader", *ask, "--out", str(tmp_path / "highlight.c")]).exit_code == 0
-    assert "#include" in (tmp_path / "highlight.c").read_text()
+    assert "static inline float highlight" in (tmp_path / "highlight.c").read_text()
 
 
 @pytest.mark.parametrize(

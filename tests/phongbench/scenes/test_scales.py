@@ -193,6 +193,16 @@ def test_a_sphere_or_plane_neither_shadows_nor_mirrors_itself(seed: int) -> None
         assert np.array_equal(lone.picture, deeper.picture)
 
 
+@pytest.mark.parametrize("extent", [1e1, 1e3, 1e5, 1e7])
+def test_two_triangles_are_as_good_a_ground_as_a_plane(extent: float) -> None:
+    """A corner far away does not make what is near less precise, at least where its plane lies along the axes."""
+    corners = np.multiply([[-1, 0, -0.9], [1, 0, -1], [0.8, 0, 1], [-1, 0, 1.1]], extent)
+    normals, worn = np.tile((0.0, 1.0, 0.0), (4, 1)), np.zeros(2, np.int32)
+    ground = Mesh(corners, np.array([[0, 2, 1], [0, 3, 2]], np.int32), normals, worn, smooth="none")
+    wanted = scene((ground, *TWO_BALLS), EYE)
+    assert off(render(wanted, skips=EXACT).picture, mesh_twin.trace(wanted)) <= 2
+
+
 @pytest.mark.parametrize("narrow", [1.0, 1e-2, 1e-4])
 def test_a_triangle_does_not_shadow_itself(narrow: float) -> None:
     """However it is turned, far from the origin or near, in any shape: a bound on Embree's rounding and ours."""

@@ -13,10 +13,11 @@ from click.testing import CliRunner
 from phongbench.analysis.rows import Rows
 from phongbench.benchmarks.false_alarms import Alarms
 from phongbench.errors import InputError, MeasurementError
+from phongbench.formulas.formula import Formula
 from phongbench.inputs.plan import preset
 from phongbench.results import provenance
 from phongbench.study.run import run_study
-from phongbench_reports.readme import bench_parts, measurements, parts, run_parts
+from phongbench_reports.readme import bench_parts, measurements, parts, raw_part, run_parts
 from phongbench_reports.readme.__main__ import main
 from phongbench_reports.readme.fill import fill
 from phongbench_reports.readme.markdown import slim
@@ -139,6 +140,31 @@ def test_speed_shows_a_formula_once_and_the_twin(made: Any) -> None:
     assert {"phong", "schlick", "lyon:cross:8"} <= set(names)
     assert not {"copy", "triad", "dot", "aa-twin"} & set(names)
     assert "A/A twin" in part
+
+
+RAW_TIMES = {"lyon:cross:8": 0.4, "phong/once": 1.6, "lyon:cross:8@lengthwise": 0.9, "phong@lengthwise/once": 1.0}
+
+
+def test_raw_vectors_are_answered_for_with_intervals(made: Any) -> None:
+    one = made.timing[(made.timing["approximation"] == "schlick") & (made.timing["precision"] == "float32")]
+    rows = [
+        one.assign(**{n: getattr(f, n) for n in ("approximation", "lambda_form", "gamma", "recipe", "normalise")})
+        .assign(ratio=ratio, ratio_low=0.99 * ratio, ratio_high=1.01 * ratio, ns_min=ratio)
+        .astype({"gamma": "Int64"})
+        for f, ratio in ((Formula.parse(spelling), ratio) for spelling, ratio in RAW_TIMES.items())
+    ]
+    usual = made.timing.assign(recipe="pair", normalise="none")
+    part = raw_part.raw_vectors(Rows(replace(made, timing=pd.concat([usual, *rows], ignore_index=True))))
+    headings, _, given, whole = lines_of(part)
+    assert headings[3:] == ["ns in L1", "in L1", "in L2", "beyond cache"]
+    assert given[:3] == ["given R and V", "`lyon:cross:8`", "`phong/once`"]
+    assert given[4] == "0.250 (0.245 to 0.255), faster"
+    assert whole[0] == "from N, L and V"
+    assert "given R and V, yes in l1" in part
+
+
+def test_raw_vectors_that_were_not_timed_are_said_to_be_so(made: Any) -> None:
+    assert "did not time it" in raw_part.raw_vectors(Rows(made))
 
 
 def test_pictures_are_small_and_well_formed_and_exist_for_light_and_dark(made: Any) -> None:

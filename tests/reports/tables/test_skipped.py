@@ -9,6 +9,7 @@ import pandas as pd
 import pytest
 
 from phongbench.analysis.rows import Rows
+from phongbench.results.schema import RAW
 from phongbench_reports.table import Absent, Table
 from phongbench_reports.tables.skipped import skipped
 
@@ -43,7 +44,7 @@ def study(made_up: Callable[..., Any], tmp_path: Path) -> Rows:
     run = made_up(tmp_path, alphas=(10.0,), gammas=(8,))
     rows = [kernel("phong-plain", 0.01, 1.0), kernel("phong-skip", 0.01, 0.4)]
     rows += [kernel("phong-plain", 1.0, 1.0), kernel("phong-skip", 1.0, 1.2)]
-    timing = pd.concat([run.timing.assign(lit=float("nan")), pd.DataFrame(rows)], ignore_index=True)
+    timing = pd.concat([run.timing.assign(lit=float("nan")), pd.DataFrame(rows).assign(**RAW)], ignore_index=True)
     return Rows(replace(run, timing=timing.astype({"gamma": "Int64"})))
 
 

@@ -11,6 +11,7 @@ import pandas as pd
 import pytest
 
 from phongbench.analysis.rows import Rows, nearest
+from phongbench.results.schema import RAW
 from phongbench_reports import text
 from phongbench_reports.page import provenance, unmeasured
 from phongbench_reports.reproduce import reproduce
@@ -81,7 +82,7 @@ def tiny(path: Path, made_up: Callable[..., Any]) -> Any:
         ]
     ).astype({"gamma": "Int64"})
     made = made_up(path, alphas=(50.0,), gammas=(8,), precisions=("float32",))
-    return type(made)(path, made.manifest, accuracy, timing, made.worst.iloc[:0])
+    return type(made)(path, made.manifest, accuracy.assign(**RAW), timing.assign(**RAW), made.worst.iloc[:0])
 
 
 def test_the_verdict_names_the_cheapest_formula_within_the_budget(made_up: Callable[..., Any], tmp_path: Path) -> None:

@@ -8,7 +8,7 @@ import pandas as pd
 
 from phongbench.analysis.claims import CLAIMS
 from phongbench.analysis.rows import Rows
-from phongbench.results.schema import ACCURACY, MESHES, TABLES, TIMING
+from phongbench.results.schema import ACCURACY, MESHES, RAW, TABLES, TIMING
 
 CODE = 1 / 255
 
@@ -29,7 +29,7 @@ class Tables:
 
 
 def accuracy(rows: Iterable[dict[str, Any]]) -> pd.DataFrame:
-    usual = {
+    usual = RAW | {
         "approximation": "lyon",
         "lambda_form": "dot",
         "space": "reflect",
@@ -38,6 +38,7 @@ def accuracy(rows: Iterable[dict[str, Any]]) -> pd.DataFrame:
         "gamma": 8,
         "beta": 1.0,
         "precision": "float32",
+        **RAW,
         "gated": True,
         "stratum": "highlight",
         "perturbation": "none",
@@ -53,13 +54,14 @@ def accuracy(rows: Iterable[dict[str, Any]]) -> pd.DataFrame:
 
 
 def timing(rows: Iterable[dict[str, Any]]) -> pd.DataFrame:
-    usual = {
+    usual = RAW | {
         "approximation": "phong",
         "lambda_form": "none",
         "space": "reflect",
         "beta_policy": "none",
         "gamma": None,
         "precision": "float32",
+        **RAW,
         "working_set": "l1",
         "threads": 1,
         "ratio": 1.0,
@@ -71,7 +73,7 @@ def timing(rows: Iterable[dict[str, Any]]) -> pd.DataFrame:
 
 
 def meshes(rows: Iterable[dict[str, Any]]) -> pd.DataFrame:
-    usual = {
+    usual = RAW | {
         "mesh": "icosphere",
         "normals": "raw",
         "pair": "classic",
@@ -82,6 +84,7 @@ def meshes(rows: Iterable[dict[str, Any]]) -> pd.DataFrame:
         "alpha": 50.0,
         "gamma": 8,
         "precision": "float32",
+        **RAW,
         "gated": True,
         "truth": "interpolated",
     }

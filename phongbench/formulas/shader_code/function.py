@@ -1,0 +1,148 @@
+"""The function `highlight` of a formula in a language: from directions to a coordinate, the kernel, and a gate.
+
+The gate `cosine > 0` is written where light would leak past 90 degrees otherwise, and nowhere else.
+"""
+
+import math
+import re
+from dataclasses import replace
+
+from phongbench.formulas import lambda_forms
+from phongbench.formulas.formula import Formula
+from phongbench.formulas.kernel import known_values, needs_gate
+from phongbench.formulas.normalising import NORMALISE
+from phongbench.formulas.shader_code.languages import Language
+from phongbench.formulas.shader_code.raw_vectors import Pair, arguments, prepared
+from phongbench.formulas.shader_code.values import Affine, Term, Value
+from phongbench.formulas.shader_code.writer import Writer
+from phongbench.formulas.spec import Approximation, Setting
+
+#: lambda form -> (type, name, expression) of the variables that lead to a quantity, of which lambda is the half, from
+#: directions {a} and {b}; as in lambda_forms.py
+_FORMS: dict[str, tuple[tuple[str, str, str], ...]] = {
+    "difference": (("direction", "d", "{a} - {b}"), ("float", "squared_distance", "dot(d, d)")),
+    "cross": (("direction", "c", "cross({a}, {b})"), ("float", "squared_sine", "dot(c, c){squares}")),
+    "tan2": (("direction", "c", "cross({a}, {b})"), ("float", "squared_tangent", "dot(c, c) / (cosine * cosine)")),
+}
+#: the product of both squared lengths, which a pair that is normalised as a whole is divided by
+_SQUARES = "dot({a}, {a}) * dot({b}, {b})"
+#: what nobody sees: half a step of float32 at 1, and half of the least subnormal float16
+INVISIBLE = 2.0**-25
+
+
+def written(
+    spec: Approximation, formula: Formula, setting: Setting, language: Language, *, limited: bool = True
+) -> str:
+    """The function, and what the language needs in front of it.
+
+    limited  whether over-long vectors give no more than 1, on GPUs; else as much as the formula says
+    """
+    table = None if spec.table is None else spec.table(setting)
+    gated = not dark_behind(spec, formula, setting, language)
+    writer, value = _body(spec, formula, setting, Writer(language, table, limited=limited), gated=gated)
+    if writer.limited and formula.lambda_form in ("none", "dot") and not _limits_itself(writer, value):
+        again = Writer(language, table, limited=limited)
+        writer, value = _body(spec, formula, setting, again, gated=gated, unit=True)
+    if gated:
+        dark, value = writer.term(0.0).text, writer.named("value", value)
+        value = Term(language.chosen(f"cosine > {dark}", writer.term(value).text, dark))
+    lines = [*writer.lines, language.returned(writer.term(value).text)]
+    kind, name = language.direction
+    taken = [(kind, name.format(direction)) for direction in arguments(formula)]
+    header = language.header(language.float_type, "highlight", taken)
+    parts = [language.preamble] if language.preamble else []
+    if table is not None:
+        parts.append(language.listed("TABLE", [language.number(float(entry)) for entry in table]))
+    return "\n\n".join([*parts, *writer.helpers.values(), language.function(header, lines)])
+
+
+def dark_behind(spec: Approximation, formula: Formula, setting: Setting, language: Language) -> bool:
+    """Whether nobody sees what the code gives where a.b is not positive, without a gate.
+
+    So it is where the kernel needs none, and where its value falls from the peak and has vanished at 90 degrees: on
+    GPUs below INVISIBLE, elsewhere to 0, NaN included.
+    """
+    form = formula.lambda_form
+    if form not in ("none", "dot") or formula.normalise == "squared":
+        return False
+    if not needs_gate(spec, form, setting):
+        return True
+    if not spec.falls:
+        return False
+    value = spec.bound(setting)
+    try:
+        behind, nowhere = abs(float(value(0.0 if form == "none" else 1.0))), float(value(math.nan))
+    except (ArithmeticError, ValueError):  # a plain body that cannot take them promises nothing
+        return False
+    return behind < INVISIBLE if language.gpu else behind == nowhere == 0
+
+
+def _limits_itself(writer: Writer, value: Value) -> bool:
+    """Whether the cosine is used in nothing but what is limited to 0..1 anyway."""
+    text = "\n".join([*writer.lines, writer.term(value).text])
+    uses = re.findall(r"\bcosine\b", text)
+    limited = re.escape(writer.language.saturated("\0")).replace("\0", r"[^()]*\bcosine\b[^()]*").replace(r"\x00", "")
+    return len(re.findall(limited, text)) == len(uses) - 1  # one is its own statement
+
+
+def _body(
+    spec: Approximation, formula: Formula, setting: Setting, writer: Writer, *, gated: bool, unit: bool = False
+) -> tuple[Writer, Value]:
+    """The statements up to the value, and the value.
+
+    unit  whether the cosine is limited to 0..1
+    """
+    pair = prepared(writer, formula)
+    find = _coordinate_in_components if writer.language.components else _coordinate
+    coordinate = find(writer, formula, pair, gated=gated, unit=unit)
+    numbers = dict(spec.coefficients(setting))
+    given = [name for name in spec.arguments if name not in spec.knowns]
+    rest: list[Value] = [Term("TABLE", kind="table") if name == "table" else float(numbers[name]) for name in given]
+    return writer, writer.call(spec.kernel, [coordinate, *rest], dict(known_values(spec, setting)))
+
+
+def _cosine(writer: Writer, value: Value, *, unit: bool) -> Term:
+    """The statement of the cosine, limited to 0..1 if it is to be a unit's."""
+    writer.reserve("cosine")
+    text = writer.term(writer.limit(value) if unit else value).text
+    writer.lines.append(writer.language.declared(writer.language.float_type, "cosine", text))
+    return Term("cosine", low=0.0, high=1.0) if unit else Term("cosine")
+
+
+def _coordinate(writer: Writer, formula: Formula, pair: Pair, *, gated: bool, unit: bool) -> Value:
+    """Statements that make the cosine, where it is needed, and what the kernel takes: the cosine, or lambda."""
+    language, form, ab = writer.language, formula.lambda_form, {"a": pair.a, "b": pair.b}
+    whole, squares = formula.normalise in ("once", "squared"), _SQUARES.format(**ab)
+    if gated or form in ("none", "dot", "tan2"):
+        root = language.names.get("inversesqrt", "inversesqrt")
+        scale = f" * {root}({squares})" if formula.normalise == "once" and form in ("none", "dot") else ""
+        cosine = _cosine(
+            writer, Term("dot({a}, {b})".format(**ab) + scale), unit=unit and formula.normalise != "squared"
+        )
+    if formula.normalise == "squared":
+        return writer.named("ratio", Term(f"cosine * cosine / ({squares})", low=0.0, high=1.0))
+    if form in ("none", "dot"):
+        return cosine if form == "none" else Affine(cosine, -1.0, 1.0)
+    kinds = {"float": language.float_type, "direction": language.direction[0]}
+    for kind, name, text in _FORMS[form]:
+        writer.reserve(name)
+        expression = text.format(**ab, squares=f" / ({squares})" if whole else "")
+        writer.lines.append(language.declared(kinds[kind], name, expression))
+    return Affine(Term(_FORMS[form][-1][1], low=0.0), 0.5)
+
+
+def _coordinate_in_components(writer: Writer, formula: Formula, pair: Pair, *, gated: bool, unit: bool) -> Value:
+    """The same where a language has no vectors, by the bodies that the kernels call."""
+    form, bodies = formula.lambda_form, dict(NORMALISE[formula.normalise].forms)
+    once = unit and formula.normalise == "once"
+    if (gated and not once) or (form in ("none", "dot") and not bodies):
+        cosine = _cosine(writer, writer.call(lambda_forms.dot, pair.parts), unit=unit and not bodies)
+    if form in ("none", "dot") and not bodies:
+        return cosine if form == "none" else Affine(cosine, -1.0, 1.0)
+    if form in ("none", "dot") and once:
+        cosine = _cosine(writer, writer.call(bodies["none"], pair.parts), unit=True)
+        return cosine if form == "none" else Affine(cosine, -1.0, 1.0)
+    value = writer.call(bodies.get(form) or lambda_forms.LAMBDA_FORMS[form], pair.parts)
+    if form in ("none", "dot") or not isinstance(value, Affine):
+        return value
+    return replace(value, base=replace(value.base, low=0.0))

@@ -1,0 +1,76 @@
+"""What an expression is while code is written: a number, text of the language, or a multiple of a name plus a number.
+
+Multiples are kept apart until they are needed, so that constants meet: 1 - beta (1 - x) becomes one multiply-add of x.
+"""
+
+import math
+from dataclasses import dataclass
+
+#: how closely an expression binds, the loosest first
+CHOICE, OR, AND, ORDER, SUM, PRODUCT, SIGN, ATOM = range(8)
+
+
+@dataclass(frozen=True, slots=True)
+class Term:
+    """An expression as text.
+
+    binding    how closely its outermost operator binds
+    kind       float, int or bool
+    low, high  what a float cannot be below or above, whatever the input; NaN aside
+    """
+
+    text: str
+    binding: int = ATOM
+    kind: str = "float"
+    low: float = -math.inf
+    high: float = math.inf
+
+    @property
+    def simple(self) -> bool:
+        """True for a name or a literal: it may be repeated."""
+        return self.binding == ATOM and "(" not in self.text and "[" not in self.text
+
+
+@dataclass(frozen=True, slots=True)
+class Affine:
+    """scale * base + offset, of a base that is a name."""
+
+    base: Term
+    scale: float
+    offset: float = 0.0
+
+    @property
+    def low(self) -> float:
+        """The least it can be."""
+        return self.scale * (self.base.low if self.scale > 0 else self.base.high) + self.offset
+
+    @property
+    def high(self) -> float:
+        """The most it can be."""
+        return self.scale * (self.base.high if self.scale > 0 else self.base.low) + self.offset
+
+    def times(self, factor: float) -> "Affine":
+        """The multiple."""
+        return Affine(self.base, self.scale * factor, self.offset * factor)
+
+    def plus(self, number: float) -> "Affine":
+        """The sum."""
+        return Affine(self.base, self.scale, self.offset + number)
+
+
+Value = Term | Affine | float | int
+
+
+def is_number(value: Value) -> bool:
+    """True for a float that is known."""
+    return isinstance(value, float)
+
+
+def low_of(value: Value) -> float:
+    """What a value cannot be below."""
+    return float(value) if isinstance(value, int | float) else value.low
+
+
+def high_of(value: Value) -> float:
+    """What a value cannot be above."""
+    return float(value) if isinstance(value, int | float) else value.high

@@ -1,0 +1,104 @@
+"""What of a formula's code decides its cost: everything but its numbers.
+
+Formulas whose code differs in constants only, as other exponents and slopes make it, cost the same. So costs are kept
+by the shape of the code, and a formula's cost is found by writing its code and looking up the shape.
+"""
+
+import hashlib
+import re
+from collections.abc import Iterator
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from itertools import product
+
+from phongbench.errors import InputError
+from phongbench.formulas.formula import Formula, Registry
+from phongbench.formulas.normalising import NORMALISE
+from phongbench.formulas.recipes import PAIR, RECIPES
+from phongbench.formulas.registry import REGISTRY
+from phongbench.formulas.shader_code.export import source
+from phongbench.formulas.shader_code.languages import language_named
+from phongbench.formulas.shader_code.raw_vectors import arguments
+from phongbench.formulas.spec import Approximation
+from phongbench.inputs.plan import PRESETS, QUICK_ALPHAS, STANDARD_ALPHAS
+
+#: Exponents that between them bring out every shape: the usual one first, then some that make slopes of powers of two,
+#: and some that make others, for supports that end before 90 degrees and behind.
+ALPHAS = (50.0, 1000.0, *(2.0**k for k in range(-2, 9)), *(1.4 * 2.0**k for k in range(-4, 8)))
+#: whole powers, whose code is another for every exponent
+WHOLE_ALPHAS = (*map(float, range(1, 33)), *(a for a in (*QUICK_ALPHAS, *STANDARD_ALPHAS) if a > 32 and a == int(a)))
+#: powers of chains on vectors that are made from others, or made unit, first
+RAW_GAMMAS = (8, 16)
+#: hexadecimal digits of a shape
+DIGITS = 16
+#: numbers that compilers treat as no other: what they multiply, or are the exponent of, is not computed
+_SPECIAL = {0.0, 1.0}
+_TABLE = re.compile(r"^(?:const|static|var).* TABLE\b.*$", re.MULTILINE)
+_NUMBER = re.compile(r"\b\d+(?:\.\d*(?:e[-+]?\d+)?|e[-+]?\d+)f?")
+
+
+@dataclass(frozen=True, slots=True)
+class Code:
+    """A formula written for a compiler.
+
+    name     of the formula, as it is spelled, and the exponent it is written for: "lyon:dot:8 50"
+    text     its source, see `shader_code.export.source`
+    vectors  how many directions `highlight` takes
+    """
+
+    name: str
+    text: str
+    vectors: int = 2
+
+    @property
+    def has_table(self) -> bool:
+        """Whether it reads a table."""
+        return "TABLE" in self.text
+
+    @property
+    def shape(self) -> str:
+        """Digest of the code without comments and numbers, but for those that compilers treat as no other.
+
+        Names of directions do not count either.
+        """
+        bare = _NUMBER.sub(_without_value, _TABLE.sub("TABLE", re.sub(r"//[^\n]*", "", self.text)))
+        bare = re.sub(r"\bn\b", "r", re.sub(r"\bh\b", "v", bare))
+        return hashlib.sha256(" ".join(bare.split()).encode()).hexdigest()[:DIGITS]
+
+
+def _without_value(number: re.Match[str]) -> str:
+    value = float(number[0].rstrip("f"))
+    return str(value) if value in _SPECIAL else "#"
+
+
+def code(formula: Formula, alpha: float, language: str, registry: Registry = REGISTRY) -> Code:
+    """The code of a formula at an exponent; InputError for an exponent that it does not take."""
+    text = source(formula, alpha, language_named(language), registry)
+    return Code(f"{formula.spelled(registry)} {alpha:g}", text, len(arguments(formula)))
+
+
+def catalogue(language: str, registry: Registry = REGISTRY) -> tuple[Code, ...]:
+    """The code of every formula of the full study, one for each shape, in the study's order."""
+    codes: dict[str, Code] = {}
+    for spec in registry.values():
+        for formula, alpha in _formulas(spec):
+            one = code(formula, alpha, language, registry)
+            codes.setdefault(one.shape, one)
+    return tuple(codes.values())
+
+
+def _formulas(spec: Approximation) -> Iterator[tuple[Formula, float]]:
+    """The formulas of the full study at every exponent here that they take; of raw vectors, at the first one."""
+    whole = "exponent" in spec.knowns
+    registry = {spec.name: spec}
+    for formula, alpha in replace(PRESETS["full"], alphas=WHOLE_ALPHAS if whole else ALPHAS).formulas(spec):
+        with suppress(InputError):
+            formula.check(alpha, registry)
+            yield formula, alpha
+    forms = [form for form in spec.lambda_forms if form != "tan2"]  # free of lengths by itself
+    for gamma, form in product(RAW_GAMMAS if spec.uses_gamma else (None,), forms):
+        for recipe, normalise in product((PAIR, *RECIPES), NORMALISE):
+            with suppress(InputError):
+                formula = Formula.of(spec.name, form, gamma, recipe=recipe, normalise=normalise, registry=registry)
+                source(formula, ALPHAS[0], language_named("glsl"), registry)
+                yield formula, ALPHAS[0]

@@ -1,0 +1,127 @@
+"""Shipped costs: what every formula of the full study costs on every target, so that nobody needs the compilers.
+
+A file for each target, `costs/<target>.json`, written by `python -m phongbench.targets`. A cost is found by the shape
+of the code that is written today: after a change of the emission a table no longer knows its formulas, and a test says
+so.
+"""
+
+import hashlib
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import astuple, dataclass, fields
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from phongbench.errors import CorruptRunError, InputError
+from phongbench.formulas.formula import Formula, Registry
+from phongbench.formulas.registry import REGISTRY
+from phongbench.targets.chips import target_named
+from phongbench.targets.code_shapes import Code, code
+from phongbench.targets.measure import Cost, costs, dot_cost
+from phongbench.targets.target import Target
+
+FOLDER = Path(__file__).parent / "costs"
+#: of the baseline of every ratio
+BASELINE = Formula()
+_ALPHA = 50.0
+_COLUMNS = [field.name for field in fields(Cost)]
+
+
+@dataclass(frozen=True)
+class CostTable:
+    """The costs on one target.
+
+    tool_version  of the compiler that said so
+    dot           what the bare dot product costs
+    rows          shape of the code -> (name of the formula that stands for it, its cost)
+    """
+
+    target: Target
+    tool_version: str
+    dot: Cost
+    rows: Mapping[str, tuple[str, Cost]]
+
+    def known(self, wanted: Code) -> Cost | None:
+        """The cost of code that was compiled; None for other code."""
+        row = self.rows.get(wanted.shape)
+        return None if row is None else row[1]
+
+    def known_of(self, formula: Formula, alpha: float, registry: Registry = REGISTRY) -> Cost | None:
+        """A formula's cost at an exponent, if its code was compiled."""
+        return self.known(code(formula, alpha, self.target.language, registry))
+
+    @property
+    def baseline(self) -> Cost:
+        """Exact Phong's cost."""
+        return self.of(BASELINE, _ALPHA)
+
+    def of(self, formula: Formula, alpha: float, registry: Registry = REGISTRY) -> Cost:
+        """A formula's cost at an exponent; what is not in the table is compiled now.
+
+        Raises InputError, naming the package that is missing, where it cannot be compiled here.
+        """
+        wanted = code(formula, alpha, self.target.language, registry)
+        found = self.known(wanted)
+        return costs(self.target, [wanted])[0] if found is None else found
+
+    def ratio(self, cost: Cost, short_of: str | None = None) -> float:
+        """Cost over that of exact Phong, the dot product included in both.
+
+        short_of  the unit that counts, as for `Cost.short_of`
+        """
+        dot = self.dot.short_of(short_of)
+        return (dot + cost.short_of(short_of)) / (dot + self.baseline.short_of(short_of))
+
+    def over_dot(self, cost: Cost) -> float:
+        """Cost, the dot product included, over that of the bare dot product."""
+        return (self.dot.cost + cost.cost) / self.dot.cost
+
+
+@cache
+def shipped(name: str) -> CostTable:
+    """The table of a target that ships; UnknownNameError for another name, CorruptRunError for a changed file."""
+    target, path = target_named(name), FOLDER / f"{name}.json"
+    if not path.is_file():
+        raise InputError(f"no costs of {name} are here", str(path.name), "install phongbench again, or `make targets`")
+    data = json.loads(path.read_text())
+    if data["digest"] != digest(data):
+        raise CorruptRunError(f"the costs of {name} were changed", path.name, "install phongbench again")
+    rows = {shape: (str(named), _cost(values)) for shape, (named, *values) in data["rows"].items()}
+    return CostTable(target, data["tool_version"], _cost(data["dot"]), rows)
+
+
+def compiled(target: Target, codes: Sequence[Code]) -> CostTable:
+    """The table of these codes, compiled here; InputError where a tool is missing or refuses a code."""
+    rows = {one.shape: (one.name, cost) for one, cost in zip(codes, costs(target, codes), strict=True)}
+    return CostTable(target, target.tool_version(), dot_cost(target), rows)
+
+
+def as_text(table: CostTable) -> str:
+    """The table as its file holds it: a line for each row, so that versions can be compared."""
+    target = table.target
+    head: dict[str, Any] = {
+        "target": target.name,
+        "chip": target.chip,
+        "tool": target.tool,
+        "tool_version": table.tool_version,
+        "unit": target.unit,
+        "columns": ["formula", *_COLUMNS],
+        "dot": astuple(table.dot),
+    }
+    rows = {shape: (named, *astuple(cost)) for shape, (named, cost) in table.rows.items()}
+    lines = [f" {json.dumps(key)}: {json.dumps(value)}," for key, value in head.items()]
+    lines += [f' "digest": "{digest({**head, "rows": rows})}",', ' "rows": {']
+    lines.append(",\n".join(f"  {json.dumps(shape)}: {json.dumps(row)}" for shape, row in rows.items()))
+    return "\n".join(["{", *lines, " }", "}", ""])
+
+
+def digest(data: Mapping[str, Any]) -> str:
+    """Of everything in a table but the digest itself."""
+    held = {key: value for key, value in data.items() if key != "digest"}
+    return hashlib.sha256(json.dumps(held, sort_keys=True).encode()).hexdigest()
+
+
+def _cost(values: Sequence[Any]) -> Cost:
+    around, *rest = values
+    return Cost(tuple(around), *rest)

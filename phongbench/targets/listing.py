@@ -1,0 +1,50 @@
+"""Which targets there are, what each rests on, and what it lacks here."""
+
+from typing import Any
+
+from phongbench.targets.chips import TARGETS
+from phongbench.targets.costs import FOLDER, shipped
+from phongbench.targets.target import Target
+
+#: targets that are measured, not compiled: name, what it is, what measures it, and why not where nothing does yet
+_MEASURED = (
+    ("cpu", "this machine's processor", "phongbench run", None),
+    ("gpu", "a GPU of this machine", "WebGPU", "phongbench does not measure it yet"),
+    ("page", "the GPU of whoever opens the explorer", "WebGPU in a browser", "the page does not measure it yet"),
+)
+
+
+def listing() -> list[dict[str, Any]]:
+    """Every target as plain data.
+
+    name, title, cost_kind   measured: a time with an interval; compiled: what the chip's compiler says of its code
+    available, why_not       whether it answers here, and what it lacks if not
+    rows                     how many codes the shipped costs hold; None for what is measured
+    unit, tool, tool_version of a cost, and of what says so
+    compiles, needs          whether other formulas can be compiled here, and what is missing if not
+    """
+    measured = [_row(name, title, "measured", tool, why_not=why) for name, title, tool, why in _MEASURED]
+    return measured + [_compiled(target) for target in TARGETS.values()]
+
+
+def _compiled(target: Target) -> dict[str, Any]:
+    here, lacking = (FOLDER / f"{target.name}.json").is_file(), target.why_not()
+    table = shipped(target.name) if here else None
+    return _row(
+        target.name,
+        target.title,
+        "compiled",
+        target.tool,
+        why_not=None if here else lacking,
+        unit=target.unit,
+        rows=len(table.rows) if table else 0,
+        tool_version=table.tool_version if table else None,
+        needs=lacking,
+        compiles=lacking is None,
+    )
+
+
+def _row(name: str, title: str, kind: str, tool: str, *, why_not: str | None, **more: Any) -> dict[str, Any]:
+    first = {"name": name, "title": title, "cost_kind": kind, "available": why_not is None, "why_not": why_not}
+    rest = {"unit": "ns", "rows": None, "tool_version": None, "needs": None, "compiles": None}
+    return {**first, "tool": tool, **rest, **more}

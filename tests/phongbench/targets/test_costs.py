@@ -1,0 +1,130 @@
+"""The shipped costs: whole, of today's code, and what the compilers say wherever they are."""
+
+import json
+import re
+from dataclasses import astuple
+from pathlib import Path
+
+import pytest
+
+from phongbench.errors import CorruptRunError, InputError, UnknownNameError
+from phongbench.formulas.formula import Formula
+from phongbench.targets import costs as module
+from phongbench.targets.chips import TARGETS, target_named
+from phongbench.targets.code_shapes import code
+from phongbench.targets.costs import as_text, digest, shipped
+from phongbench.targets.measure import CONTEXTS, costs, dot_cost
+from phongbench.targets.target import ISSUE, SPECIAL, UNITS
+
+#: formulas that are compiled anew, of each kind
+SAMPLE = ("phong", "gaussian:dot", "lyon:dot:8", "lyon:cross:8", "lyon:difference:32", "lyon:tan2:8", "table-x")
+
+
+@pytest.mark.parametrize("name", TARGETS)
+def test_its_codes_are_those_that_are_written_today(name: str) -> None:
+    table, changed = shipped(name), []
+    for shape, (named, _) in list(table.rows.items())[::6]:
+        spelling, alpha = named.split(" ")
+        if code(Formula.parse(spelling), float(alpha), table.target.language).shape != shape:
+            changed.append(named)
+    assert changed == [], "the emission has changed: make targets"
+
+
+@pytest.mark.parametrize("name", TARGETS)
+@pytest.mark.parametrize("spelling", [*SAMPLE, "lyon:dot:16:minimax", "gaussian:dot:energy", "blinn", "schlick"])
+def test_usual_formulas_have_a_cost_at_every_exponent(name: str, spelling: str) -> None:
+    assert all(shipped(name).known_of(Formula.parse(spelling), alpha) for alpha in (0.7, 3.0, 33.3, 50.0, 4096.0))
+
+
+@pytest.mark.parametrize("name", TARGETS)
+def test_its_numbers_are_of_this_world(name: str) -> None:
+    table = shipped(name)
+    assert len(table.rows) > 100
+    for formula, cost in [("dot", table.dot), *table.rows.values()]:
+        assert len(cost.around) == len(CONTEXTS), formula
+        assert min(*astuple(cost)[1:-1], *cost.around) >= 0, formula
+        assert cost.bound_by in UNITS
+        assert cost.instructions >= cost.arithmetic + cost.specials - 1e-9, formula
+        assert (cost.special > 0) == (cost.specials > 0), formula
+
+
+@pytest.mark.parametrize("name", TARGETS)
+def test_exact_phong_is_the_measure(name: str) -> None:
+    table = shipped(name)
+    assert table.ratio(table.baseline) == 1
+    assert table.ratio(table.dot.__class__(*astuple(table.dot)), None) > 0
+    assert table.over_dot(table.baseline) == pytest.approx((table.dot.cost + table.baseline.cost) / table.dot.cost)
+    assert table.baseline.specials == 2 or table.target.language == "c"
+
+
+def test_what_a_shader_is_short_of_decides() -> None:
+    table = shipped("rdna2")
+    chain, power = table.of(Formula.parse("lyon:dot:8"), 50.0), table.baseline
+    assert chain.short_of(SPECIAL) == 0 < power.short_of(SPECIAL)
+    assert chain.short_of(None) == chain.cost
+    assert chain.short_of(ISSUE) == chain.issue
+
+
+def test_a_file_that_was_changed_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    text = as_text(shipped("rdna2"))
+    assert text == (module.FOLDER / "rdna2.json").read_text()
+    assert json.loads(text)["digest"] == digest(json.loads(text))
+    monkeypatch.setattr(module, "FOLDER", tmp_path)
+    (tmp_path / "rdna2.json").write_text(text.replace('"unit": "cycles"', '"unit": "slots"'))
+    shipped.cache_clear()
+    try:
+        with pytest.raises(CorruptRunError, match="rdna2"):
+            shipped("rdna2")
+        (tmp_path / "rdna2.json").unlink()
+        with pytest.raises(InputError, match="make targets"):
+            shipped("rdna2")
+    finally:
+        shipped.cache_clear()
+
+
+def test_a_table_names_a_compiler_and_no_machine() -> None:
+    for path in module.FOLDER.iterdir():
+        text = path.read_text()
+        assert re.search(r'"tool_version": "[^"/]*\d+\.\d+', text), path.name
+        assert "/" not in re.sub(r"@\w+/\w+|/(each|once|squared|fast|estimate)", "", text), path.name
+
+
+def test_an_unknown_target_is_answered_with_those_there_are() -> None:
+    with pytest.raises(UnknownNameError, match="rdna2"):
+        target_named("rdna9")
+    with pytest.raises(UnknownNameError, match="rdna2"):
+        shipped("../rdna2")
+
+
+@pytest.mark.parametrize("name", TARGETS)
+def test_compiled_anew_they_are_the_same_to_the_digit(name: str) -> None:
+    target, table = target_named(name), shipped(name)
+    if (missing := target.why_not()) is not None:
+        pytest.skip(missing)
+    if target.tool_version() != table.tool_version:
+        pytest.skip(f"{target.tool_version()} is here, and {table.tool_version} made the table")
+    codes = [code(Formula.parse(spelling), 50.0, target.language) for spelling in SAMPLE]
+    assert dict(zip(SAMPLE, costs(target, codes), strict=True)) == {
+        spelling: table.known(one) for spelling, one in zip(SAMPLE, codes, strict=True)
+    }
+    assert dot_cost(target) == table.dot
+
+
+def test_an_own_formula_needs_the_compiler(monkeypatch: pytest.MonkeyPatch) -> None:
+    target = target_named("rdna2")
+    monkeypatch.setattr(type(target), "why_not", lambda self: "pip install it")
+    with pytest.raises(InputError, match="pip install it") as caught:
+        shipped("rdna2").of(Formula.parse("integer-power"), 3001.0)
+    assert caught.value.where == "rdna2"
+
+
+@pytest.mark.parametrize(
+    ("target", "most"),
+    [
+        ("rdna2", {"gaussian:dot": 6.5, "lyon:dot:8": 8.5, "phong": 10.5}),
+        ("gcn4", {"gaussian:dot": 25, "lyon:dot:8": 17, "phong": 41}),
+    ],
+)
+def test_code_that_is_written_keeps_its_bars(target: str, most: dict[str, float]) -> None:
+    found = {name: shipped(target).of(Formula.parse(name), 50.0).cost for name in most}
+    assert all(found[name] <= bar for name, bar in most.items()), found
