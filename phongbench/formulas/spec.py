@@ -206,7 +206,7 @@ class Approximation:
         """Raise InputError if there is a reason why alpha 0 is not taken."""
         if reason is not None:
             fix = "at alpha 0 Phong is 1 wherever the light is in front, and the formula phong gives that"
-            raise InputError(f"{self.name} does not take alpha = 0: {reason}", self.name, fix)
+            raise InputError(f"{self.name} does not take alpha = 0: {reason}", None, fix)
 
     def _check_range(self, p: Parameter, value: float | None, where: str) -> None:
         if value is None:

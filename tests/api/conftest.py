@@ -20,7 +20,7 @@ from starlette.testclient import TestClient
 from phongbench.accuracy import sweep, tables
 from phongbench.inputs.plan import preset
 from phongbench.results import runs as results
-from phongbench.results.schema import TIMING
+from phongbench.results.schema import RAW, TIMING
 from phongbench_api.app import create_app
 from phongbench_api.settings import Settings
 from phongbench_reports import build
@@ -30,7 +30,7 @@ RUN, CORRUPT = "20260101-000000-0123abcd", "20251231-000000-0123abcd"
 
 def _timing(accuracy: pd.DataFrame) -> pd.DataFrame:
     """Made-up times: a ratio for every kernel, intervals of 1 %."""
-    kernel = ["approximation", "lambda_form", "space", "gamma"]
+    kernel = ["approximation", "lambda_form", "space", "gamma", "recipe", "normalise"]
     told = (
         accuracy[kernel]
         .drop_duplicates()
@@ -46,6 +46,7 @@ def _timing(accuracy: pd.DataFrame) -> pd.DataFrame:
             bandwidth_fraction=0.5,
             rounds=24,
             contaminated=0,
+            **RAW,
         )
     )
     told["ratio"] = np.where(told["approximation"] == "phong", 1.0, 0.2 + 0.01 * told.index)

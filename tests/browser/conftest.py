@@ -17,7 +17,7 @@ import pytest
 from phongbench.accuracy import sweep, tables
 from phongbench.inputs.plan import preset
 from phongbench.results import runs as results
-from phongbench.results.schema import TIMING
+from phongbench.results.schema import RAW, TIMING
 
 RUN = "20260101-000000-0123abcd"
 #: what chromium is called on today's systems
@@ -143,6 +143,7 @@ def _run(folder: Path) -> None:
             bandwidth_fraction=0.5,
             rounds=24,
             contaminated=0,
+            **RAW,
         )
     )
     form = timing["lambda_form"].map({"dot": 0.0, "difference": 0.03, "cross": 0.1, "none": 0.7})

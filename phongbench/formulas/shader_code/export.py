@@ -9,6 +9,7 @@ import numpy as np
 
 from phongbench import __version__
 from phongbench.compiler.precisions import FLOAT32
+from phongbench.errors import UnknownNameError
 from phongbench.formulas.curves import lobe
 from phongbench.formulas.formula import Formula, Registry
 from phongbench.formulas.recipes import PAIR
@@ -22,6 +23,8 @@ __all__ = ["ANGLES", "LANGUAGES", "Shader", "language_named", "shader"]
 
 #: angles at which the largest error is looked for; their squares are evenly spaced, since highlights are narrow
 ANGLES = 16_384
+#: what vectors longer than 1 give: no more than 1, or what the formula says
+OVER_LONG = ("clamp", "keep")
 
 
 @dataclass(frozen=True)
@@ -51,6 +54,7 @@ def shader(
     files: Iterable[str] = (),
     registry: Registry = REGISTRY,
     bound: float | None = None,
+    over_long: str = OVER_LONG[0],
 ) -> Shader:
     """The source of a function `highlight` of two directions, and of what it calls.
 
@@ -60,25 +64,32 @@ def shader(
     registry        the approximations that the formula may name
     bound           of the kernels' error, from which the comment at the top promises one; without it, it tells
                     samples and promises nothing
+    over_long       of OVER_LONG: whether vectors longer than 1 give no more than 1 on GPUs, which limit a result for
+                    nothing, or as much as the formula says
     returns         Shader; float32 throughout. It computes what the kernels compute, with its constants folded; powers,
                     exponentials, roots and arc cosines are the language's own
     Raises UnknownNameError or InputError for what does not exist, KernelError for a body that has no spelling.
     """
     chosen = language_named(language)
-    text = source(formula, alpha, chosen, registry)
+    if over_long not in OVER_LONG:
+        raise UnknownNameError("way with over-long vectors", over_long, OVER_LONG, "--over-long")
+    text = source(formula, alpha, chosen, registry, limited=over_long == OVER_LONG[0])
     spec = formula.spec(registry)
     error = _largest_error(spec, formula, formula.setting(alpha))
     made_by = _command(formula.spelled(registry), alpha, chosen.name, files)
+    made_by += "" if over_long == OVER_LONG[0] else f" --over-long {over_long}"
     bound = None if bound is None else bound + folding(formula.setting(alpha))
     head = _head(spec, formula, alpha, _error(spec, formula, error, bound), made_by)
     return Shader(chosen.name, f"{head}\n\n{text}\n", error, bound)
 
 
-def source(formula: Formula, alpha: float, language: Language, registry: Registry = REGISTRY) -> str:
+def source(
+    formula: Formula, alpha: float, language: Language, registry: Registry = REGISTRY, *, limited: bool = True
+) -> str:
     """The code alone, without what is said of it; arguments and errors as for `shader`."""
     formula.check(alpha, registry)
     spec, setting = formula.spec(registry), formula.setting(alpha)
-    return written(spec, formula, setting, language)
+    return written(spec, formula, setting, language, limited=limited)
 
 
 def folding(setting: Setting) -> float:

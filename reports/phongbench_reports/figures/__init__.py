@@ -13,9 +13,11 @@ from phongbench_reports.figures import (
     meshes,
     moments,
     precision,
+    raw_vectors,
     speed,
     split,
     stability,
+    step_costs,
     widths,
 )
 from phongbench_reports.table import Part
@@ -28,6 +30,8 @@ FIGURES = (
     Part("incidence", "Reflectance: error against time", incidence.draw),
     Part("copper", "Copper's colour against incidence", copper.draw),
     Part("stability", "Vectors that are not unit length", stability.draw),
+    Part("raw_vectors", "From raw vectors: error against time of whole recipes", raw_vectors.draw),
+    Part("step_costs", "What each step costs", step_costs.draw),
     Part("causes", "Why lengths are wrong", causes.draw),
     Part("meshes", "Normals interpolated over a mesh", meshes.draw),
     Part("precision", "Error against precision", precision.draw),

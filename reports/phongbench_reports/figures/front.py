@@ -32,7 +32,8 @@ def cells(study: Rows, wanted: Sequence[float]) -> pd.DataFrame:
     return frame.assign(label=[label(row) for row in records(frame)])
 
 
-def _panel(axes: Axes, rows: pd.DataFrame) -> None:
+def marks(axes: Axes, rows: pd.DataFrame) -> None:
+    """Cells as points with the interval of their time, by their state, and the front as steps."""
     for state in ("off", "unresolved", "on"):
         part = rows[rows["state"] == state]
         colour, face, marker, size = LOOKS[state]
@@ -63,8 +64,11 @@ def edge(rows: pd.DataFrame) -> pd.DataFrame:
     return best[best["ratio"] < best["ratio"].cummin().shift(fill_value=np.inf)].reset_index(drop=True)
 
 
-def _name(axes: Axes, rows: pd.DataFrame) -> None:
-    """Names to the lower left of points of the front, where nothing can be: it would be on the front itself."""
+def names(axes: Axes, rows: pd.DataFrame, *, gap: float = GAP) -> None:
+    """Names to the lower left of points of the front, where nothing can be: it would be on the front itself.
+
+    gap  how far apart names are, in axes heights
+    """
     best = edge(rows)
     if best.empty:
         return
@@ -75,7 +79,7 @@ def _name(axes: Axes, rows: pd.DataFrame) -> None:
     lowest = 1.0
     for (x, y), row in zip(points, records(best), strict=True):
         left = x < 0.03 + LETTER * len(row["label"])  # no room to its left: above it instead
-        height = float(y) + GAP if left else min(float(y), lowest) - GAP
+        height = float(y) + gap if left else min(float(y), lowest) - gap
         lowest = lowest if left else height
         axes.annotate(
             row["label"],
@@ -116,8 +120,8 @@ def draw(study: Rows, alphas: Sequence[float] = ALPHAS) -> Plate | Absent:
         axes.text(
             0.998, 1.0, "exact Phong", transform=axes.get_yaxis_transform(), fontsize=7.5, ha="right", va="bottom"
         )
-        _panel(axes, data[data["alpha"] == alpha])
-        _name(axes, data[data["alpha"] == alpha])
+        marks(axes, data[data["alpha"] == alpha])
+        names(axes, data[data["alpha"] == alpha])
         axes.set_title(alpha_is(alpha))
         axes.set_ylabel("time / exact Phong")
     panels[-1].set_xlabel("largest absolute error")

@@ -272,3 +272,20 @@ def test_wrong_wishes_are_answered_in_two_lines(
     assert found.exit_code == 2
     assert said in found.output
     assert found.output.count("\n") <= 2
+
+
+@pytest.mark.parametrize("name", ["phong", "gaussian:dot", "lyon:dot:8", "schlick"])
+def test_over_long_vectors_give_no_more_than_one_unless_they_are_to(name: str, tmp_path: Path) -> None:
+    formula, alpha = Formula.parse(name), 10.0
+    a, b = (np.tile(np.float32([[0.0, 0.0, length]]), (4, 1)) for length in (1.0, 1.02))
+    limited = built("hlsl", shader(formula, alpha, "hlsl").text, tmp_path)(a, b)
+    np.testing.assert_array_equal(limited, 1.0)
+    text = shader(formula, alpha, "hlsl", over_long="keep").text
+    (tmp_path / "kept").mkdir()
+    kept = built("hlsl", text, tmp_path / "kept")(a, b)
+    expected = highlights(formula.spec(), formula.lambda_form, formula.setting(alpha), a, b, layout="aos")
+    assert expected.min() > 1
+    np.testing.assert_allclose(kept, expected, rtol=1e-5)
+    assert "--over-long keep" in text
+    with pytest.raises(UnknownNameError, match="clamp, keep"):
+        shader(formula, alpha, "hlsl", over_long="drop")

@@ -19,6 +19,7 @@ import phongbench_reports
 from phongbench.analysis.front import front
 from phongbench.analysis.rows import Rows, at
 from phongbench.formulas import error_laws
+from phongbench.formulas.formula import Formula
 from phongbench.results.schema import TABLES
 from phongbench_reports import figures, plots, ticks
 from phongbench_reports.build import csv_of
@@ -38,10 +39,71 @@ def study(run: Any) -> Rows:
 SHARED = ("lobe", "measured", "pictures", "scene_images", "spheres")
 
 
+#: figures of formulas that remove lengths or start from N, L and V
+OF_RAW = ("raw_vectors", "step_costs")
+#: recipe -> error on unit vectors, error gained per 1 % of wrong length, time / exact Phong
+RECIPES = {
+    "phong@reflect/each": (1e-6, 0.0, 3.0),
+    "phong@lengthwise/once": (1e-6, 0.0, 1.6),
+    "lyon:cross:8@lengthwise": (1e-3, 0.01, 0.5),
+    "lyon:dot:8@lengthwise": (1e-3, 0.3, 0.4),
+}
+NORMALISING = {"phong/each": 2.0, "phong/once": 1.5, "phong/squared": 1.2, "phong/fast": 1.8, "phong@lengthwise": 1.3}
+
+
+def of(spelling: str, row: pd.DataFrame, **values: Any) -> pd.DataFrame:
+    """The one row, with the columns of this formula."""
+    f = Formula.parse(spelling)
+    key = {n: getattr(f, n) for n in ("approximation", "lambda_form", "space", "gamma", "recipe", "normalise")}
+    return row.assign(**key, **values).astype({"gamma": "Int64"})
+
+
+def with_recipes(run: Any) -> Any:
+    """The run with recipes from N, L and V at three sizes of both signs and any length, and their times."""
+    one = at(run.accuracy, approximation="phong", stratum="highlight", precision="float32", alpha=50.0).head(1)
+    errors = [
+        of(
+            name, one, stratum="configurations", perturbation=way, length_error=e, nonfinite=0, beta_policy="none"
+        ).assign(max_abs=least + gain * 100 * (abs(e) + (e < 0) * abs(e)))
+        for name, (least, gain, _) in RECIPES.items()
+        for way, e in (("none", 0.0), *(("both", s * e) for e in (0.001, 0.01, 0.05) for s in (1, -1)), ("any", 0.0))
+    ]
+    told = at(run.timing, approximation="schlick", precision="float32", working_set="l1").head(1)
+    ratios = {name: ratio for name, (_, _, ratio) in RECIPES.items()} | NORMALISING
+    times = [of(name, told, ratio=r, ratio_low=0.99 * r, ratio_high=1.01 * r, ns_min=r) for name, r in ratios.items()]
+    tables = {"accuracy": [run.accuracy, *errors], "timing": [run.timing, *times]}
+    return replace(run, **{name: pd.concat(parts, ignore_index=True) for name, parts in tables.items()})
+
+
+def test_recipes_are_judged_by_the_worse_sign_and_named_by_size(plates: dict[str, Plate]) -> None:
+    data = plates["raw_vectors"].data
+    assert data["lengths"].nunique() == 5
+    worst = data[(data["label"] == "lyon:cross:8@lengthwise")].set_index("lengths")["error"]
+    assert worst.tolist() == pytest.approx([1e-3, 1e-3 + 0.002, 1e-3 + 0.02, 1e-3 + 0.1, 1e-3])
+    told = plates["raw_vectors"].takeaway.replace("\u00a0", " ")
+    assert "lengths 0.1 % wrong: lyon:cross:8@lengthwise (0.500" in told
+    assert "lengths 1 % wrong: phong@lengthwise/once (1.60" in told
+
+
+def test_steps_are_differences_of_ratios(plates: dict[str, Plate]) -> None:
+    data = plates["step_costs"].data.set_index("step")
+    assert data.loc["one root", "share"] == pytest.approx(0.5)
+    assert data.loc["one root", "share_low"] <= 0.5 * 0.99
+    assert data.index[0] == "a.b alone"
+    assert "normalise R and V: 100" in plates["step_costs"].takeaway
+
+
+@pytest.mark.parametrize("name", OF_RAW)
+def test_a_run_without_raw_formulas_says_so(name: str, study: Rows) -> None:
+    with ink():
+        assert isinstance(next(f for f in FIGURES if f.name == name).make(study), Absent)
+
+
 @pytest.fixture(scope="module")
 def plates(study: Rows) -> dict[str, Plate]:
     with ink():
-        drawn = {figure.name: figure.make(study) for figure in FIGURES}
+        raw = Rows(with_recipes(study.run))
+        drawn = {figure.name: figure.make(raw if figure.name in OF_RAW else study) for figure in FIGURES}
     return {name: plate for name, plate in drawn.items() if isinstance(plate, Plate)}
 
 
