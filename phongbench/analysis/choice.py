@@ -70,7 +70,7 @@ def choose(cells: pd.DataFrame, max_error: float, judge: Judge = as_given) -> Ch
     """
     ties = [TIE] if TIE in cells else []
     rows = records(cells.sort_values(["ratio", *ties, "error", *CELL], kind="stable"))
-    fits: dict[tuple[Any, ...], Row] = {}
+    fits: dict[tuple[Any, ...], tuple[Row, Promise]] = {}
     misses: list[tuple[float, int]] = []
     for position, row in enumerate(rows):
         kernel = tuple(row[name] for name in KERNEL)
@@ -78,16 +78,20 @@ def choose(cells: pd.DataFrame, max_error: float, judge: Judge = as_given) -> Ch
             continue
         known = judge(row, False)
         if known.kept and known.bound <= max_error:
-            fits[kernel] = row
+            fits[kernel] = row, known
         elif not fits:
             misses.append((known.bound, position))
         if len(fits) == 2:
             break
-    best, second = [*fits.values(), None, None][:2]
+    best, second = [*(_sharpened(row, known, judge) for row, known in fits.values()), None, None][:2]
     resolved = best is not None and second is not None and bool(best["ratio_high"] < second["ratio_low"])
     faster = [miss for miss in misses if best is None or rows[miss[1]]["ratio"] < best["ratio"]]
-    shown = [None if row is None else _with(row, judge(row, True)) for row in (best, second)]
-    return Choice(shown[0], shown[1], resolved, _nearest(rows, faster, judge))
+    return Choice(best, second, resolved, _nearest(rows, faster, judge))
+
+
+def _sharpened(row: Row, known: Promise, judge: Judge) -> Row:
+    """The row with the smaller of two bounds: that of which it is known to be within, and the sharp one."""
+    return _with(row, min(judge(row, True), known, key=lambda kept: kept.bound))
 
 
 def _nearest(rows: list[Row], misses: list[tuple[float, int]], judge: Judge) -> Row | None:

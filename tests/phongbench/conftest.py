@@ -92,6 +92,7 @@ def timing_of(accuracy: pd.DataFrame, ratio: Callable[[Any], float]) -> pd.DataF
             bandwidth_fraction=0.5,
             rounds=24,
             contaminated=0,
+            **RAW,
         )
     )
     rows["ratio"] = [ratio(row) for row in rows.itertuples()]

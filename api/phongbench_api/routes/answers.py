@@ -1,6 +1,7 @@
 """What to ship: recommendations, fronts and claims; answers are cached until a file of the run changes."""
 
 from collections.abc import Callable
+from dataclasses import fields
 from typing import Annotated, Any
 
 from fastapi import APIRouter, Query, Request
@@ -40,7 +41,7 @@ async def recommend(request: Request, parameters: Annotated[RecommendParameters,
         run = here.store.newest_timed() if parameters.run is None else here.store.intact(parameters.run)
         return _cached(here, run, parameters, lambda: cheapest(run, **budget, search=False))
 
-    asked = {name: value for name, value in budget.items() if name not in ("raw", "mesh_angle")}
+    asked = {field.name: budget[field.name] for field in fields(Budget)}
     cost = SECONDS + promises.seconds(Budget.of(**asked))
     return await here.admission.run(request, cost, work, media.json, media.Spans())
 

@@ -139,6 +139,24 @@ def test_a_manifest_of_wrong_values_never_fails_the_service(
     assert client.get("/v1/runs").status_code == 200
 
 
+@pytest.mark.parametrize("stored", [(), ("accuracy.parquet", "worst.parquet")])
+def test_an_interrupted_run_gives_what_it_has_and_promises_nothing(
+    copied: Callable[[], Path], client_of: Callable[..., TestClient], stored: tuple[str, ...]
+) -> None:
+    root = copied()
+    manifest = dict(results.load(root / RUN).manifest)
+    files = {name: facts for name, facts in manifest["files"].items() if name in stored}
+    results.write_manifest(root / RUN, manifest | {"state": "partial", "files": files})
+    client = client_of(runs=root)
+    assert client.get(f"/v1/runs/{RUN}").json()["state"] == "partial"
+    assert client.get(f"/v1/runs/{RUN}/accuracy?limit=1").status_code == (200 if stored else 404)
+    assert client.get(f"/v1/runs/{RUN}/timing").status_code == 404
+    for question in (f"runs/{RUN}/front?alpha=50", f"runs/{RUN}/claims", f"recommend?alpha=50&max_error=1&run={RUN}"):
+        answer = client.get(f"/v1/{question}")
+        assert answer.status_code == 422
+        assert "the run" in answer.json()["detail"]
+
+
 def test_without_runs_there_is_an_empty_list_and_the_laws_answer(
     tmp_path: Path, client_of: Callable[..., TestClient]
 ) -> None:

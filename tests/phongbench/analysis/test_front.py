@@ -11,6 +11,7 @@ from phongbench.analysis.choice import choose
 from phongbench.analysis.front import COLUMNS, front, states
 from phongbench.analysis.kernel_times import multiplications
 from phongbench.errors import InputError
+from phongbench.results.schema import RAW
 
 ACCURACY = {
     "lambda_form": "dot",
@@ -23,8 +24,9 @@ ACCURACY = {
     "perturbation": "none",
     "length_error": 0.0,
     "truth": "angle",
+    **RAW,
 }
-TIMING = {"lambda_form": "dot", "space": "reflect", "beta_policy": "none", "precision": "float32", "threads": 1}
+TIMING = {"lambda_form": "dot", "space": "reflect", "beta_policy": "none", "precision": "float32", "threads": 1} | RAW
 
 
 def accuracy_rows(*rows: dict[str, Any]) -> pd.DataFrame:

@@ -190,3 +190,10 @@ def test_what_cannot_be_proven_is_searched_and_widened_or_not_promised() -> None
     assert model <= searched.bound <= 1.02 * model
     assert not promise(formula, budget, registry, search=False).kept
     assert not promise(Formula("elsewhere", "dot"), budget, registry).kept
+
+
+def test_a_choice_is_told_with_the_bound_that_it_was_chosen_by(stored_runs: list[Run]) -> None:
+    """A sharp bound may give up where many intervals are alike; the one that decided is then the smaller."""
+    answer = recommend(stored_runs[1], alpha=392.0, max_error=7.8469e-05)
+    assert answer["choices"]
+    assert all(choice["bound"] <= 7.8469e-05 for choice in answer["choices"])
