@@ -118,11 +118,11 @@ def _sees(plan: Plan, cell: Cell, stratum: Stratum) -> bool:
     formula = cell.formula
     if stratum.name not in plan.strata or (formula.recipe != PAIR) != (stratum.name == "configurations"):
         return False
+    if stratum.perturbation == ANY.name and formula.normalise == "none":
+        return False  # any length is any value
     if formula.recipe != PAIR:
         return True
     if formula.normalise != "none" and stratum.name not in ("highlight", "lengths", "hostile"):
-        return False
-    if stratum.perturbation == ANY.name and formula.normalise == "none":
         return False
     if not (cell.gated or stratum.reaches_back):
         return False
