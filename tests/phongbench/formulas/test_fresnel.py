@@ -185,7 +185,9 @@ def test_no_surface_reflects_less_than_nothing_or_more_than_all(kind: str, preci
 
 
 @pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize(("precision", "room"), [(FLOAT64, 1e-13), (FLOAT32, 3e-6), (FLOAT16, 0.05)], ids=str)
+@pytest.mark.parametrize(
+    ("precision", "room"), [(FLOAT64, 1e-13), (FLOAT32, 3e-6), (FLOAT16, 0.05)], ids=["float64", "float32", "float16"]
+)
 def test_compiled_bodies_are_the_plain_ones_at_many_digits(kind: str, precision: Any, room: float) -> None:
     for fresnel in (any_of(kind, 5), in_terms_of(COPPER if kind != "dielectric" else GLASS, kind)):
         cosines = COSINES.astype(precision.carrier)
