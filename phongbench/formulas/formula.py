@@ -218,6 +218,11 @@ def takes(spec: Approximation, form: str, normalise: str) -> bool:
     return form in dict(way.forms) if way.forms else form != "tan2"
 
 
+def normalises(spec: Approximation) -> dict[str, list[str]]:
+    """Lambda form -> the ways of removing lengths that the formula takes in it."""
+    return {form: [way for way in NORMALISE if takes(spec, form, way)] for form in spec.lambda_forms}
+
+
 def _made_space(spec: Approximation, recipe: str, space: str | None, where: str) -> str:
     """The space of the pair that a recipe makes, which must be the formula's."""
     made = RECIPES[recipe].space

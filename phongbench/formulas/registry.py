@@ -107,6 +107,8 @@ def blame(problem: Exception, path: Path, name: str | None = None) -> NoReturn:
 
 def describe(spec: Approximation) -> dict[str, Any]:
     """An approximation as plain data, for the command line and the service."""
+    from phongbench.formulas.formula import normalises  # late: formulas are read with the registry
+
     return {
         "name": spec.name,
         "title": spec.title,
@@ -125,6 +127,7 @@ def describe(spec: Approximation) -> dict[str, Any]:
         "source": spec.source.citation,
         "also": [source.citation for source in spec.also],
         "takes_alpha_0": takes_zero(spec),
+        "normalise": normalises(spec),
     }
 
 

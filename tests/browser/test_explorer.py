@@ -1,5 +1,6 @@
 """What the explorer shows follows what its controls say."""
 
+import re
 from collections.abc import Callable
 from typing import Any
 
@@ -46,7 +47,7 @@ def test_the_exact_sphere_is_left_alone_by_the_approximations_exponent(visit: Vi
 
 def test_an_approximation_has_the_controls_it_takes_and_no_others(visit: Visits, empty_server: str) -> None:
     page = (seen := visit(empty_server + "/")).page
-    always = {"alpha", "length", "precision"}
+    always = {"alpha", "length", "normalise", "precision"}
     assert visible(page) == always | {"gamma", "lambda", "beta", "space"}
     page.select_option("#approximation", "gaussian")
     seen.idle()
@@ -74,6 +75,27 @@ def test_small_errors_are_not_called_visible(visit: Visits, empty_server: str) -
     assert page.locator("#verdict b").inner_text() == "no"
 
 
+def codes(page: Any) -> float:
+    """The largest error that the page tells, in 8-bit codes."""
+    return float(re.findall(r"([0-9.]+) codes", page.locator("#verdict").inner_text())[0])
+
+
+def test_lengths_that_are_removed_change_nothing(visit: Visits, empty_server: str) -> None:
+    page = (seen := visit(empty_server + "/#lambda=dot&range=all&perturbation=both")).page
+    page.locator('#normalise input[value="none"]').focus()
+    page.keyboard.press("ArrowRight")
+    seen.idle()
+    told = codes(page)
+    assert "normalise=each" in page.evaluate("() => location.hash")
+    seen.slide("#length", 60)
+    seen.idle()
+    assert "length_error=0.1" in page.evaluate("() => location.hash")
+    assert codes(page) == pytest.approx(told, abs=0.05), "but for rounding"
+    page.locator('#normalise input[value="none"]').check(force=True)
+    seen.idle()
+    assert codes(page) > told + 1
+
+
 def test_the_address_holds_all_that_is_shown(visit: Visits, empty_server: str) -> None:
     page = (seen := visit(empty_server + "/")).page
     page.select_option("#approximation", "gaussian")
@@ -84,6 +106,7 @@ def test_the_address_holds_all_that_is_shown(visit: Visits, empty_server: str) -
     page.locator("#alpha").fill("33.5")
     seen.slide("#length", -30)
     page.locator('#perturbation input[value="opposite"]').check(force=True)
+    page.locator('#normalise input[value="once"]').check(force=True)
     page.locator('#scale input[value="log"]').check(force=True)
     page.locator('#range input[value="all"]').check(force=True)
     seen.slide("#amplify", 17)

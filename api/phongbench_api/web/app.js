@@ -56,14 +56,14 @@ function set(patch) {
 function adopt(cell) {
   set({
     approximation: cell.approximation, lambda: cell.lambda_form ?? cell.lambda, space: cell.space ?? 'reflect',
-    ...(cell.gamma ? { gamma: cell.gamma } : {}), beta: cell.beta_policy ?? DEFAULTS.beta,
+    ...(cell.gamma ? { gamma: cell.gamma } : {}), beta: cell.beta_policy ?? DEFAULTS.beta, normalise: cell.normalise ?? DEFAULTS.normalise,
   });
 }
 
 /** The question about the curve. */
 function question() {
   const wrong = state.length_error ? { length_error: state.length_error, perturbation: state.perturbation } : {};
-  return { ...query(asked()), precision: state.precision, ...wrong };
+  return { ...query(asked(), specOf(state.approximation)), precision: state.precision, ...wrong };
 }
 
 const askCurve = newest(async (signal) => {

@@ -2,7 +2,7 @@
 
 import { $, choices, make } from './dom.js';
 import { degrees, number, percent } from './format.js';
-import { BUDGETS, DEFAULTS, PERTURBATIONS, formula, parameter } from './state.js';
+import { BUDGETS, DEFAULTS, PERTURBATIONS, formula, parameter, waysOf } from './state.js';
 
 const KINDS = { exact: 'Exact', approximation: 'Approximations of Phong', alternative: 'Other shapes' };
 const FORMS = {
@@ -14,6 +14,10 @@ const POLICIES = {
 };
 const SPACES = { reflect: ['R, V', 'reflection and viewer'], half: ['N, H', 'normal and half vector'] };
 const WRONG = { a: ['one vector', 'only the first of the pair'], both: ['both', 'both alike'], opposite: ['opposite', 'one too long, the other too short'] };
+const REMOVED = {
+  none: ['as they are', 'lengths are left in'], each: ['each', 'both divided by their lengths, two roots'],
+  once: ['once', 'the pair together, one root at most'], squared: ['squared', 'the square of the cosine, no root'],
+};
 const STEPS_A_DECADE = 100;
 /** The length slider's ends and first step, as powers of ten; its middle is no error. */
 const LENGTH = { first: -4, last: -1, steps: 60 };
@@ -97,6 +101,7 @@ export function show(state, spec, offered, set) {
   field('lambda', spec.lambda_forms, FORMS, asked.lambda);
   field('beta', spec.beta_policies, Object.fromEntries(Object.entries(POLICIES).map(([k, v]) => [k, [k, v]])), asked.beta);
   field('space', spec.spaces, SPACES, asked.space);
+  field('normalise', waysOf(spec, asked.lambda), REMOVED, asked.normalise);
   field('precision', offered.precisions, {}, state.precision);
   choices($('perturbation'), 'perturbation', PERTURBATIONS.map((p) => [p, ...WRONG[p]]), state.perturbation, (p) => set({ perturbation: p }));
   range($('length'), positionOf(state.length_error), percent(state.length_error));

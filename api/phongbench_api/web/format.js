@@ -53,5 +53,6 @@ export function spelling(formula, spec) {
   if (spec.lambda_forms.length > 1) parts.push(formula.lambda);
   if (formula.gamma !== null) parts.push(formula.gamma);
   if (formula.beta !== spec.beta_policies[0]) parts.push(formula.beta);
-  return parts.join(':') + (formula.space === spec.spaces[0] ? '' : formula.space === 'half' ? '@half' : '@pair');
+  const space = formula.space === spec.spaces[0] ? '' : formula.space === 'half' ? '@half' : '@pair';
+  return parts.join(':') + space + ((formula.normalise ?? 'none') === 'none' ? '' : `/${formula.normalise}`);
 }

@@ -1,5 +1,7 @@
 // What is shown: one plain object, written to and read from the address's hash.
 
+import { spelling } from './format.js';
+
 /**
  * @typedef {object} State
  * @property {string} approximation
@@ -10,6 +12,7 @@
  * @property {number} alpha
  * @property {number} length_error  relative and signed
  * @property {string} perturbation  whose length is wrong
+ * @property {string} normalise     how wrong lengths are removed; a wish, as lambda is
  * @property {string} precision
  * @property {string} material      name of a material, or ''
  * @property {string} scale         of the error plot: linear or log
@@ -24,11 +27,13 @@
 /** @type {Readonly<State>} */
 export const DEFAULTS = Object.freeze({
   approximation: 'lyon', lambda: 'cross', beta: 'taylor', space: 'reflect', gamma: 8, alpha: 50,
-  length_error: 0, perturbation: 'a', precision: 'float32', material: '', scale: 'linear', range: 'lobe', amplify: 20,
+  length_error: 0, perturbation: 'a', normalise: 'none', precision: 'float32', material: '', scale: 'linear', range: 'lobe', amplify: 20,
   closeup: false, light: [-0.3, 0.32], budget: '1/255', theme: '',
 });
 
 export const PERTURBATIONS = ['a', 'both', 'opposite'];
+/** Ways of removing lengths that are offered: those of every precision. */
+export const NORMALISE = ['none', 'each', 'once', 'squared'];
 export const BUDGETS = ['0.05', '4/255', '2/255', '1/255', '1/1023', '1/4095'];
 /** Lengths are at most this wrong; the service's own bound. */
 export const LONGEST = 0.5;
@@ -49,6 +54,7 @@ const READ = {
   alpha: inside(1e-3, 1e5),
   length_error: inside(-LONGEST, LONGEST),
   perturbation: oneOf(...PERTURBATIONS),
+  normalise: oneOf(...NORMALISE),
   scale: oneOf('linear', 'log'),
   range: oneOf('lobe', 'all'),
   amplify: inside(1, 1000),
@@ -83,16 +89,20 @@ export function toHash(state) {
 /** The parameter of an approximation that has this name. @param {any} spec @param {string} wanted */
 export const parameter = (spec, wanted) => spec.parameters.find((p) => p.name === wanted);
 
+/** The ways of removing lengths that an approximation takes in a lambda form. @param {any} spec @param {string} lambda */
+export const waysOf = (spec, lambda) => NORMALISE.filter((way) => spec.normalise[lambda].includes(way));
+
 /**
  * What is asked of the service: the state's wishes as far as the approximation takes them.
  * @param {State} state @param {any} spec
  */
 export function formula(state, spec) {
   const fitting = (wish, offered) => (offered.includes(wish) ? wish : offered[0]);
-  const gamma = parameter(spec, 'gamma');
+  const gamma = parameter(spec, 'gamma'), lambda = fitting(state.lambda, spec.lambda_forms);
   return {
     approximation: spec.name,
-    lambda: fitting(state.lambda, spec.lambda_forms),
+    lambda,
+    normalise: fitting(state.normalise, waysOf(spec, lambda)),
     gamma: gamma ? Math.min(Math.max(state.gamma, gamma.low), gamma.high) : null,
     alpha: state.alpha,
     beta: fitting(state.beta, spec.beta_policies),
@@ -100,8 +110,12 @@ export function formula(state, spec) {
   };
 }
 
-/** The formula as a query: without what goes without saying. @param {ReturnType<typeof formula>} asked */
-export function query(asked) {
+/**
+ * The formula as a query: its spelling where it removes lengths, else its parts without what goes without saying.
+ * @param {ReturnType<typeof formula>} asked @param {any} spec
+ */
+export function query(asked, spec) {
+  if (asked.normalise !== 'none') return { formula: spelling(asked, spec), alpha: asked.alpha };
   const told = { approximation: asked.approximation };
   if (asked.lambda !== 'none') told.lambda = asked.lambda;
   if (asked.gamma !== null) told.gamma = asked.gamma;
