@@ -35,7 +35,7 @@ def cells(run: Run, budget: Budget, notes: list[str]) -> pd.DataFrame:
     notes   receives what to bear in mind
     Raises InputError for what the run did not measure, naming the command that does.
     """
-    timing = kernel_times.timed(run)
+    timing = kernel_times.timed(runs.intact(run))
     worst = errors(run, budget, notes)
     times = kernel_times.times_of(timing, working_set=budget.working_set, precision=budget.precision)
     timed = front.joined(worst, kernel_times.times_at(times, budget.alpha.values))

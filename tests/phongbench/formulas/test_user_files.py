@@ -161,7 +161,8 @@ def refusal(path: Path) -> tuple[str, str]:
 
 
 def test_a_missing_file_is_named(tmp_path: Path) -> None:
-    assert refusal(tmp_path / "none.py") == ("no such file", str(tmp_path / "none.py"))
+    path = tmp_path / "none.py"
+    assert refusal(path) == ("cannot read the file of the formula: No such file or directory", str(path))
 
 
 def test_a_file_that_is_not_python_by_name_is_refused(tmp_path: Path) -> None:

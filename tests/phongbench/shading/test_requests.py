@@ -286,7 +286,7 @@ def test_what_the_users_formula_raises_is_told_with_its_line(tmp_path: Path) -> 
     [
         (["-"], "{", "not JSON"),
         (["-"], json.dumps(changed(("lights", 1, "attenuation"), [0, 0, 0])), "lights[1].attenuation"),
-        (["nowhere.json"], "", "no such file"),
+        (["nowhere.json"], "", "No such file or directory"),
         (["-", "--out", "x.png"], json.dumps(REQUEST), "neither .json nor .npy"),
     ],
 )
@@ -299,10 +299,11 @@ def test_wrong_input_is_two_lines_and_exit_code_2(arguments: list[str], text: st
 
 
 @compiled
-def test_where_it_cannot_be_written_it_is_a_matter_of_the_disk(tmp_path: Path) -> None:
-    found = CliRunner().invoke(main, ["shade", "-", "--out", str(tmp_path / "no" / "x.npy")], input=json.dumps(REQUEST))
-    assert found.exit_code == 5
-    assert CliRunner().invoke(main, ["shade", str(tmp_path)]).exit_code == 5
+def test_missing_folders_are_made_and_a_folder_is_no_request(tmp_path: Path) -> None:
+    out = tmp_path / "no" / "x.npy"
+    assert CliRunner().invoke(main, ["shade", "-", "--out", str(out)], input=json.dumps(REQUEST)).exit_code == 0
+    assert out.is_file()
+    assert CliRunner().invoke(main, ["shade", str(tmp_path)]).exit_code == 2
 
 
 def test_the_help_of_shade_imports_nothing_heavy() -> None:

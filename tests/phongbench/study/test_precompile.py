@@ -17,6 +17,7 @@ PLAN = replace(
     approximations=("phong",),
     alphas=(10.0,),
     strata=("highlight",),
+    probes=(),
     spaces=("reflect",),
     precisions=("float32",),
     samples=1000,

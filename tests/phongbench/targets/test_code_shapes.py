@@ -20,7 +20,10 @@ def shape(spelling: str, alpha: float, language: str = "glsl") -> str:
     return code(Formula.parse(spelling), alpha, language).shape
 
 
-@given(st.floats(17, 1e5), st.sampled_from(["taylor", "minimax", "energy"]))
+@given(
+    st.floats(17.5, 1e5),  # below, a slope of exactly 2 needs no constant
+    st.sampled_from(["taylor", "minimax", "energy"]),
+)
 def test_exponent_and_slope_change_no_shape(alpha: float, slope: str) -> None:
     assert shape(f"lyon:dot:8:{slope}", alpha) == shape("lyon:dot:8", 50.0)
 

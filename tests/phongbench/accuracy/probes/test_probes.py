@@ -7,7 +7,7 @@ import pytest
 
 from phongbench.accuracy import probes
 from phongbench.accuracy.probes import Probe
-from phongbench.errors import UnknownNameError
+from phongbench.errors import InterruptedStudyError, UnknownNameError
 from phongbench.inputs import plan as plans
 from phongbench.results import runs, schema
 from phongbench.study import run as study
@@ -53,7 +53,7 @@ def test_a_finished_probe_is_not_asked_again_when_a_run_is_resumed(asked, tmp_pa
     plan, calls = asked
     genuine = runs.write_table
     monkeypatch.setattr(runs, "write_table", lambda *_: (_ for _ in ()).throw(KeyboardInterrupt))
-    with pytest.raises(study.InterruptedStudyError):
+    with pytest.raises(InterruptedStudyError):
         study.run_study(plan, tmp_path / "run")
     monkeypatch.setattr(runs, "write_table", genuine)
     outcome = study.run_study(plan, tmp_path / "run", resume=True)

@@ -11,6 +11,7 @@ from phongbench.accuracy.probes import consistency, search
 from phongbench.accuracy.probes.probe import ProbeContext
 from phongbench.compiler.lowering import precision_named
 from phongbench.inputs.plan import preset
+from phongbench.results.runs import as_given
 from phongbench.results.schema import ACCURACY, WORST
 
 CELL = ["approximation", "lambda_form", "space", "beta_policy", "alpha", "gamma", "precision"]
@@ -44,7 +45,7 @@ def test_every_gated_cell_has_a_row_and_its_worst_input(context, found):
     accuracy, worst = found["accuracy"], found["worst"]
     assert list(accuracy.columns) == ACCURACY.names
     assert list(worst.columns) == WORST.names
-    assert len(accuracy) == len(worst) == sum(cell.gated for cell in context.sweep.cells)
+    assert len(accuracy) == len(worst) == sum(cell.gated and not cell.formula.raw for cell in context.sweep.cells)
     assert set(accuracy["coverage"]) == {"searched"}
     assert not accuracy.duplicated(ACCURACY.key).any()
     assert (accuracy["samples"] > search.LEVELS * search.BOXES * search.POINTS).all()
@@ -53,7 +54,7 @@ def test_every_gated_cell_has_a_row_and_its_worst_input(context, found):
 def test_it_finds_no_less_than_the_samples(context, found):
     whole = pd.concat([context.accuracy, found["accuracy"]], ignore_index=True)
     assert consistency.violations(whole) == []
-    sampled = context.accuracy[context.accuracy["gated"].astype(bool)]
+    sampled = as_given(context.accuracy[context.accuracy["gated"].astype(bool)])
     sampled = sampled.groupby(CELL, dropna=False)["max_abs"].max().reset_index()
     both = found["accuracy"].merge(sampled, on=CELL, suffixes=("", "_sampled"))
     assert len(both) == len(found["accuracy"])

@@ -48,7 +48,8 @@ def test_every_exact_value_is_within_its_stated_error(context, monkeypatch, with
     assert facts["worst_values"] >= 0.8 * len(asked.worst)
     for name in ("random", "worst"):
         assert 0 < facts[f"{name}_share"] < 1
-        assert 0 < facts[f"{name}_disagreement"] < 1e-9
+        # at alpha 0.3 the power has no slope at 90 degrees: (16 u)^0.3
+        assert 0 < facts[f"{name}_disagreement"] < 4e-5
 
 
 @pytest.mark.parametrize("stratum", ["highlight", "cosines", "lengths"])
