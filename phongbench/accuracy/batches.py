@@ -99,7 +99,7 @@ def batches(plan: Plan, cells: Sequence[Cell], registry: Mapping[str, Approximat
 
 _WAYS = tuple(NORMALISE)
 #: the share of a plan's samples that raw formulas get: where lengths are removed, little is left that varies
-RAW_SHARE = 1 / 16
+RAW_SHARE = 1 / 32
 
 
 def _samples(plan: Plan, stratum: Stratum, raw: bool) -> int:

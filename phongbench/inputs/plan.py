@@ -18,7 +18,7 @@ from phongbench.formulas.spec import ALPHA, GAMMA, SPACES, Approximation, Settin
 from phongbench.inputs import raw_formulas
 from phongbench.inputs.meshes import TESSELLATIONS
 from phongbench.inputs.obj_files import load
-from phongbench.inputs.raw_formulas import RAW
+from phongbench.inputs.raw_formulas import QUICK_RAW, RAW
 from phongbench.inputs.strata import STRATUM_NAMES, USUAL_STRATA
 
 #: questions beyond the sweep; phongbench.accuracy.probes answers them
@@ -114,7 +114,7 @@ class Plan:
     strata: tuple[str, ...] = USUAL_STRATA
     samples: int = 100 * 1024
     seed: int = 1
-    raw: tuple[str, ...] = RAW
+    raw: tuple[str, ...] = QUICK_RAW
     timing: bool = True
     timing_budget: float = 6.0
     processes: int = 1
@@ -246,6 +246,7 @@ PRESETS: Mapping[str, Plan] = {
         precisions=("float16", "bfloat16", "float32", "float64"),
         strata=STRATUM_NAMES,
         samples=1 << 17,
+        raw=RAW,
         timing_budget=60.0,
         processes=2,
         skipping=True,
@@ -261,6 +262,7 @@ PRESETS: Mapping[str, Plan] = {
         precisions=("float16", "bfloat16", "float32", "float64"),
         strata=STRATUM_NAMES,
         samples=1 << 20,
+        raw=RAW,
         timing_budget=600.0,
         processes=8,
         skipping=True,

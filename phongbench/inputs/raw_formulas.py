@@ -64,7 +64,37 @@ FROM_N_L_V = (
     "lyon:dot:8:minimax@halfway/once",
     "lyon:cross:8:minimax@halfway/once",
 )
+#: all of them: what standard and full measure
 RAW = (*NORMALISED, *FROM_N_L_V)
+#: what quick measures: each way and recipe, of the formulas that answer most often
+QUICK_RAW = (
+    "phong/each",
+    "phong/once",
+    "phong/squared",
+    "phong/fast",
+    "phong/estimate",
+    "gaussian:dot:minimax/once",
+    "lyon:dot:8:minimax/once",
+    "lyon:cross:8:minimax/each",
+    "lyon:cross:8:minimax/once",
+    "lyon:cross:8:minimax/fast",
+    "lyon:cross:32:minimax/once",
+    "lyon-quadratic:dot:8/once",
+    "phong@reflect",
+    "phong@reflect/each",
+    "phong@lengthwise",
+    "phong@lengthwise/once",
+    "phong@lengthwise/squared",
+    "gaussian:dot:minimax@lengthwise/once",
+    "lyon:dot:8:minimax@lengthwise",
+    "lyon:cross:8:minimax@lengthwise",
+    "lyon:dot:8:minimax@lengthwise/once",
+    "lyon:cross:8:minimax@lengthwise/once",
+    "lyon:cross:32:minimax@lengthwise/once",
+    "lyon-quadratic:dot:8@lengthwise/once",
+    "blinn:minimax@halfway/once",
+    "blinn:minimax@halfway/squared",
+)
 
 
 class Axes(Protocol):

@@ -193,18 +193,19 @@ class _Study:
         self.progress.stage("accuracy", float(self.sweep.evaluations))
         self.progress.advance(float(sum(b.evaluations for b in self.sweep.batches if b.index in done)))
         fresh: list[Measured] = []
-        written = time.monotonic()
+        written, rows = time.monotonic(), 0
         try:
             for measured in sweep.run(self.sweep, jobs=self.jobs, done=done, progress=self.progress.advance):
                 fresh.append(measured)
-                if time.monotonic() - written > CHECKPOINT_SECONDS or sum(m.rows for m in fresh) > CHECKPOINT_ROWS:
+                rows += measured.rows
+                if time.monotonic() - written > CHECKPOINT_SECONDS or rows > CHECKPOINT_ROWS:
                     self._append(parts, fresh)
-                    written = time.monotonic()
+                    written, rows = time.monotonic(), 0
         finally:
             self._append(parts, fresh)
         self.progress.stage("making the accuracy rows")
-        rows, worst = tables.accuracy(self.sweep, parts), tables.worst(self.sweep, parts)
-        return ProbeContext(self.sweep, rows, worst, self.jobs, note=self.progress.note)
+        accuracy, worst = tables.accuracy(self.sweep, parts), tables.worst(self.sweep, parts)
+        return ProbeContext(self.sweep, accuracy, worst, self.jobs, note=self.progress.note)
 
     def _append(self, parts: list[pd.DataFrame], fresh: list[Measured]) -> None:
         if fresh:
