@@ -117,9 +117,12 @@ def compile_kernels(sweep: Sweep, progress: Callable[[int, int], None] | None = 
 
 def compile_drivers(sweep: Sweep) -> None:
     """Compile, or load from the cache, what surrounds the kernels: a block without cells touches all of it."""
-    for carrier in {b.precision.carrier: b for b in sweep.batches if b.stratum.name != "hostile"}.values():
+    plain = [b for b in sweep.batches if b.stratum.name != "hostile" and not b.raw]
+    for carrier in {b.precision.carrier: b for b in plain}.values():
         for space in ("reflect", "half"):
             _block(sweep, replace(carrier, cells=(), samples=1, space=space), 0)
+    for batch in {(b.precision, b.recipe, b.normalise): b for b in sweep.batches if b.raw}.values():
+        Layout(batch, (), 1)
 
 
 def run(

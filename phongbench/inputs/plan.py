@@ -94,6 +94,7 @@ class Plan:
     seed            any whole number >= 0
     raw             spellings of formulas that remove lengths or start from N, L and V, e.g. phong/each; those that the
                     axes above leave out are not measured
+    raw_precisions  in which they are measured, of the plan's; in all of these where it has none of them
     timing          measure time too
     timing_budget   seconds the timing may take
     processes       fresh processes that share the timing; 1 for the study's own
@@ -115,6 +116,7 @@ class Plan:
     samples: int = 100 * 1024
     seed: int = 1
     raw: tuple[str, ...] = QUICK_RAW
+    raw_precisions: tuple[str, ...] = ("float32",)
     timing: bool = True
     timing_budget: float = 6.0
     processes: int = 1
@@ -181,7 +183,7 @@ class Plan:
         slopes = dict.fromkeys(s for a in registry.values() for s in a.slopes if s != "none")
         _known("beta policy", self.slopes, slopes)
         _known("space", (*self.spaces, *self.length_spaces), SPACES)
-        for name in self.precisions:
+        for name in (*self.precisions, *self.raw_precisions):
             precision_named(name)
         _known("stratum", self.strata, STRATUM_NAMES)
         _known("probe", self.probes, PROBE_NAMES)
@@ -217,7 +219,8 @@ class Plan:
                 yield Cell(formula, alpha, precision)
                 if formula.lambda_form != "none":
                     yield Cell(formula, alpha, precision, gated=False)
-        for precision, formula in product(self.precisions, raw_formulas.of(self, registry)):
+        precisions = [name for name in self.precisions if name in self.raw_precisions] or self.precisions
+        for precision, formula in product(precisions, raw_formulas.of(self, registry)):
             if formula.normalises_in(precision):
                 spec = formula.spec(registry)
                 yield from (Cell(formula, a, precision) for a in self.alphas if spec.accepts(formula.setting(a)))
@@ -247,6 +250,7 @@ PRESETS: Mapping[str, Plan] = {
         strata=STRATUM_NAMES,
         samples=1 << 17,
         raw=RAW,
+        raw_precisions=("float16", "bfloat16", "float32", "float64"),
         timing_budget=60.0,
         processes=2,
         skipping=True,
@@ -263,6 +267,7 @@ PRESETS: Mapping[str, Plan] = {
         strata=STRATUM_NAMES,
         samples=1 << 20,
         raw=RAW,
+        raw_precisions=("float16", "bfloat16", "float32", "float64"),
         timing_budget=600.0,
         processes=8,
         skipping=True,

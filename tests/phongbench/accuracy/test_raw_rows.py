@@ -32,6 +32,7 @@ PLAN = replace(
     strata=("highlight", "lengths", "hostile", "configurations"),
     samples=64_000,
     raw=FORMULAS,
+    raw_precisions=("float16", "float32"),
 ).validated()
 
 
