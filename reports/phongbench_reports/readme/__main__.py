@@ -8,7 +8,8 @@ import click
 
 from phongbench.errors import PhongbenchError
 from phongbench.results import runs
-from phongbench_reports.readme.fill import fill
+from phongbench_reports.readme.fill import fill, write
+from phongbench_reports.readme.fill import of_run as parts_of_run
 from phongbench_reports.readme.measurements import Wall, load_programs, measure, study_as_command
 from phongbench_reports.readme.parts import NAMES, README, problems
 
@@ -37,12 +38,15 @@ def _fill(root: Path, run_name: str | None) -> None:
 
 @click.command()
 @click.option("--run", "run_name", metavar="RUN", help="Use this finished run; wall times of the study are left out.")
+@click.option("--of-run", is_flag=True, help="Only the parts that the run of --run gives; the others stay as they are.")
 @click.option("--check", is_flag=True, help="Only check that every generated part is there and filled; exit 1 if not.")
 @click.option("--root", type=click.Path(path_type=Path), default=CHECKOUT, help="The checkout.  [default: this one]")
-def main(run_name: str | None, check: bool, root: Path) -> None:
+def main(run_name: str | None, of_run: bool, check: bool, root: Path) -> None:
     """Fill the generated parts of README.md by measuring on this machine; let nothing else run meanwhile."""
     try:
-        if not check:
+        if of_run:
+            write(root, *parts_of_run(runs.find(run_name or "latest", runs.DEFAULT_ROOT)))
+        elif not check:
             _fill(root, run_name)
         lacking = problems(root)
     except PhongbenchError as problem:

@@ -1,5 +1,6 @@
 """Fills README.md: every part is made first and all is written last, so a failure leaves README and pictures alone."""
 
+from collections.abc import Mapping
 from pathlib import Path
 
 from phongbench.analysis.rows import Rows
@@ -13,6 +14,19 @@ from phongbench_reports.readme.measurements import Measurements
 
 def fill(root: Path, run: Run, measured: Measurements) -> None:
     """Write the generated parts and the pictures from a finished run and what was measured beside it."""
+    bodies, files = of_run(run)
+    bodies |= {
+        "peers": bench_parts.peers(measured.compared),
+        "alarms": bench_parts.alarms(measured.alarms),
+        "throughput": bench_parts.throughput(measured.compared["sweep"], measured.walls),
+        "scenes": bench_parts.scenes(measured.scenes),
+        "service": measured.service,
+    }
+    write(root, bodies, files)
+
+
+def of_run(run: Run) -> tuple[dict[str, str], dict[str, bytes]]:
+    """The parts that a finished run gives, by name, and the pictures that they show."""
     study = Rows(run)
     front, files = run_parts.front(study)
     bodies = {
@@ -22,18 +36,19 @@ def fill(root: Path, run: Run, measured: Measurements) -> None:
         "claims": run_parts.claims(run),
         "speed": run_parts.speed(study),
         "raw": raw_part.raw_vectors(study),
-        "peers": bench_parts.peers(measured.compared),
-        "alarms": bench_parts.alarms(measured.alarms),
-        "throughput": bench_parts.throughput(measured.compared["sweep"], measured.walls),
-        "scenes": bench_parts.scenes(measured.scenes),
-        "service": measured.service,
         "machine": run_parts.machine(run),
     }
+    return bodies, files
+
+
+def write(root: Path, bodies: Mapping[str, str], files: Mapping[str, bytes]) -> None:
+    """Write these parts and pictures; parts that are not given stay as they are."""
     most = parts.LARGEST_PICTURE
     large = [f"{name}: {len(content)} bytes" for name, content in files.items() if len(content) > most]
     if large:
         raise InputError(f"a picture is too large: {', '.join(large)}", str(PICTURES), f"at most {most}")
-    text = parts.filled(parts.read(root), bodies)
+    text = parts.read(root)
+    text = parts.filled(text, {**parts.parts_of(text), **bodies})
     for name, content in files.items():
         write_bytes(root / PICTURES / name, content)
     write_bytes(root / parts.README, text.encode("utf-8"))
