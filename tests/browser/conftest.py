@@ -24,6 +24,8 @@ RUN = "20260101-000000-0123abcd"
 NAMES = ("chromium", "chromium-browser", "google-chrome")
 #: the page is told by this attribute when nothing is under way
 IDLE = '#main[aria-busy="false"]'
+#: what the browser itself notes where the service is busy: the page asks again, so on a slow machine it is no error
+BUSY = "status of 503"
 #: collected before any script of the page runs
 WATCH = """
 window.reports = [];
@@ -239,7 +241,7 @@ def visit(browser: Any) -> Iterator[Callable[..., Visit]]:
         for one in visits:
             assert one.reports() == []
             assert one.foreign == []
-            assert one.errors == []
+            assert [error for error in one.errors if BUSY not in error] == []
     finally:
         for context in contexts:
             context.close()

@@ -36,6 +36,26 @@ def test_a_slider_changes_the_pictures_and_the_address(
     assert seen.page.locator("#verdict").inner_text() != sentence
 
 
+def test_a_busy_service_is_asked_again_when_it_says(visit: Visits, empty_server: str) -> None:
+    page = (seen := visit(empty_server + "/")).page
+    refused: list[str] = []
+
+    def busy(route: Any) -> None:
+        refused.append(route.request.url)
+        if len(refused) > 2:
+            return route.fallback()
+        problem = {"title": "The service is busy", "detail": "every core is taken"}
+        return route.fulfill(status=503, headers={"retry-after": "1"}, json=problem)
+
+    page.route("**/v1/curve**", busy)
+    before = seen.picture(LOBE)
+    seen.slide("#alpha-slider", 230)
+    seen.changed(LOBE, before)
+    seen.idle()
+    assert len(refused) == 3
+    assert not page.locator("#problem").is_visible()
+
+
 def test_the_exact_sphere_is_left_alone_by_the_approximations_exponent(visit: Visits, empty_server: str) -> None:
     seen = visit(empty_server + "/")
     exact, value = seen.picture("#sphere-exact"), seen.picture("#sphere-value")

@@ -18,14 +18,33 @@ export function address(path, params = {}) {
   return text ? `${path}?${text}` : path;
 }
 
+/** How often a busy service is asked again. */
+const TRIES = 5;
+
+/** Resolves after some seconds; rejects as a fetch does once it is abandoned. @param {number} seconds @param {AbortSignal} [signal] */
+const rest = (seconds, signal) => new Promise((done, failed) => {
+  signal?.throwIfAborted();
+  setTimeout(done, 1000 * seconds);
+  signal?.addEventListener('abort', () => failed(signal.reason), { once: true });
+});
+
+/** One answer; a service that is busy and says until when (503, Retry-After) is asked again then. */
+async function asked(url, signal, tries = TRIES) {
+  const answer = await fetch(url, { signal, headers: { accept: 'application/json' } });
+  const seconds = Number(answer.headers.get('retry-after'));
+  if (answer.status !== 503 || !seconds || tries === 1) return answer;
+  await rest(seconds, signal);
+  return asked(url, signal, tries - 1);
+}
+
 /**
- * What the service answers; Problem if it refuses or does not answer.
+ * What the service answers; Problem if it refuses, does not answer or stays busy.
  * @param {string} path @param {Record<string, any>} [params] @param {AbortSignal} [signal]
  */
 export async function get(path, params, signal) {
   let answer;
   try {
-    answer = await fetch(address(path, params), { signal, headers: { accept: 'application/json' } });
+    answer = await asked(address(path, params), signal);
   } catch (reason) {
     if (reason.name === 'AbortError') throw reason;
     throw new Problem(0, 'The service does not answer', 'is phongbench serve still running?');
