@@ -2,9 +2,11 @@
 
 Domain: pairs of vectors that the precision holds, made unit as shaders do it, v * (1 / sqrt(v.v)) or v / sqrt(v.v),
 with products rounded or fused, then with lengths as wrong as the budget allows. The bound is proven by enclosures
-(accuracy/enclosures). By contract, it is proven for the code that a shader runs, on every device that keeps the
-accuracies of WGSL and Vulkan, with vectors made unit as v * inversesqrt(v.v) there. A formula whose body cannot be enclosed is searched, which takes about a second, and the result
+(accuracy/enclosures). A formula whose body cannot be enclosed is searched, which takes about a second, and the result
 widened by the rounding law. Of what is only sampled nothing is promised.
+
+By contract the bound is proven for the code that a shader runs, with a limit for over-long vectors and without, on
+every device that keeps the accuracies of WGSL and Vulkan, where vectors are made unit as v * inversesqrt(v.v).
 """
 
 import math
@@ -17,6 +19,7 @@ import numpy as np
 from phongbench.accuracy.enclosures import contract
 from phongbench.accuracy.enclosures.bounds import NotEnclosedError, largest
 from phongbench.accuracy.enclosures.coordinates import normalised
+from phongbench.accuracy.enclosures.devices import LARGEST_PRODUCT
 from phongbench.analysis.error_budget import Budget
 from phongbench.analysis.law_bounds import rounding_bound
 from phongbench.compiler.precisions import precision_named
@@ -40,8 +43,8 @@ class Promise:
     """A bound of the error, and what it rests on.
 
     bound     no error in the domain is larger; infinite where nothing is promised
-    coverage  contract: proven for every conforming device; certified: proven for what runs here; searched: the worst that a search found, with rounding, or proven at some exponents of
-              a range; sampled: nothing is promised
+    coverage  contract: proven for every conforming device; certified: proven for what runs here; searched: the worst
+              that a search found, with rounding, or proven at some exponents of a range; sampled: nothing is promised
     """
 
     bound: float
@@ -55,8 +58,6 @@ class Promise:
 
 #: ways to remove lengths that leave nothing of them but rounding
 EXACT_WAYS = ("each", "once", "squared")
-#: the largest product of squares that recipes make of lengths from 0.001 to 1000; its inverse is the smallest
-LARGEST_PRODUCT = 1e24
 #: roundings before the formula's own, in those that the rounding law allows for: R from N, L and V errs by up to 13.5
 #: eps of its length where N is normalised first, 6.5 where nothing is, and one root of squares by 4.25
 MORE_ROUNDINGS = 2

@@ -57,8 +57,8 @@ def recommend(
     raw                  True: choose among whole recipes from raw N, L and V, see `raw_vectors.recommend`
     mesh_angle           instead of length_error: degrees between the normals at the ends of an edge, which make the
                          normals between them shorter than 1 by up to 1 - cos(mesh_angle / 2)
-    contract             True: what is within must be so on every device that keeps the accuracies of WGSL and Vulkan, as
-                         the emitted code runs there; precision float32 or float16
+    contract             True: what is within is so on every device that keeps the accuracies of WGSL and Vulkan, of the
+                         emitted code; in float32 or float16
     returns              basis ("run" or "laws"), run, the budget, `choices` (best, then next; empty where nothing is
                          within it), `nearest_miss`, `notes` in words. In each choice `max_abs` is the largest error
                          that was measured, or a law's; `bound` is what is compared with the budget, None where nothing

@@ -91,7 +91,7 @@ class Problem:
         return float(self.errors(np.zeros(1), np.zeros(1))[0])
 
     def largest(self, budget: float | None = None) -> float:
-        """A bound that is sharp, or says on which side of the budget it is: not above it, or what one deficit reaches."""
+        """A sharp bound; with a budget, one that is not above it, or what a single deficit reaches beyond it."""
         enough, limit = (0.0, math.inf) if budget is None else (budget, budget)
         low, high = self._first()
         done = reached = worst = 0.0

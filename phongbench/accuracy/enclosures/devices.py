@@ -94,7 +94,7 @@ class Device(Arithmetic):
     def _least(self, low: Ends, high: Ends, units: Any) -> Ends:
         step = np.where(low > 0, np.ldexp(1.0, np.frexp(low)[1]), np.inf)
         at_step = np.where(step <= high, step * (1 - units * self.precision.eps), np.inf)
-        return np.minimum(low - units * self.ulp(np.abs(low)), at_step)
+        return np.asarray(np.minimum(low - units * self.ulp(np.abs(low)), at_step), np.float64)
 
     def _held(self, low: Ends, high: Ends) -> Span:
         """A result in these intervals is a number that the precision holds."""
@@ -167,7 +167,7 @@ class Device(Arithmetic):
     def root(self, x: Any) -> Span:
         """1 / reciprocal_root(x); 0 where x is."""
         low, high = self.ends(x)
-        least = self.precision.tiny
+        least = self.flushed
         lit = Span.of(np.maximum(low, least), np.maximum(high, least), self)
         value = 1.0 / self.reciprocal_root(lit)
         return Span.of(np.where(low > least, value.low, 0.0), np.where(high > 0, value.high, 0.0), self)
@@ -185,11 +185,13 @@ class Device(Arithmetic):
 
     def larger(self, x: Any, y: Any) -> Span:
         """The maximum."""
-        return Span.of(*map(np.maximum, self.ends(x), self.ends(y)), self._of(x, y))
+        (low, high), (least, most) = self.ends(x), self.ends(y)
+        return Span.of(np.maximum(low, least), np.maximum(high, most), self._of(x, y))
 
     def smaller(self, x: Any, y: Any) -> Span:
         """The minimum."""
-        return Span.of(*map(np.minimum, self.ends(x), self.ends(y)), self._of(x, y))
+        (low, high), (least, most) = self.ends(x), self.ends(y)
+        return Span.of(np.minimum(low, least), np.minimum(high, most), self._of(x, y))
 
     def clamped(self, x: Any, low: Any, high: Any) -> Span:
         """x limited to low..high."""

@@ -99,8 +99,11 @@ class _Listed:
         self.rule, self.entries = rule, np.asarray(rule.precision.rounded(entries), np.float64)
 
     def __getitem__(self, index: int | Whole) -> Span:
-        known = index.low.astype(np.intp) if isinstance(index, Whole) else np.full(1, index)
-        return Span.of(self.entries[known], self.entries[known], self.rule)
+        """Anything where nothing limits the index."""
+        low, high = (index.low, index.high) if isinstance(index, Whole) else (np.full(1, index),) * 2
+        known = (low == high) & (low >= 0) & (low < len(self.entries))
+        entry = self.entries[np.where(known, low, 0).astype(np.intp)]
+        return Span.of(np.where(known, entry, -np.inf), np.where(known, entry, np.inf), self.rule)
 
 
 def _to_int(x: Any) -> Any:
