@@ -82,7 +82,7 @@ class Arithmetic:
         return Span.of(np.minimum(low, near.low), np.maximum(high, near.high), self)
 
     def quotient(self, low: Ends, high: Ends, under: Any, over: Any) -> "Span":
-        """What is returned for quotients in these intervals, by divisors from under to over."""
+        """What rounding makes of quotients in these intervals, by divisors from under to over."""
         return self.rounded(low, high)
 
     def approximate(self, low: Ends, high: Ends, table: dict[int, float], *, relative: bool = False) -> "Span":
@@ -149,8 +149,7 @@ class Span:
         with np.errstate(invalid="ignore", over="ignore", under="ignore"):
             corners = [_product(x, y) for x in (self.low, self.high) for y in (low, high)]
         least, most = np.minimum.reduce(corners), np.maximum.reduce(corners)
-        square: bool = other is self
-        if square:  # never negative, and its ends are those of its own ends
+        if other is self:  # never negative, and its ends are those of its own ends
             least = np.where((low <= 0) & (high >= 0), 0.0, np.minimum(corners[0], corners[3]))
         return self.rule.product(least, most)
 
@@ -225,8 +224,6 @@ class Span:
             raise TooBranchedError
         numbers = range(int(least), int(most) + 1)
         return self.rule.answer([(number, (first <= number) & (number <= last)) for number in numbers])
-
-    # the functions of elementary.py
 
     @staticmethod
     def exp(x: "Span") -> "Span":

@@ -175,8 +175,8 @@ def test_what_is_proven_of_the_kernels_is_at_most_what_devices_may_do(name: str,
         formula = Formula.of(name, form, 16 if spec.uses_gamma else None)
         setting = formula.setting(20.0)
         here = certified(spec, form, setting, format_)
-        # both are upper bounds, sharp within some hundredths
-        assert contract.largest(spec, formula, setting, format_, limited=False) >= 0.9 * here - 2e-5, form
+        # both are upper bounds, sharp within some hundredths, or so little
+        assert contract.largest(spec, formula, setting, format_, limited=False) >= 0.9 * here - 5e-5, form
 
 
 @pytest.mark.parametrize("spelling", ["lyon:dot:8", "lyon:cross:8", "gaussian:difference", "phong/once", "table-u:dot"])
