@@ -29,16 +29,8 @@ PROBE_NAMES: tuple[str, ...] = (
 USUAL_PROBES = tuple(name for name in PROBE_NAMES if name != "scenes")
 #: what must not be empty
 _AXES = (
-    "alphas",
-    "gammas",
-    "lambda_forms",
-    "approximations",
-    "slopes",
-    "spaces",
-    "length_spaces",
-    "precisions",
-    "strata",
-)
+    "alphas", "gammas", "lambda_forms", "approximations", "slopes", "spaces", "length_spaces", "precisions", "strata",
+)  # fmt: skip
 #: what the quick preset leaves to the others: near kin of what it has, and many cells
 LEFT_TO_STANDARD = ("gaussian-quadratic",)
 ALL_SLOPES = ("taylor", "minimax", "energy")
