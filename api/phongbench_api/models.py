@@ -56,8 +56,9 @@ ApproximationName = Annotated[str, OneOf(REGISTRY)]
 FormName = Annotated[str, OneOf([*LAMBDA_FORMS, "none"])]
 PolicyName = Annotated[str, OneOf([*slopes.OFFSETS, *POLICIES])]
 SpaceName = Annotated[str, OneOf(SPACES)]
-#: whose costs count: this machine's times, or a compiled target's; and the unit that is scarce there
-TargetName = Annotated[str, OneOf([CPU, *TARGETS])]
+#: whose costs count: this machine's times, a compiled target's, or those of one that was measured and added
+TargetName = Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9-]{1,62}$", examples=[CPU, *TARGETS])]
+#: the unit that is scarce there
 UnitName = Annotated[str, OneOf(UNITS)]
 PrecisionName = Annotated[str, OneOf(PRECISIONS)]
 #: a formula in one word
@@ -162,6 +163,7 @@ class RecommendParameters(Parameters):
         None, ge=0, lt=180, description="instead: degrees between the normals at the ends of a mesh's edge"
     )
     raw: bool = Field(False, description="choose among recipes from raw N, L and V")
+    contract: bool = Field(False, description="within on every device that keeps the accuracies of WGSL and Vulkan")
     precision: PrecisionName = "float32"
     space: SpaceName = "reflect"
     working_set: Annotated[str, OneOf(WORKING_SETS)] = "l1"

@@ -16,8 +16,8 @@ from phongbench.analysis.choice import as_given, choose, promised
 from phongbench.analysis.choice_words import answered
 from phongbench.analysis.error_budget import Budget, length_error_of
 from phongbench.analysis.exponents import Exponents
-from phongbench.analysis.promises import DOMAIN
-from phongbench.analysis.target_costs import CPU, checked, priced
+from phongbench.analysis.promises import DEVICES, DOMAIN, UNIT_ON_DEVICES
+from phongbench.analysis.target_costs import CPU, checked, own_prices, priced
 from phongbench.compiler.precisions import precision_named
 from phongbench.errors import InputError
 from phongbench.formulas.user_files import installed
@@ -40,6 +40,8 @@ def recommend(
     search: bool = True,
     raw: bool = False,
     mesh_angle: float | str | None = None,
+    contract: bool = False,
+    root: Path = DEFAULT_ROOT,
 ) -> dict[str, Any]:
     """The cheapest formula within an error budget, the next cheapest, and the nearest miss, as plain data.
 
@@ -51,11 +53,14 @@ def recommend(
     precision            a name that `precision_named` knows
     space                reflect (R, V), or half (N, H), whose errors hold for coplanar vectors only
     working_set          whose times count: l1, l2 or memory
-    target, short_of     where the formula will run, a name that `target_named` knows, and the unit that is scarce there
+    target, short_of     where the formula will run, as `targets` lists it, and the unit that is scarce there
     search               False: what cannot be proven is not searched either, which takes seconds; nothing is promised
     raw                  True: choose among whole recipes from raw N, L and V, see `raw_vectors.recommend`
     mesh_angle           instead of length_error: degrees between the normals at the ends of an edge, which make the
                          normals between them shorter than 1 by up to 1 - cos(mesh_angle / 2)
+    contract             True: what is within is so on every device that keeps the accuracies of WGSL and Vulkan, of the
+                         emitted code; in float32 or float16
+    root                 the folder of the runs, in which measured targets were added
     returns              basis ("run" or "laws"), run, the budget, `choices` (best, then next; empty where nothing is
                          within it), `nearest_miss`, `notes` in words. In each choice `max_abs` is the largest error
                          that was measured, or a law's; `bound` is what is compared with the budget, None where nothing
@@ -65,20 +70,28 @@ def recommend(
     """
     if mesh_angle is not None:
         length_error = length_error_of(mesh_angle, length_error)
-    budget = Budget.of(alpha, max_error, length_error, precision, space, working_set)
+    budget = Budget.of(alpha, max_error, length_error, precision, space, working_set, contract=contract)
     if raw:
-        if checked(target, short_of) != CPU:
+        if checked(target, short_of, root) != CPU:
             raise InputError("recipes are chosen by their times on this machine", "target", "leave raw or target out")
         return raw_vectors.recommend(run, budget, any_length=length_error is None)
     notes: list[str] = []
-    cells = _cells(run, budget, target, short_of, notes)
+    cells = _cells(run, budget, (checked(target, short_of, root), short_of, root), notes)
     unknown = sorted(set(cells["approximation"]) - set(installed()))
     if unknown:
         notes.append(f"{', '.join(unknown)}: only sampled, and the formula is not here, so nothing is promised of it")
-    choice = choose(cells, budget.max_error, as_given if run is None else promised(budget, installed(), search=search))
-    vectors = "vectors rounded to it" if precision_named(precision).saturates else DOMAIN
-    notes.append(f"what an answer says holds in {precision} for {vectors}")
+    by_law = run is None and not contract
+    judge = as_given if by_law else promised(budget, installed(), search=search, measured=run is not None)
+    choice = choose(cells, budget.max_error, judge)
+    notes.append(f"what an answer says holds in {precision} {_where(budget)}")
     return {**_asked(run, budget), "target": target, "short_of": short_of, **answered(choice, budget), "notes": notes}
+
+
+def _where(budget: Budget) -> str:
+    """For which vectors, and on which machines, an answer holds."""
+    if budget.contract:
+        return f"{DEVICES}, running the code of `phongbench shader`, for {UNIT_ON_DEVICES}"
+    return f"for {'vectors rounded to it' if precision_named(budget.precision).saturates else DOMAIN}"
 
 
 def _asked(run: Run | None, budget: Budget) -> dict[str, Any]:
@@ -92,15 +105,20 @@ def _asked(run: Run | None, budget: Budget) -> dict[str, Any]:
         "precision": budget.precision,
         "space": budget.space,
         "working_set": budget.working_set,
+        "contract": budget.contract,
     }
 
 
-def _cells(run: Run | None, budget: Budget, target: str, short_of: str | None, notes: list[str]) -> pd.DataFrame:
-    """The formulas that apply, each with its error and its cost on the target."""
-    if checked(target, short_of) == CPU:
+def _cells(run: Run | None, budget: Budget, where: tuple[str, str | None, Path], notes: list[str]) -> pd.DataFrame:
+    """The formulas that apply, each with its error and its cost on the target.
+
+    where  the target, the unit that is scarce there, and the folder of the runs
+    """
+    target, short_of, root = where
+    if target == CPU:
         return law_bounds.cells(budget, notes) if run is None else measured_errors.cells(run, budget, notes)
     known = law_bounds.cells(budget, notes) if run is None else measured_errors.errors(run, budget, notes)
-    return priced(known, budget.alpha.values, target, short_of, notes)
+    return priced(known, budget.alpha.values, target, short_of, notes, root, own_prices(run, target, short_of))
 
 
 def elsewhere(run: Run | None, answer: Mapping[str, Any], **question: Any) -> list[dict[str, Any]]:
