@@ -88,8 +88,8 @@ class Shared:
 def beside(path: Path, names: Iterable[str]) -> Iterator[Shared]:
     """While it lasts, another process draws some of these figures of the run in this folder."""
     words = [sys.executable, "-c", _CHILD, str(path)]
-    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": subprocess.DEVNULL}
-    process = subprocess.Popen(words, **pipes)
+    pipe = subprocess.PIPE
+    process = subprocess.Popen(words, stdin=pipe, stdout=pipe, stderr=subprocess.DEVNULL)
     shared = Shared(names, process)
     try:
         yield shared
