@@ -14,14 +14,15 @@ from phongbench_reports.text import alpha_is, listed, number
 ALPHAS = (10.0, 20.0, 50.0, 100.0, 200.0, 1000.0)
 
 
-def by_target(study: Rows, budget: float, name: str) -> Table | Absent:
+def by_target(study: Rows, budget: float, name: str, only: Sequence[str] = ()) -> Table | Absent:
     """For some swept exponents the cheapest formula within the budget on each target, with its cost over exact Phong's.
 
     Targets that answer alike share a column.
     budget  largest absolute error allowed
     name    the budget in words, "1/255"
+    only    these targets; without any, all that the run has costs of
     """
-    targets = targets_of(study)
+    targets = [target for target in targets_of(study) if target in only or not only]
     if not [target for target in targets if target != CPU]:
         return Absent("This run has no costs on other targets.", "Run again: phongbench run keeps them.")
     if at(study.highlight, precision=PRECISION, space="reflect").empty:
@@ -40,7 +41,7 @@ def by_target(study: Rows, budget: float, name: str) -> Table | Absent:
         f"{PRECISION}, unit vectors, formulas of (R, V); after each its cost over exact Phong's, dot product included"
     )
     return Table(
-        headings, rows, data, _sentence(found, study.alpha, name), f"{source}; {_basis(study)}", frozenset({0})
+        headings, rows, data, _sentence(found, study.alpha, name), f"{source}; {_basis(study, targets)}", frozenset({0})
     )
 
 
@@ -65,9 +66,9 @@ def _sentence(found: Sequence[Answer], alpha: float, name: str) -> str:
     return f"{start}; at {alpha_is(shown)} it is {told}."
 
 
-def _basis(study: Rows) -> str:
+def _basis(study: Rows, targets: Sequence[str]) -> str:
     """How each target's costs were got."""
-    rows = study.costs.drop_duplicates(["target"])
+    rows = at(study.costs, target=tuple(targets)).drop_duplicates(["target"])
     tools: dict[str, list[str]] = {}
     for row in rows[rows["cost_kind"] == "compiled"].to_dict("records"):
         tools.setdefault(f"{row['tool']} ({row['tool_version']})", []).append(str(row["target"]))
