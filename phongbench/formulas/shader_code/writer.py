@@ -10,6 +10,7 @@ import inspect
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import lru_cache
 from itertools import chain, count
 from typing import Any
 
@@ -59,8 +60,7 @@ class Writer:
         else:
             lowered: Any = lower(body, FLOAT32, **(known or {}))
             source, scope, callees = lowered.__lowered_source__, lowered.__globals__, lowered.__callees__
-        definition = ast.parse(source).body[0]
-        assert isinstance(definition, ast.FunctionDef)
+        definition = _parsed(source)
         return BodyWriter(self, scope, callees).run(definition, arguments)
 
     def _squarings(self, value: Value, n: int) -> Value:
@@ -187,3 +187,11 @@ class Writer:
         low = {"max": max, "min": min}[name](map(low_of, arguments)) if name in ("max", "min") else -math.inf
         high = {"max": max, "min": min}[name](map(high_of, arguments)) if name in ("max", "min") else math.inf
         return Term(f"{self.language.function_name(name)}({passed})", ATOM, kind, low, high)
+
+
+@lru_cache(1024)
+def _parsed(source: str) -> ast.FunctionDef:
+    """The function that a lowered source defines; nobody changes it."""
+    definition = ast.parse(source).body[0]
+    assert isinstance(definition, ast.FunctionDef)
+    return definition
