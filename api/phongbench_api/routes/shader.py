@@ -20,7 +20,7 @@ router = APIRouter(prefix="/v1", tags=["shading"])
 FAMILY = (media.TEXT, media.JSON)
 EXAMPLE = {
     "language": "glsl", "text": "float highlight(vec3 r, vec3 v) { .. }", "max_error": 0.0299, "bound": 0.0303,
-    "precision": "float32", "costs": [],
+    "contract": 0.0303, "precision": "float32", "costs": [],
 }  # fmt: skip
 #: predicted seconds of writing one, of looking for its largest error, and of proving a bound; a length error is looked
 #: for at both ends of each direction's

@@ -2,7 +2,7 @@
 
 import shlex
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any
 
 from phongbench import __version__
@@ -73,8 +73,9 @@ class Shader:
 
     text       its source: functions, the last of which is `highlight`, of two directions or of n, l and v
     max_error  the largest error of this code against exact Phong up to 90 degrees, at ANGLES angles, in its precision
-    bound      what no directions made unit in float32, but for the lengths' error, err beyond; None where nothing is
-               promised
+    bound      what no directions made unit in float32, but for the lengths' error, err beyond on a device that rounds
+               as kernels do; None where nothing is promised
+    contract   the same on every device that keeps to what WGSL and Vulkan state; None likewise
     precision  of its floats
     costs      what it takes on the targets that were asked for
     """
@@ -83,13 +84,13 @@ class Shader:
     text: str
     max_error: float
     bound: float | None = None
+    contract: float | None = None
     precision: str = FLOAT32
     costs: tuple[Mapping[str, Any], ...] = ()
 
     def as_dict(self) -> dict[str, Any]:
         """For JSON."""
-        told = {"language": self.language, "text": self.text, "max_error": self.max_error, "bound": self.bound}
-        return {**told, "precision": self.precision, "costs": [dict(cost) for cost in self.costs]}
+        return {field.name: getattr(self, field.name) for field in fields(self)} | {"costs": [*map(dict, self.costs)]}
 
 
 def shader(
@@ -99,6 +100,7 @@ def shader(
     *,
     registry: Registry = REGISTRY,
     bound: float | None = None,
+    contract: float | None = None,
     costs: Sequence[Mapping[str, Any]] = (),
     notes: Iterable[str] = (),
 ) -> Shader:
@@ -108,7 +110,8 @@ def shader(
     registry        the approximations that the formula may name
     bound           of the kernels' error, from which the comment at the top promises one; without it, it tells
                     samples and promises nothing
-    costs, notes    kept, and told at the top
+    contract        the bound on every device that keeps to what WGSL and Vulkan state, kept and told at the top
+    costs, notes    likewise
     returns         Shader. It computes what the kernels compute, with its constants folded; powers, exponentials, roots
                     and arc cosines are the language's own
     Raises UnknownNameError or InputError for what does not exist, KernelError for a body that has no spelling.
@@ -122,10 +125,15 @@ def shader(
     if bound is not None:
         bound += folding(setting) * (1 + wrong) ** 2
         bound = min(bound, 1.0) if limited and language.gpu and formula.lambda_form in ("none", "dot") else bound
-    told = [_error(spec, formula, error, bound, options), *notes, *([language.note] if language.note else [])]
+    told = [_error(spec, formula, error, bound, options)]
+    if contract is not None:
+        held = "float32" if options.precision == FLOAT32 else "float16"
+        device = f"on devices that are as accurate in {held} as WGSL and Vulkan state"
+        told.append(f"errs by at most {contract:.3g} {device}: proven")
+    told += [*notes, *([language.note] if language.note else [])]
     head = _head(spec, formula, alpha, told, options.command(formula.spelled(registry), alpha))
     top = "\n".join(f"{language.comment} {line}" for line in head)
-    return Shader(language.name, f"{top}\n\n{text}\n", error, bound, options.precision, tuple(costs))
+    return Shader(language.name, f"{top}\n\n{text}\n", error, bound, contract, options.precision, tuple(costs))
 
 
 def source(

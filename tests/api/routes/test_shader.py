@@ -3,7 +3,6 @@
 import pytest
 from starlette.testclient import TestClient
 
-from phongbench.analysis.promises import bound_at
 from phongbench.analysis.ready_code import ready_code
 from phongbench.errors import InputError
 from phongbench.formulas.formula import Formula
@@ -29,14 +28,13 @@ def test_it_is_the_librarys(client: TestClient, name: str, language: str) -> Non
     query = {"approximation": name, "alpha": setting.alpha, "language": language}
     query |= {"gamma": setting.gamma} if setting.gamma else {}
     formula = Formula.of(name, gamma=setting.gamma)
-    bound = bound_at(formula, setting.alpha)
-    assert bound is not None
     if not written(formula, language):
         refused = client.get("/v1/shader", params=query)
         assert refused.status_code == 422
         assert "language" in refused.text
         return
-    expected = shader(formula, setting.alpha, Options(language), bound=bound)
+    expected = ready_code(formula, setting.alpha, Options(language))
+    assert expected.bound is not None
     answer = client.get("/v1/shader", params=query)
     assert answer.status_code == 200
     assert answer.headers["content-type"] == "text/plain; charset=utf-8"
@@ -67,7 +65,7 @@ def test_its_options_are_the_librarys(client: TestClient) -> None:
         ({"target": "rdna9"}, "target"),
         ({"target": "cpu"}, "target"),
         ({"target": "../rdna2"}, "target"),
-        ({"target": "rdna2", "over_long": "keep"}, "target"),
+        ({"target": "rdna2", "over_long": "keep", "lambda": "dot"}, "target"),
         ({"gamma": "7"}, "gamma"),
         ({"alpha": "-1"}, "alpha"),
         ({"alpha": "0", "beta": "minimax"}, "alpha"),
