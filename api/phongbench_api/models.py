@@ -12,6 +12,8 @@ from phongbench.formulas import slopes
 from phongbench.formulas.fresnel.catalogue import KINDS
 from phongbench.formulas.fresnel.spec import ReflectanceFormula
 from phongbench.formulas.lambda_forms import LAMBDA_FORMS
+from phongbench.formulas.normalising import NORMALISE
+from phongbench.formulas.recipes import PAIR, RECIPES
 from phongbench.formulas.registry import REGISTRY
 from phongbench.formulas.shader_code.languages import LANGUAGES
 from phongbench.formulas.spec import ALPHA, GAMMA, SPACES
@@ -188,6 +190,8 @@ _PARTS: dict[str, Any] = {
     "lambda": {"type": ["string", "null"], "enum": [*LAMBDA_FORMS, "none", None]},
     "gamma": {"type": ["integer", "null"], "minimum": int(GAMMA.low), "maximum": int(GAMMA.high)},
     "beta": {"type": ["string", "number", "null"], "description": "a policy, or the slope itself"},
+    "recipe": {"type": ["string", "null"], "enum": [PAIR, *RECIPES, None]},
+    "normalise": {"type": ["string", "null"], "enum": [*NORMALISE, None]},
 }
 FORMULA_SCHEMA = {"anyOf": [SPELLING_SCHEMA, object_schema(_PARTS)]}
 

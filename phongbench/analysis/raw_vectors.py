@@ -75,7 +75,8 @@ def cheapest(accuracy: pd.DataFrame, timing: pd.DataFrame, budget: Budget, name:
 
 def configurations(accuracy: pd.DataFrame, precision: str) -> pd.DataFrame:
     """The rows of recipes in a precision."""
-    rows: pd.DataFrame = accuracy[(accuracy["stratum"] == "configurations") & (accuracy["precision"] == precision)]
+    made = (accuracy["stratum"] == CONFIGURATIONS) & (accuracy["recipe"] != PAIR)
+    rows: pd.DataFrame = accuracy[made & (accuracy["precision"] == precision)]
     return rows
 
 

@@ -94,7 +94,7 @@ class Plan:
     seed            any whole number >= 0
     raw             spellings of formulas that remove lengths or start from N, L and V, e.g. phong/each; those that the
                     axes above leave out are not measured
-    raw_precisions  in which they are measured, of the plan's; in all of these where it has none of them
+    raw_precisions  in which they and configurations are measured, of the plan's; in all of these where it has none
     timing          measure time too
     timing_budget   seconds the timing may take
     processes       fresh processes that share the timing; 1 for the study's own
@@ -209,6 +209,11 @@ class Plan:
         if not 1 <= self.processes <= 64:
             raise InputError(f"processes = {self.processes} is not in 1 .. 64", None, "8 give an interval across them")
 
+    @property
+    def raw_among(self) -> tuple[str, ...]:
+        """The precisions in which raw formulas, and configurations of N, L and V, are measured."""
+        return tuple(name for name in self.precisions if name in self.raw_precisions) or self.precisions
+
     def cells(self, registry: Mapping[str, Approximation] = REGISTRY) -> Iterator[Cell]:
         """Every formula with every exponent that it takes, in every precision; each form gated, then ungated.
 
@@ -219,8 +224,7 @@ class Plan:
                 yield Cell(formula, alpha, precision)
                 if formula.lambda_form != "none":
                     yield Cell(formula, alpha, precision, gated=False)
-        precisions = [name for name in self.precisions if name in self.raw_precisions] or self.precisions
-        for precision, formula in product(precisions, raw_formulas.of(self, registry)):
+        for precision, formula in product(self.raw_among, raw_formulas.of(self, registry)):
             if formula.normalises_in(precision):
                 spec = formula.spec(registry)
                 yield from (Cell(formula, a, precision) for a in self.alphas if spec.accepts(formula.setting(a)))
