@@ -146,7 +146,9 @@ class FrontParameters(Parameters):
 
     alpha: Alphas = Field(description="one exponent, several, or a range: errors are the worst over them")
     metric: Annotated[str, OneOf(ERROR_METRICS)] = Field("max_abs", description="column of the accuracy rows")
-    stratum: Annotated[str, OneOf(STRATUM_NAMES)] = Field("highlight", description="which inputs")
+    stratum: Annotated[str, OneOf(STRATUM_NAMES)] | None = Field(
+        None, description="which inputs; left out: highlight, and of formulas of (N, H) configurations"
+    )
     precision: PrecisionName = "float32"
     working_set: Annotated[str, OneOf(WORKING_SETS)] = Field("l1", description="whose times")
     space: SpaceName = "reflect"

@@ -11,6 +11,7 @@ from phongbench.formulas.lambda_forms import cutoff_deficit
 from phongbench.formulas.normalising import NORMALISE
 from phongbench.formulas.recipes import PAIR, RECIPES
 from phongbench.formulas.spec import Approximation
+from phongbench.inputs import raw_formulas
 from phongbench.inputs.configurations import configurations
 from phongbench.inputs.length_errors import ANY
 from phongbench.inputs.pairs import HOSTILE_PAIRS, pairs
@@ -122,7 +123,7 @@ def _sees(plan: Plan, cell: Cell, stratum: Stratum) -> bool:
     """
     formula = cell.formula
     if _made(formula, stratum):
-        told = stratum.perturbation == "none" and cell.gated and cell.precision in plan.raw_among
+        told = stratum.perturbation == "none" and cell.gated and cell.precision in raw_formulas.precisions(plan)
         return told and stratum.name in plan.strata
     if stratum.name not in plan.strata or (formula.recipe != PAIR) != (stratum.name == "configurations"):
         return False

@@ -16,7 +16,7 @@ from phongbench.analysis.choice import as_given, choose, promised
 from phongbench.analysis.choice_words import answered
 from phongbench.analysis.error_budget import Budget, length_error_of
 from phongbench.analysis.exponents import Exponents
-from phongbench.analysis.promises import DOMAIN
+from phongbench.analysis.promises import domain
 from phongbench.analysis.target_costs import CPU, checked, priced
 from phongbench.compiler.precisions import precision_named
 from phongbench.errors import InputError
@@ -49,7 +49,7 @@ def recommend(
     max_error            largest absolute error allowed, above 0; text may be a fraction such as 1/255
     length_error         how wrong vector lengths may be, relative, >= 0: 0.01 is up to 1 %; None for unit vectors
     precision            a name that `precision_named` knows
-    space                reflect (R, V), or half (N, H), whose errors hold for coplanar vectors only
+    space                reflect (R, V), or half (N, H), judged over all configurations of N, L and V
     working_set          whose times count: l1, l2 or memory
     target, short_of     where the formula will run, a name that `target_named` knows, and the unit that is scarce there
     search               False: what cannot be proven is not searched either, which takes seconds; nothing is promised
@@ -76,7 +76,7 @@ def recommend(
     if unknown:
         notes.append(f"{', '.join(unknown)}: only sampled, and the formula is not here, so nothing is promised of it")
     choice = choose(cells, budget.max_error, as_given if run is None else promised(budget, installed(), search=search))
-    vectors = "vectors rounded to it" if precision_named(precision).saturates else DOMAIN
+    vectors = "vectors rounded to it" if precision_named(precision).saturates else domain(space)
     notes.append(f"what an answer says holds in {precision} for {vectors}")
     return {**_asked(run, budget), "target": target, "short_of": short_of, **answered(choice, budget), "notes": notes}
 

@@ -209,11 +209,6 @@ class Plan:
         if not 1 <= self.processes <= 64:
             raise InputError(f"processes = {self.processes} is not in 1 .. 64", None, "8 give an interval across them")
 
-    @property
-    def raw_among(self) -> tuple[str, ...]:
-        """The precisions in which raw formulas, and configurations of N, L and V, are measured."""
-        return tuple(name for name in self.precisions if name in self.raw_precisions) or self.precisions
-
     def cells(self, registry: Mapping[str, Approximation] = REGISTRY) -> Iterator[Cell]:
         """Every formula with every exponent that it takes, in every precision; each form gated, then ungated.
 
@@ -224,7 +219,7 @@ class Plan:
                 yield Cell(formula, alpha, precision)
                 if formula.lambda_form != "none":
                     yield Cell(formula, alpha, precision, gated=False)
-        for precision, formula in product(self.raw_among, raw_formulas.of(self, registry)):
+        for precision, formula in product(raw_formulas.precisions(self), raw_formulas.of(self, registry)):
             if formula.normalises_in(precision):
                 spec = formula.spec(registry)
                 yield from (Cell(formula, a, precision) for a in self.alphas if spec.accepts(formula.setting(a)))

@@ -61,7 +61,7 @@ def test_normals_of_any_length_shine_as_the_plain_bodies_say(spelling: str) -> N
     np.testing.assert_allclose(found, twin(points, normals, **arguments), rtol=1e-10, atol=1e-10)
 
 
-def test_halfway_alone_leaves_H_as_long_as_twice_the_cosine_of_incidence() -> None:
+def test_halfway_alone_leaves_the_half_vector_as_long_as_twice_the_cosine_of_incidence() -> None:
     points, normals = wave(200)
     arguments = scene(specular=Formula.parse("blinn@halfway"))
     found, expected = shade(points, normals, **arguments).colours, twin(points, normals, **arguments)
@@ -89,7 +89,7 @@ def test_whole_recipes_see_no_length_of_a_normal(spelling: str) -> None:
         assert not np.allclose(shade(points, lengths(normals, 0.5, 2), **bare).colours, told, atol=0.05)
 
 
-def test_once_given_R_and_V_removes_its_length_but_not_where_it_points() -> None:
+def test_once_on_a_given_pair_removes_its_lengths_but_not_where_it_points() -> None:
     """A short normal turns R: only a recipe that knows |N| helps."""
     points, normals = wave(1000)
     short = normals * 0.97
