@@ -31,7 +31,7 @@ def formula_for(formula: Formula, material: Material, model: str = "phong", regi
     if model not in MODELS:
         raise UnknownNameError("model", model, MODELS, "model")
     parts = (formula.approximation, formula.lambda_form, formula.gamma, formula.slope, formula.space)
-    raw = {"recipe": formula.recipe, "normalise": formula.normalise}
+    raw: dict[str, Any] = {"recipe": formula.recipe, "normalise": formula.normalise}
     formula = Formula.of(*parts, **raw, registry=registry, where="specular.")
     if model == "blinn-phong" and formula.space == "half":
         fix = f'take model "phong" for {formula}, or "phong" for N.H to the shininess itself'

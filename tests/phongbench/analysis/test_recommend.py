@@ -228,17 +228,18 @@ def test_half_space_formulas_are_refused_by_what_they_err_over_all_configuration
 def test_a_run_without_configurations_says_that_its_errors_hold_on_coplanar_vectors(
     stored: Stored, small_rows: pd.DataFrame
 ) -> None:
-    old = stored(accuracy=small_rows[small_rows["stratum"] != "configurations"])
+    old = stored("20260102-000000-0123abcd", accuracy=small_rows[small_rows["stratum"] != "configurations"])
     found = recommend(old, alpha=50, max_error=0.2, space="half")
     assert not found["choices"]  # what is promised is so of every run
     assert any("coplanar" in note for note in found["notes"])
     told = points(old, alpha=50, space="half")
     assert told["stratum"] == "highlight"
     assert any("coplanar" in note for note in told["notes"])
-    new = points(stored(), alpha=50, space="half")
+    run = stored()
+    new = points(run, alpha=50, space="half")
     assert new["stratum"] == "configurations"
     assert min(one["error"] for one in new["points"]) > 3 * min(one["error"] for one in told["points"])
-    assert points(stored(), alpha=50)["stratum"] == "highlight"
+    assert points(run, alpha=50)["stratum"] == "highlight"
 
 
 def test_float16_is_ordered_by_the_times_of_float32_and_says_so(stored: Stored) -> None:
