@@ -29,16 +29,8 @@ PROBE_NAMES: tuple[str, ...] = (
 USUAL_PROBES = tuple(name for name in PROBE_NAMES if name != "scenes")
 #: what must not be empty
 _AXES = (
-    "alphas",
-    "gammas",
-    "lambda_forms",
-    "approximations",
-    "slopes",
-    "spaces",
-    "length_spaces",
-    "precisions",
-    "strata",
-)
+    "alphas", "gammas", "lambda_forms", "approximations", "slopes", "spaces", "length_spaces", "precisions", "strata",
+)  # fmt: skip
 #: what the quick preset leaves to the others: near kin of what it has, and many cells
 LEFT_TO_STANDARD = ("gaussian-quadratic",)
 ALL_SLOPES = ("taylor", "minimax", "energy")
@@ -101,6 +93,7 @@ class Plan:
     skipping        time kernels that skip dark blocks of pairs, too
     probes          of PROBE_NAMES; may be empty
     meshes          OBJ files that the mesh probe measures beside its own surfaces
+    targets         machines whose costs of the formulas are kept; every known one without any
     """
 
     preset: str = "quick"
@@ -123,6 +116,7 @@ class Plan:
     skipping: bool = False
     probes: tuple[str, ...] = USUAL_PROBES
     meshes: tuple[str, ...] = ()
+    targets: tuple[str, ...] = ()
 
     def as_dict(self) -> dict[str, Any]:
         """Plain data that JSON holds; `from_dict` is its inverse."""
@@ -159,6 +153,7 @@ class Plan:
             raw=tuple(dict.fromkeys(self.raw)),
             probes=_ordered(self.probes, PROBE_NAMES),
             meshes=tuple(dict.fromkeys(self.meshes)),
+            targets=tuple(dict.fromkeys(self.targets)),
         )
 
     def _check_axes(self) -> None:

@@ -6,9 +6,15 @@ Units: "1" is the scale of highlight factors and colours, which lie in 0..1; "co
 from collections.abc import Mapping
 from dataclasses import replace
 
+from phongbench.results import formula_columns
 from phongbench.results.columns import Column, Table
 from phongbench.results.columns import key_column as _key
 from phongbench.results.columns import table as _table
+from phongbench.results.cost_table import COSTS
+from phongbench.results.formula_columns import BY_NAME as _BY_NAME
+from phongbench.results.formula_columns import CELL_COLUMNS as _CELL
+from phongbench.results.formula_columns import FORMULA as _FORMULA
+from phongbench.results.formula_columns import RATIO as _RATIO
 
 BASELINE, TWIN, LIBM, DISTANT = "phong", "aa-twin", "phong-libm", "far-"  # the last before a name: L and V at infinity
 #: timing rows that are no formulas: what the machine can do at best
@@ -19,23 +25,8 @@ COVERAGES = ("sampled", "searched", "exhaustive", "certified")
 EXACT = "exact"
 
 
-_CELL = (
-    _key("approximation", "str", "name of the formula"),
-    _key("lambda_form", "str", "how lambda is computed: dot, difference, cross, tan2; none for formulas of the cosine"),
-    _key("space", "str", "the pair of vectors: reflect (R, V) or half (N, H)"),
-    _key("beta_policy", "str", "how the slope beta is chosen: taylor, minimax, energy, ...; none without a slope"),
-    _key("alpha", "float64", "exponent of exact Phong"),
-    _key("gamma", "Int64", "power that the chain of squarings reaches; missing for formulas without one"),
-    Column("beta", "float64", "slope at the peak; missing for formulas without one"),
-    _key("precision", "str", "working precision; `exact` for certified rows"),
-    _key("gated", "bool", "values are 0 where a.b <= 0"),
-    _key("recipe", "str", "how the pair is made of N, L, V: reflect, lengthwise, halfway; pair where it is given"),
-    _key("normalise", "str", "how wrong lengths are removed: none, each, once, squared, fast, estimate"),
-)
-_BY_NAME = {column.name: column for column in _CELL}
-_FORMULA = ("approximation", "lambda_form", "space", "beta_policy", "gamma")
 #: columns of what is done to raw vectors, and their values where nothing is: runs of older versions lack them
-RAW = {"recipe": "pair", "normalise": "none"}
+RAW = formula_columns.RAW
 _INPUTS = (
     _key(
         "stratum",
@@ -72,11 +63,6 @@ _ERRORS = (
     Column("rounding_max", "float64", "largest change from the working precision; missing for float64", "1"),
 )
 _COUNTS = (_NONFINITE, _ABOVE_ONE, Column("negative", "int64", "values below 0", "count"))
-_RATIO = (
-    Column("ratio", "float64", "time / time of what it is compared with, median over rounds", "1"),
-    Column("ratio_low", "float64", "lower end of the ratio's 99 % sign-test interval", "1"),
-    Column("ratio_high", "float64", "upper end of that interval", "1"),
-)
 _AXES = ("ax", "ay", "az", "bx", "by", "bz")
 _HEX = tuple(Column(axis, "str", f"component of vector {axis[0]}", "hex float") for axis in _AXES)
 _PICTURE = (
@@ -287,6 +273,7 @@ TABLES: Mapping[str, Table] = {
     "incidence_times": INCIDENCE_TIMES,
     "moments": MOMENTS,
     "cuts": CUTS,
+    "costs": COSTS,
 }
 #: all metrics of accuracy rows
 METRICS = [column.name for column in (*_ERRORS, *_COUNTS)]
