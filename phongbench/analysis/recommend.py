@@ -118,7 +118,8 @@ def _cells(run: Run | None, budget: Budget, where: tuple[str, str | None, Path],
     if target == CPU:
         return law_bounds.cells(budget, notes) if run is None else measured_errors.cells(run, budget, notes)
     known = law_bounds.cells(budget, notes) if run is None else measured_errors.errors(run, budget, notes)
-    return priced(known, budget.alpha.values, target, short_of, notes, root, own_prices(run, target, short_of))
+    own = own_prices(None if run is None else run.costs, target, short_of)
+    return priced(known, budget.alpha.values, target, short_of, notes, root, own)
 
 
 def elsewhere(run: Run | None, answer: Mapping[str, Any], **question: Any) -> list[dict[str, Any]]:

@@ -47,6 +47,7 @@ class MadeUpRun:
     skips: pd.DataFrame = field(default_factory=TABLES["skips"].frame)
     scene_times: pd.DataFrame = field(default_factory=TABLES["scene_times"].frame)
     far: pd.DataFrame = field(default_factory=TABLES["far"].frame)
+    costs: pd.DataFrame = field(default_factory=lambda: cost_rows("gcn4", "rdna2"))
 
     @property
     def frames(self) -> tuple[pd.DataFrame, ...]:
@@ -340,6 +341,14 @@ def incidence_times() -> pd.DataFrame:
         key = {"reflectance": kind, "precision": "float32", "against": base}
         rows.append(key | {"elements": 2048, "rounds": 48, "ns": ns} | ends)
     return TABLES["incidence_times"].frame(rows)
+
+
+def cost_rows(*targets: str) -> pd.DataFrame:
+    """That the run has costs on these targets: exact Phong's; the others' are looked up in the tables that ship."""
+    phong = {"approximation": "phong", "lambda_form": "none", "space": "reflect", "beta_policy": "none", "gamma": None}
+    told = {"cost_kind": "compiled", "tool": "RADV", "tool_version": "Mesa 22", "unit": "cycles", "cost": 6.0}
+    row = {**phong, **RAW, **told, "precision": "float32", "alpha": 50.0, "context": 0, "ratio": 1.0}
+    return TABLES["costs"].frame([row | {"target": target} for target in targets])
 
 
 def make_run(
