@@ -6,6 +6,7 @@ from phongbench_api.routes import (
     files,
     formulas,
     health,
+    inverse,
     pages,
     render,
     runs,
@@ -17,5 +18,5 @@ from phongbench_api.routes import (
 
 ROUTERS = (
     health.router, formulas.router, targets.router, specular.router, shade.router, render.router, curve.router,
-    shader.router, answers.router, runs.router, files.router, pages.router,
+    shader.router, inverse.router, answers.router, runs.router, files.router, pages.router,
 )  # fmt: skip

@@ -25,6 +25,7 @@ FUNCTIONS = (
     "front",
     "shader",
     "moments",
+    "inverse_line",
     "load_file",
 )
 OTHERS = ("Approximation", "Cost", "ALPHA", "GAMMA", "Source", "Formula", "Run", "Picture", "elementary")
