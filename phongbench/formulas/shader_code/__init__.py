@@ -1,1 +1,1 @@
-"""A formula as a function in GLSL, HLSL, WGSL or C."""
+"""A formula as a function in another language: GLSL, HLSL, WGSL, C, CUDA."""

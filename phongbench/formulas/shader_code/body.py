@@ -7,6 +7,7 @@ from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from phongbench.compiler import elementary
 from phongbench.compiler.lowering import Body
 from phongbench.errors import KernelError
 from phongbench.formulas.shader_code.values import (
@@ -87,6 +88,12 @@ class BodyWriter:
                 return self._negative(self.value(operand))
             case ast.UnaryOp(op=ast.Not(), operand=operand):
                 return Term(f"!{self.writer.within(self.value(operand), ATOM)}", SIGN, "bool")
+            case ast.BinOp(left=left, op=ast.Div(), right=ast.Call(func=ast.Name(id=name), args=[square])) if (
+                self.writer.language.gpu and self.callees.get(name) is elementary.square_root
+            ):  # GPUs have the reciprocal of a root as one instruction
+                root = self.writer.function("inversesqrt", [self.value(square)])
+                dividend = self.value(left)
+                return root if dividend == 1.0 else self.writer.product(dividend, root)
             case ast.BinOp(left=left, op=op, right=right):
                 return self._arithmetic(op, self.value(left), self.value(right))
             case ast.Compare(left=left, ops=ops, comparators=rest):

@@ -9,8 +9,8 @@ from phongbench.errors import UnknownNameError
 
 #: functions that every language has
 _BUILT_IN = """
-    abs acos ceil clamp exp exp2 floor inverseSqrt inversesqrt length log log2 max min mix normalize pow reflect round
-    rsqrt saturate select sign sqrt
+    abs acos ceil clamp exp exp2 floor inverseSqrt inversesqrt length limited log log2 max min mix normalize pow
+    reflect round rsqrt saturate select sign sqrt
 """
 BUILT_IN = frozenset(_BUILT_IN.split())
 #: words of GLSL, HLSL, WGSL, C and C++ that a kernel's author may well have taken for a name
@@ -153,7 +153,24 @@ C = Language(
     gpu=False,
 )  # fmt: skip
 
-LANGUAGES = {language.name: language for language in (GLSL, HLSL, WGSL, C)}
+CUDA = Language(
+    "cuda", "float", "int", ("float3", "{}"),
+    literal=lambda text: f"{text}f", declared=_c_declared,
+    header=lambda kind, name, arguments: f"static __device__ inline {_c_header(kind, name, arguments)}",
+    chosen=_c_chosen, listed=lambda name, values: _c_listed(name, values).replace("static", "static __device__"),
+    names={
+        **C.names, "float_bits": "__float_as_int", "bits_float": "__int_as_float", "inversesqrt": "rsqrtf",
+        "clamp": "limited", "log2": "__log2f", "pow": "__powf",
+    },
+    helpers={
+        "clamp": "static __device__ inline float limited(float x, float low, float high) {\n"
+        "    return fminf(fmaxf(x, low), high);\n}",
+    },
+    components=(".x", ".y", ".z"),
+    saturated="__saturatef({})".format,
+)  # fmt: skip
+
+LANGUAGES = {language.name: language for language in (GLSL, HLSL, WGSL, C, CUDA)}
 
 
 def language_named(name: str) -> Language:
