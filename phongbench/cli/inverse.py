@@ -5,7 +5,7 @@ from typing import Any
 
 import click
 
-from phongbench.cli.common import JSON, PATH, CommaList, notes, show
+from phongbench.cli.common import JSON, PATH, WITH, CommaList, facts, notes, show
 
 
 @click.group(short_help="Normals and heights from shading.")
@@ -58,13 +58,13 @@ def line(file: Path, ambient: float, diffuse: float, light: Any, noise: float, a
       phongbench inverse line scan.csv --ambient 20 --diffuse 180 --scale 255 --light 0,1 --figure scan.svg
       phongbench inverse line scan.npy --ambient 0.1 --diffuse 0.7 --light 0,1 --prior continuous --noise 0.004
     """
-    from phongbench.inverse.line import LineModel
-    from phongbench.inverse.line_files import invert_file, save_line
+    from phongbench.inverse.line_files import check_scale, invert_file, save_line
+    from phongbench.inverse.line_model import LineModel
 
     out, figure, unit = (options.pop(name) for name in ("out", "figure", "unit_light"))
-    scale = options["scale"]
-    model = LineModel(ambient / scale, diffuse / scale, light, noise / scale) if scale > 0 else None
-    found = invert_file(file, model.unit() if model and unit else model, **options)
+    scale = check_scale(options["scale"])
+    model = LineModel(ambient / scale, diffuse / scale, light, noise / scale)
+    found = invert_file(file, model.unit() if unit else model, **options)
     notes(found.notes, quiet=as_json)
     if figure is not None:
         from phongbench_reports.figures.inverse_line import save
@@ -74,3 +74,73 @@ def line(file: Path, ambient: float, diffuse: float, light: Any, noise: float, a
         save_line(found, out)
     csv = found.frame.to_csv(index=False, lineterminator="\n")
     show(found.as_dict(), as_json, lambda: click.echo(out or csv, nl=out is not None))
+
+
+#: options of the reflection model that commands on pictures share
+def _model_options(command: Any) -> Any:
+    for option in reversed((
+        click.option("--ambient", default=0.0, show_default=True, metavar="A", help="Intensity without the lights."),
+        click.option("--diffuse", default=1.0, show_default=True, metavar="D", help="Strength of the diffuse term."),
+        click.option("--ks", default=0.0, show_default=True, metavar="S", help="Strength of the specular term."),
+        click.option("--alpha", default=50.0, show_default=True, metavar="A", help="Exponent of the highlight."),
+        click.option("--specular", default="phong", show_default=True, metavar="FORMULA", help="Of the highlight."),
+        WITH,
+        click.option("--mask", type=PATH, metavar="PICTURE", help="Pixels that are wanted: those not black."),
+        click.option("--linear", is_flag=True, help="PNG holds linear codes.  [default: sRGB]"),
+    )):  # fmt: skip
+        command = option(command)
+    return command
+
+
+def _surface(options: dict[str, Any]) -> Any:
+    """The reflection model of these options, which are taken out."""
+    from phongbench.formulas.formula import Formula
+    from phongbench.formulas.user_files import registry_with
+    from phongbench.inverse.photometric import SurfaceModel
+
+    registry = registry_with(options.pop("files"))
+    formula = Formula.parse(options.pop("specular"), registry)
+    strengths = [options.pop(name) for name in ("ambient", "diffuse", "ks", "alpha")]
+    return SurfaceModel(*strengths, formula, registry)
+
+
+@inverse.command(short_help="From three or more pictures under known lights.")
+@click.argument("pictures", type=PATH, nargs=-1, required=True, metavar="PICTURES..")
+@click.option("--lights", required=True, type=PATH, metavar="FILE.json", help="A direction for each picture, in order.")
+@click.option("--out", required=True, type=PATH, help="Normals: .npy, .exr, or a normal map .png.")
+@click.option("--heights", type=PATH, metavar="FILE", help="Heights, too: .npy or .obj.")
+@_model_options
+@click.option("--albedo", is_flag=True, help="Solve for a factor of the diffuse term in each pixel.")
+@click.option("--gloss", is_flag=True, help="Solve for a factor of the specular term in each pixel.")
+@click.option("--saturation", type=float, metavar="I", help="Unused from here on.  [default: the largest code of PNG]")
+@click.option("--shadow", type=float, metavar="I", help="Unused up to this above A.  [default: 0.01 D]")
+@click.option("--threads", type=click.IntRange(min=1), help="[default: all cores]")
+@JSON
+def photometric(
+    pictures: tuple[Path, ...], out: Path, heights: Path | None, threads: int | None, as_json: bool, **options: Any
+) -> None:
+    """Normals, and heights, from pictures of one view under known lights, by the full reflection model.
+
+    PICTURES are .png, .exr or .npy; colours count by their mean. FILE.json is {"lights": [{"direction": [x, y, z],
+    "intensity": 1}, ..]}, towards each light. Normals are (h, w, 3), NaN where nothing is known: x to the right, y up,
+    z to the viewer; heights grow to the viewer, a pixel is 1.
+
+    \b
+    Examples:
+      phongbench inverse photometric a.png b.png c.png --lights lights.json --out normals.npy --albedo
+      phongbench inverse photometric *.exr --lights lights.json --diffuse 0.7 --ks 0.5 --alpha 50 --out map.png
+      phongbench inverse photometric *.npy --lights l.json --ks 0.5 --specular lyon:dot:8 --out n.npy --heights z.obj
+    """
+    from phongbench.inverse.picture_files import check_heights, check_normals, invert_files, save_heights, save_normals
+    from phongbench.inverse.surface_heights import integrate
+    from phongbench.support.process import cores
+
+    check_normals(out)
+    if heights is not None:
+        check_heights(heights)
+    found = invert_files(pictures, options.pop("lights"), _surface(options), threads=threads or cores(), **options)
+    save_normals(found.normals, out)
+    if heights is not None:
+        save_heights(integrate(found.normals), heights)
+    answer = {"normals": str(out), "heights": None if heights is None else str(heights), **found.summary()}
+    show(answer, as_json, lambda: facts({name: value for name, value in answer.items() if value is not None}))

@@ -2,9 +2,18 @@
 
 from collections.abc import Sequence
 
+import numpy as np
 from numpy.typing import ArrayLike
 
-from phongbench.inverse.line import InverseLine, LineModel, invert_line
+from phongbench.compiler.precisions import Array
+from phongbench.errors import InputError
+from phongbench.face.highlight import formula_of
+from phongbench.formulas.formula import Formula
+from phongbench.formulas.spec import Approximation
+from phongbench.inverse.line import InverseLine, invert_line
+from phongbench.inverse.line_model import LineModel
+from phongbench.inverse.photometric import Normals, PhotometricLight, SurfaceModel, invert_pictures
+from phongbench.inverse.surface_heights import integrate
 
 
 def inverse_line(
@@ -45,3 +54,66 @@ def inverse_line(
     model = LineModel(ambient, diffuse, light, noise)  # type: ignore[arg-type]  # it makes two numbers of any sequence
     options = {"x": x, "prior": prior, "rule": rule, "start": start, "bridge": bridge}
     return invert_line(intensity, model.unit() if unit_light else model, **options)  # type: ignore[arg-type]
+
+
+def inverse_photometric(
+    pictures: ArrayLike,
+    lights: Sequence[Sequence[float]] | Array,
+    formula: str | Formula = "phong",
+    *,
+    alpha: float = 50.0,
+    ambient: float = 0.0,
+    diffuse: float = 1.0,
+    specular: float = 0.0,
+    intensities: Sequence[float] | Array | None = None,
+    mask: ArrayLike | None = None,
+    albedo: bool = False,
+    gloss: bool = False,
+    saturation: float = np.inf,
+    shadow: float | None = None,
+    threads: int = 1,
+    own: Sequence[Approximation] = (),
+) -> Normals:
+    """Normals from three or more pictures of one view under known lights far away, by the full reflection model.
+
+    x to the right, y up (rows go down), z to the viewer.
+
+    pictures    (k, h, w)     linear intensities
+    lights      (k, 3)        towards each light; made unit
+    formula     of the highlight at exponent `alpha`, in place of max(0, R.V)^alpha
+    ambient, diffuse, specular   strengths of the terms, for lights of intensity 1
+    intensities (k,)          of the lights  [default: 1]
+    mask        (h, w)        pixels that are wanted
+    albedo, gloss             whether to solve for a factor of the diffuse, and of the specular term in each pixel
+    saturation, shadow        intensities from the one on, and up to the other above ambient, are not used
+    returns     Normals: `normals` (h, w, 3), NaN where nothing is known, `diffuse`, `specular`, `residual`, `steps`
+    Raises InputError naming the argument, the picture or the light.
+
+    >>> lights = [(0.5, 0, 1), (-0.5, 0, 1), (0, 0.5, 1)]
+    >>> pictures = np.full((3, 1, 1), 0.7 * 1 / np.hypot(0.5, 1))  # a plane that faces the viewer
+    >>> pb.inverse_photometric(pictures, lights, diffuse=0.7).normals.round(6) + 0.0
+    array([[[0., 0., 1.]]])
+    """
+    chosen, registry = formula_of(formula, own)
+    strengths = np.ones(len(lights)) if intensities is None else intensities
+    if len(strengths) != len(lights):
+        raise InputError(f"{len(strengths)} intensities for {len(lights)} lights", "intensities", "give one for each")
+    known = [PhotometricLight.of(v, e, f"lights[{i}]") for i, (v, e) in enumerate(zip(lights, strengths, strict=True))]
+    model = SurfaceModel(ambient, diffuse, specular, alpha, chosen, registry)
+    inside = None if mask is None else np.asarray(mask)
+    options = {"albedo": albedo, "gloss": gloss, "saturation": saturation, "shadow": shadow, "threads": threads}
+    return invert_pictures(np.asarray(pictures), known, model, mask=inside, **options)  # type: ignore[arg-type]
+
+
+def inverse_heights(normals: ArrayLike, *, mask: ArrayLike | None = None) -> Array:
+    """Heights (h, w) of normals (h, w, 3) by least squares: towards the viewer, a pixel is 1, x right and y up.
+
+    mask     (h, w)  parts that do not touch are integrated by themselves, each to a mean of 0: cut it where the
+                     surface breaks
+    returns  NaN outside the mask and where normals are NaN or seen edge-on
+
+    >>> slope = np.broadcast_to(np.array([-0.6, 0.0, 0.8]), (2, 3, 3))
+    >>> pb.inverse_heights(slope)[0].round(6)
+    array([-0.75,  0.  ,  0.75])
+    """
+    return integrate(np.asarray(normals), None if mask is None else np.asarray(mask))

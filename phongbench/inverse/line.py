@@ -23,7 +23,7 @@ from phongbench.compiler.precisions import Array
 from phongbench.errors import InputError, UnknownNameError
 from phongbench.inverse.branches import PRIORS, expected
 from phongbench.inverse.line_heights import SURE, heights
-from phongbench.support.values import number
+from phongbench.inverse.line_model import LineModel
 
 RULES, STARTS = ("simpson", "trapezoid"), ("left", "right", "both")
 #: what is known of a sample: fine; darker than the ambient light; at the end of the scale; brighter than this light can
@@ -31,8 +31,6 @@ RULES, STARTS = ("simpson", "trapezoid"), ("left", "right", "both")
 MARKS = OK, SHADOW, SATURATED, BRIGHT, STEEP = ("ok", "shadow", "saturated", "bright", "steep")
 #: a slope beyond this is an edge of the surface
 STEEPEST = 100.0
-#: how far a light's length may be from 1 by rounding
-_ROUNDING = 1e-9
 #: standard deviations of noise up to which a sample may be in shadow
 _UNLIT = 4.0
 #: the most samples of a line
@@ -41,40 +39,6 @@ LONGEST = 1 << 20
 
 #: (name, index) -> what an error calls a sample
 Place = Callable[[str, int], str]
-
-
-@dataclass(frozen=True)
-class LineModel:
-    """How the line is lit.
-
-    ambient  >= 0     intensity without the light
-    diffuse  > 0      what the light adds where it falls straight on, for a light of length 1
-    light    (x, z)   towards the light, z >= 0; its length is taken as it is, a factor of `diffuse`
-    noise    >= 0     standard deviation of intensities
-    """
-
-    ambient: float
-    diffuse: float
-    light: tuple[float, float]
-    noise: float = 0.0
-
-    def __post_init__(self) -> None:
-        for name in ("ambient", "noise"):
-            object.__setattr__(self, name, number(getattr(self, name), name))
-        object.__setattr__(self, "diffuse", number(self.diffuse, "diffuse"))
-        if self.diffuse == 0:
-            raise InputError("without diffuse light, intensities tell nothing", "diffuse", "give a number above 0")
-        object.__setattr__(self, "light", _light(self.light))
-
-    @property
-    def length(self) -> float:
-        """Of the light."""
-        return math.hypot(*self.light)
-
-    def unit(self) -> "LineModel":
-        """The same with a light of length 1."""
-        x, z = self.light
-        return LineModel(self.ambient, self.diffuse, (x / self.length, z / self.length), self.noise)
 
 
 @dataclass(frozen=True, eq=False)
@@ -170,10 +134,9 @@ def invert_line(
     steep = usable & (normals[:, 1] * STEEPEST < np.abs(normals[:, 0]))
     marks[steep] = STEEP
     height, band, notes = _heights(places, normals, cosine, model, marks, (rule, start, bridge))
-    notes = (*_about(model), *notes)
     low, high = height - band, height + band
     facts = {"light_length": model.length, "light_degrees": math.degrees(math.atan2(*model.light))}
-    return InverseLine(places, values, normals, other, height, low, high, marks, notes, facts)
+    return InverseLine(places, values, normals, other, height, low, high, marks, (*model.notes, *notes), facts)
 
 
 def _cosines(values: Array, model: LineModel) -> tuple[Array, Array]:
@@ -265,26 +228,6 @@ def _longest(good: Array) -> slice:
     return slice(int(first), int(last))
 
 
-def _about(model: LineModel) -> list[str]:
-    """The light's length, where that is not 1."""
-    x, z = model.light
-    if abs(model.length - 1) <= _ROUNDING:
-        return []
-    return [f"the light [{x:g}, {z:g}] has length {model.length:.6g} and is taken as given; --unit-light makes it 1"]
-
-
-def _light(given: Any) -> tuple[float, float]:
-    try:
-        x, z = (float(v) for v in given)
-    except (TypeError, ValueError, OverflowError):
-        raise InputError("not two numbers", "light", "give [x, z], x to the right and z to the viewer") from None
-    if isinstance(given, str) or not (math.isfinite(x) and math.isfinite(z) and 0 < math.hypot(x, z) < math.inf):
-        raise InputError("not two finite numbers, not both 0", "light", "give [x, z], towards the light")
-    if z < 0:
-        raise InputError("the light comes from behind: z is negative", "light", "z points to the viewer")
-    return x, z
-
-
 def _row(given: Any, where: str, place: Place, count: int | None = None) -> Array:
     """Finite numbers (n,) as float64."""
     try:
@@ -311,4 +254,7 @@ def _chooser(prior: Any, count: int) -> Callable[[Array, Array, Array, Array], A
 
 
 def _plain(array: Array) -> list[Any]:
-    return np.where(np.isnan(array), None, array.astype(object)).tolist()
+    plain = array.astype(object)
+    plain[np.isnan(array)] = None
+    found: list[Any] = plain.tolist()
+    return found

@@ -12,7 +12,8 @@ import numpy as np
 from phongbench.compiler.precisions import Array
 from phongbench.errors import InputError
 from phongbench.inverse.branches import PRIORS
-from phongbench.inverse.line import LONGEST, RULES, STARTS, InverseLine, LineModel, invert_line
+from phongbench.inverse.line import LONGEST, RULES, STARTS, InverseLine, invert_line
+from phongbench.inverse.line_model import LineModel
 from phongbench.support.atomic_files import write_bytes
 from phongbench.support.document_paths import DATA, Source
 from phongbench.support.documents import FINITE, Table
@@ -114,14 +115,19 @@ def invert_file(
     options  of `invert_line`
     """
     line = read_line(path)
-    if not 0 < scale < float("inf"):
-        raise InputError(f"a scale of {scale:g}", "--scale", "give the largest possible intensity, e.g. 255")
     wanted: Any = prior
     if prior not in PRIORS and Path(prior).suffix:
         wanted = _angles(Path(prior), len(line.values))
     with np.errstate(over="ignore"):
         values = line.values / scale
     return invert_line(values, model, x=line.x, prior=wanted, place=lambda name, i: line.place(i), **options)
+
+
+def check_scale(scale: float) -> float:
+    """What intensities can be divided by; InputError otherwise."""
+    if not 1e-300 < scale < float("inf"):
+        raise InputError(f"a scale of {scale:g}", "--scale", "give the largest possible intensity, e.g. 255")
+    return scale
 
 
 def _angles(path: Path, count: int) -> Array:

@@ -25,7 +25,9 @@ FUNCTIONS = (
     "front",
     "shader",
     "moments",
+    "inverse_heights",
     "inverse_line",
+    "inverse_photometric",
     "load_file",
 )
 OTHERS = ("Approximation", "Cost", "ALPHA", "GAMMA", "Source", "Formula", "Run", "Picture", "elementary")

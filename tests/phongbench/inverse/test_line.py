@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 import phongbench as pb
 from phongbench.errors import InputError, UnknownNameError
 from phongbench.inverse.branches import PRIORS
-from phongbench.inverse.line import MARKS, InverseLine, LineModel, invert_line
+from phongbench.inverse.line import MARKS, InverseLine, invert_line
 from phongbench.inverse.line_heights import START, intervals
+from phongbench.inverse.line_model import LineModel
 
 Array = NDArray[np.float64]
 COUNT = 200
