@@ -100,8 +100,8 @@ def _surface(options: dict[str, Any]) -> Any:
 
     registry = registry_with(options.pop("files"))
     formula = Formula.parse(options.pop("specular"), registry)
-    strengths = [options.pop(name) for name in ("ambient", "diffuse", "ks", "alpha")]
-    return SurfaceModel(*strengths, formula, registry)
+    ambient, diffuse, ks, alpha = (options.pop(name) for name in ("ambient", "diffuse", "ks", "alpha"))
+    return SurfaceModel(ambient, diffuse, ks, alpha, formula, registry)
 
 
 @inverse.command(short_help="From three or more pictures under known lights.")

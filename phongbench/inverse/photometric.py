@@ -135,7 +135,8 @@ def invert_pictures(
 ) -> Normals:
     """Normals from pictures under known lights; the model of this module's docstring.
 
-    pictures    (k, h, w)              linear intensities, k >= 3 unless `start` is given
+    pictures    (k, h, w)              linear intensities, k >= 3 unless `start` is given: of fewer, the normals are
+                                       those nearest to the start that explain them
     lights      k                      of the pictures, in their order
     mask        (h, w) bool | None     pixels that are wanted
     albedo      whether to solve for the factor of the diffuse term
@@ -154,7 +155,7 @@ def invert_pictures(
     strengths = np.array([light.intensity for light in lights])
     dark = _DARK * model.diffuse * strengths if shadow is None else number(shadow, "shadow")
     used = ((observed - model.ambient > dark) & (observed < saturation)).astype(np.uint8)
-    needed = max(1 if start is not None else 3, 2 + albedo + gloss if start is None else 1)
+    needed = min(count, max(3, 2 + albedo + gloss))
     found = np.zeros((len(observed), solver.ANSWERS))
     found[:, solver.OF_DIFFUSE : solver.OF_SPECULAR + 1] = 1.0
     if start is None:

@@ -104,7 +104,7 @@ def save_normals(normals: Array, path: Path) -> None:
 def normal_map(normals: Array) -> Array:
     """Codes (h, w, 3) of normals: -1 .. 1 as 0 .. 255; 128, 128, 128 where they are NaN."""
     known = np.nan_to_num(normals, nan=0.0)
-    return np.floor(np.clip(known, -1, 1) * 127.5 + 128).clip(0, 255).astype(np.uint8)
+    return np.asarray(np.floor(np.clip(known, -1, 1) * 127.5 + 128).clip(0, 255), np.uint8)
 
 
 def check_heights(path: Path) -> None:

@@ -9,6 +9,9 @@ from dataclasses import replace
 from phongbench.results.columns import Column, Table
 from phongbench.results.columns import key_column as _key
 from phongbench.results.columns import table as _table
+from phongbench.results.formula_tables import BY_NAME as _BY_NAME
+from phongbench.results.formula_tables import CELL_COLUMNS as _CELL
+from phongbench.results.formula_tables import CUTS, INVERSE, MOMENTS
 
 BASELINE, TWIN, LIBM = "phong", "aa-twin", "phong-libm"
 #: timing rows that are no formulas: what the machine can do at best
@@ -19,20 +22,6 @@ COVERAGES = ("sampled", "searched", "exhaustive", "certified")
 EXACT = "exact"
 
 
-_CELL = (
-    _key("approximation", "str", "name of the formula"),
-    _key("lambda_form", "str", "how lambda is computed: dot, difference, cross, tan2; none for formulas of the cosine"),
-    _key("space", "str", "the pair of vectors: reflect (R, V) or half (N, H)"),
-    _key("beta_policy", "str", "how the slope beta is chosen: taylor, minimax, energy, ...; none without a slope"),
-    _key("alpha", "float64", "exponent of exact Phong"),
-    _key("gamma", "Int64", "power that the chain of squarings reaches; missing for formulas without one"),
-    Column("beta", "float64", "slope at the peak; missing for formulas without one"),
-    _key("precision", "str", "working precision; `exact` for certified rows"),
-    _key("gated", "bool", "values are 0 where a.b <= 0"),
-    _key("recipe", "str", "how the pair is made of N, L, V: reflect, lengthwise, halfway; pair where it is given"),
-    _key("normalise", "str", "how wrong lengths are removed: none, each, once, squared, fast, estimate"),
-)
-_BY_NAME = {column.name: column for column in _CELL}
 _FORMULA = ("approximation", "lambda_form", "space", "beta_policy", "gamma")
 #: columns of what is done to raw vectors, and their values where nothing is: runs of older versions lack them
 RAW = {"recipe": "pair", "normalise": "none"}
@@ -247,31 +236,6 @@ INCIDENCE_TIMES = _table(
     Column("ns", "float64", "least time, per cosine", "ns"),
     *_RATIO,
 )
-_LOBE = tuple(_BY_NAME[name] for name in ("approximation", "lambda_form", "space", "beta_policy", "alpha", "gamma"))
-_OF_LAW = "by closed form, for light along the normal; missing where there is none"
-MOMENTS = _table(
-    "What the lobe of a formula sends where, above the horizon, for light of unit intensity along its peak",
-    *_LOBE,
-    _BY_NAME["beta"],
-    _key("incidence_degrees", "float64", "of the light, from the normal", "degrees"),
-    Column("energy", "float64", "integral of the lobe over directions", "sr"),
-    Column("energy_ratio", "float64", "energy over that of exact Phong", "1"),
-    Column("momentum", "float64", "the part of it along the mirrored direction", "sr"),
-    Column("momentum_ratio", "float64", "momentum over that of exact Phong", "1"),
-    Column("sideways", "float64", "the part across it in the plane of incidence, towards the normal", "sr"),
-    Column("half_width_degrees", "float64", "angle between R and V at half of the peak; missing if never", "degrees"),
-    Column("half_width_ratio", "float64", "half width over that of exact Phong", "1"),
-    Column("energy_law", "float64", f"energy {_OF_LAW}", "sr"),
-    Column("momentum_law", "float64", f"momentum {_OF_LAW}", "sr"),
-)
-CUTS = _table(
-    "Where the lobe of a formula is cut off, in the plane of incidence",
-    *_LOBE,
-    Column("cut_degrees", "float64", "angle between R and V from which it is 0; missing where it never is", "degrees"),
-    Column("step", "float64", "value a degree before that angle", "1"),
-    Column("codes", "float64", "the same in steps of an 8-bit channel", "codes"),
-    Column("at_90", "float64", "value at 90 degrees between R and V", "1"),
-)
 TABLES: Mapping[str, Table] = {
     "accuracy": ACCURACY,
     "timing": TIMING,
@@ -287,6 +251,7 @@ TABLES: Mapping[str, Table] = {
     "incidence_times": INCIDENCE_TIMES,
     "moments": MOMENTS,
     "cuts": CUTS,
+    "inverse": INVERSE,
 }
 #: all metrics of accuracy rows
 METRICS = [column.name for column in (*_ERRORS, *_COUNTS)]
