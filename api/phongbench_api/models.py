@@ -56,8 +56,9 @@ ApproximationName = Annotated[str, OneOf(REGISTRY)]
 FormName = Annotated[str, OneOf([*LAMBDA_FORMS, "none"])]
 PolicyName = Annotated[str, OneOf([*slopes.OFFSETS, *POLICIES])]
 SpaceName = Annotated[str, OneOf(SPACES)]
-#: whose costs count: this machine's times, or a compiled target's; and the unit that is scarce there
-TargetName = Annotated[str, OneOf([CPU, *TARGETS])]
+#: whose costs count: this machine's times, a compiled target's, or those of one that was measured and added
+TargetName = Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9-]{1,62}$", examples=[CPU, *TARGETS])]
+#: the unit that is scarce there
 UnitName = Annotated[str, OneOf(UNITS)]
 PrecisionName = Annotated[str, OneOf(PRECISIONS)]
 #: a formula in one word

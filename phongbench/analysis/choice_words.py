@@ -50,8 +50,8 @@ def plain(cell: Row, budget: Budget) -> dict[str, Any]:
 def _priced(cell: Row, counted: bool) -> dict[str, Any]:
     """What a choice costs: here its time, or operations that were counted; elsewhere what a compiler says."""
     if "cost" in cell:
-        words = {name: str(cell[name]) for name in ("target", "unit", "cost_kind", "bound_by")}
-        return {"cost": float(cell["cost"]), **words}
+        words = {name: str(cell[name]) for name in ("target", "unit", "cost_kind")}
+        return {"cost": float(cell["cost"]), **words, "bound_by": cell["bound_by"]}
     if counted:
         return {
             "target": CPU,
@@ -117,7 +117,8 @@ def _cost(choice: Mapping[str, Any]) -> str:
         over = f"{choice['cost']:.3g} {choice['unit']} beyond the dot product on {choice['target']}"
         return f"{over}, {choice['ratio']:.3g} of exact Phong's, by the compiler; bound by {choice['bound_by']}"
     interval = f"interval {choice['ratio_low']:.3g} .. {choice['ratio_high']:.3g}"
-    return f"{choice['ratio']:.3g} of exact Phong's time ({interval})"
+    where = "" if choice["target"] == CPU else f" on {choice['target']}"
+    return f"{choice['ratio']:.3g} of exact Phong's time{where} ({interval})"
 
 
 def why(

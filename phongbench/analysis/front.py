@@ -5,6 +5,7 @@ timing rows; time depends neither on alpha nor on the beta policy, so the join l
 of exact Phong in the same run, with a 99 % interval.
 """
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,11 +14,11 @@ import pandas as pd
 
 from phongbench.analysis.exponents import Exponents
 from phongbench.analysis.kernel_times import WHOLE_POWER, timed, timed_precision, times_at, times_of
-from phongbench.analysis.target_costs import CPU, checked, priced, same_cost
+from phongbench.analysis.target_costs import CPU, checked, own_prices, priced, same_cost, unit_of
 from phongbench.errors import UnknownNameError
 from phongbench.formulas.formula import Formula
 from phongbench.results.provenance import fingerprint_machine
-from phongbench.results.runs import Run, as_given, intact, strongest
+from phongbench.results.runs import DEFAULT_ROOT, Run, as_given, intact, strongest
 from phongbench.results.schema import CELL, ERROR_METRICS, INPUT, KERNEL
 
 COLUMNS = [*CELL, "error", "ns", "ratio", "ratio_low", "ratio_high", "state"]
@@ -145,6 +146,7 @@ def points(
     space: str = "reflect",
     target: str = CPU,
     short_of: str | None = None,
+    root: Path = DEFAULT_ROOT,
 ) -> dict[str, Any]:
     """The front of a stored run as plain data: what was requested, and `points`, fastest first.
 
@@ -152,7 +154,8 @@ def points(
     metric, stratum, precision, working_set   as for `front`
     ns     None in every point where the run was timed on another kind of machine
     space  reflect, or half: formulas of (N, H) agree with Phong on coplanar vectors only, where they were measured
-    target, short_of   whose costs count, and which unit's: a compiled target's stand instead of the run's times
+    target, short_of   whose costs count, and which unit's: another target's stand instead of the run's times
+    root   the folder of the runs, in which measured targets were added
     Raises CorruptRunError for a run whose bytes have changed, and InputError for one that is partial or was not timed;
     UnknownNameError for a name that the run does not hold.
     """
@@ -162,12 +165,13 @@ def points(
         raise UnknownNameError("space", space, known)
     question = {"metric": metric, "stratum": stratum, "precision": precision, "working_set": working_set}
     accuracy = accuracy[accuracy["space"] == space]
-    if checked(target, short_of) == CPU:
+    if checked(target, short_of, root) == CPU:
         cells = front(accuracy, timed(run), alpha=exponents, **question)
         cells = cells if of_this_machine(run) else cells.assign(ns=np.nan)
     else:
         wrong = errors_at(accuracy, alpha=exponents, metric=metric, stratum=stratum, precision=precision)
-        cells = judged(priced(wrong, exponents.measured(accuracy["alpha"].unique()), target, short_of, notes))
+        alphas = exponents.measured(accuracy["alpha"].unique())
+        cells = judged(priced(wrong, alphas, target, short_of, notes, root, own_prices(run, target, short_of)))
     return {
         "run": run.id,
         "alpha": str(exponents),
@@ -177,6 +181,7 @@ def points(
         "timed_precision": timed_precision(precision),
         "same_machine": of_this_machine(run),
         "target": target,
+        **unit_of(target, root),
         "notes": notes,
         "points": [{"name": str(Formula.of_row(row)), **row} for row in records(cells)],
     }

@@ -17,7 +17,7 @@ from phongbench.analysis.choice_words import answered
 from phongbench.analysis.error_budget import Budget, length_error_of
 from phongbench.analysis.exponents import Exponents
 from phongbench.analysis.promises import DOMAIN
-from phongbench.analysis.target_costs import CPU, checked, priced
+from phongbench.analysis.target_costs import CPU, checked, own_prices, priced
 from phongbench.compiler.precisions import precision_named
 from phongbench.errors import InputError
 from phongbench.formulas.user_files import installed
@@ -40,6 +40,7 @@ def recommend(
     search: bool = True,
     raw: bool = False,
     mesh_angle: float | str | None = None,
+    root: Path = DEFAULT_ROOT,
 ) -> dict[str, Any]:
     """The cheapest formula within an error budget, the next cheapest, and the nearest miss, as plain data.
 
@@ -51,11 +52,12 @@ def recommend(
     precision            a name that `precision_named` knows
     space                reflect (R, V), or half (N, H), whose errors hold for coplanar vectors only
     working_set          whose times count: l1, l2 or memory
-    target, short_of     where the formula will run, a name that `target_named` knows, and the unit that is scarce there
+    target, short_of     where the formula will run, as `targets` lists it, and the unit that is scarce there
     search               False: what cannot be proven is not searched either, which takes seconds; nothing is promised
     raw                  True: choose among whole recipes from raw N, L and V, see `raw_vectors.recommend`
     mesh_angle           instead of length_error: degrees between the normals at the ends of an edge, which make the
                          normals between them shorter than 1 by up to 1 - cos(mesh_angle / 2)
+    root                 the folder of the runs, in which measured targets were added
     returns              basis ("run" or "laws"), run, the budget, `choices` (best, then next; empty where nothing is
                          within it), `nearest_miss`, `notes` in words. In each choice `max_abs` is the largest error
                          that was measured, or a law's; `bound` is what is compared with the budget, None where nothing
@@ -67,11 +69,11 @@ def recommend(
         length_error = length_error_of(mesh_angle, length_error)
     budget = Budget.of(alpha, max_error, length_error, precision, space, working_set)
     if raw:
-        if checked(target, short_of) != CPU:
+        if checked(target, short_of, root) != CPU:
             raise InputError("recipes are chosen by their times on this machine", "target", "leave raw or target out")
         return raw_vectors.recommend(run, budget, any_length=length_error is None)
     notes: list[str] = []
-    cells = _cells(run, budget, target, short_of, notes)
+    cells = _cells(run, budget, (checked(target, short_of, root), short_of, root), notes)
     unknown = sorted(set(cells["approximation"]) - set(installed()))
     if unknown:
         notes.append(f"{', '.join(unknown)}: only sampled, and the formula is not here, so nothing is promised of it")
@@ -95,12 +97,16 @@ def _asked(run: Run | None, budget: Budget) -> dict[str, Any]:
     }
 
 
-def _cells(run: Run | None, budget: Budget, target: str, short_of: str | None, notes: list[str]) -> pd.DataFrame:
-    """The formulas that apply, each with its error and its cost on the target."""
-    if checked(target, short_of) == CPU:
+def _cells(run: Run | None, budget: Budget, where: tuple[str, str | None, Path], notes: list[str]) -> pd.DataFrame:
+    """The formulas that apply, each with its error and its cost on the target.
+
+    where  the target, the unit that is scarce there, and the folder of the runs
+    """
+    target, short_of, root = where
+    if target == CPU:
         return law_bounds.cells(budget, notes) if run is None else measured_errors.cells(run, budget, notes)
     known = law_bounds.cells(budget, notes) if run is None else measured_errors.errors(run, budget, notes)
-    return priced(known, budget.alpha.values, target, short_of, notes)
+    return priced(known, budget.alpha.values, target, short_of, notes, root, own_prices(run, target, short_of))
 
 
 def elsewhere(run: Run | None, answer: Mapping[str, Any], **question: Any) -> list[dict[str, Any]]:

@@ -54,6 +54,7 @@ class Rows:
     incidence_times = _table("incidence_times")
     moments = _table("moments")
     cuts = _table("cuts")
+    costs = _table("costs")
 
     def stored(self, name: str) -> pd.DataFrame:
         """A table in the order of its file, without the rows of formulas that remove lengths or make their pair."""

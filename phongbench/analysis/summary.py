@@ -1,28 +1,44 @@
 """What a stored run holds, in short, as plain data."""
 
 import math
+from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 import pandas as pd
 
+from phongbench.analysis import kernel_times
+from phongbench.analysis.by_target import PRECISION, answers
 from phongbench.analysis.front import records
 from phongbench.analysis.lobes import beside_phong
 from phongbench.analysis.mesh_edges import in_words, reaches
-from phongbench.results.runs import FINISH, Run, unfinished
+from phongbench.analysis.rows import Rows, at
+from phongbench.analysis.target_costs import CPU, checked
+from phongbench.errors import InputError
+from phongbench.results.runs import DEFAULT_ROOT, FINISH, Run, require_rows, unfinished
 
 #: the exponent at which a fact on raw normals is given, or the measured one nearest to it
 _EDGES_ALPHA = 128.0
 
 
-def summarise(run: Run) -> dict[str, Any]:
+#: what `answers` are for: one 8-bit code
+BUDGET = 1 / 255
+
+
+def summarise(run: Run, targets: Sequence[str] = (), root: Path = DEFAULT_ROOT) -> dict[str, Any]:
     """What a run holds, and its most accurate formulas, as plain data.
+
+    targets     whose answers are wanted, too; UnknownNameError for one that is none
+    root        the folder of the runs, in which measured targets were added
 
     facts       what it measured
     precision   that `best` is of
     best        for each exponent the most accurate formula of kind approximation
     mesh_edges  how wide a mesh's edges may be if its normals stay raw (see `mesh_edges.reaches`)
     lobes       what each formula's lobe sends off over Phong's (see `lobes.beside_phong`)
+    answers     where targets are named: at each exponent the cheapest formula of each within BUDGET
     """
+    wanted = [checked(target, None, root) for target in targets]
     plan, manifest, frame = run.plan, run.manifest, run.accuracy
     facts = {
         "run": run.id,
@@ -48,7 +64,17 @@ def summarise(run: Run) -> dict[str, Any]:
         "best": best,
         "mesh_edges": edges,
         "lobes": beside_phong(run.moments),
-    }
+    } | ({"answers": _answers(run, wanted, root)} if wanted else {})
+
+
+def _answers(run: Run, targets: list[str], root: Path) -> list[dict[str, Any]]:
+    """What to ship where; InputError for a run that has no errors in float32, or no times where they are asked for."""
+    rows = Rows(require_rows(run))
+    if at(rows.highlight, precision=PRECISION, space="reflect").empty:
+        raise InputError("the run has no errors in float32", run.id, "phongbench run --precision float32")
+    if CPU in targets:
+        kernel_times.timed(run)
+    return [answer.as_dict() for answer in answers(rows, targets, rows.alphas, BUDGET, root)]
 
 
 def _raw_normals(edges: list[dict[str, Any]]) -> dict[str, str]:

@@ -1,8 +1,15 @@
-"""What formulas cost on a compiled target, beside their errors: counted from machine code, without an interval."""
+"""What formulas cost on another target than this machine, beside their errors.
+
+On a compiled one costs are counted from machine code, without an interval; on one that was measured elsewhere and added
+they are times, with one.
+"""
 
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
+from dataclasses import dataclass
 from functools import lru_cache
+from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import pandas as pd
@@ -10,11 +17,13 @@ import pandas as pd
 from phongbench.errors import InputError, UnknownNameError
 from phongbench.formulas.formula import Formula
 from phongbench.formulas.registry import REGISTRY
+from phongbench.results.runs import DEFAULT_ROOT, Run
 from phongbench.results.schema import KERNEL
+from phongbench.targets import measured
 from phongbench.targets.chips import TARGETS
 from phongbench.targets.code_shapes import Code, code
 from phongbench.targets.costs import CostTable, shipped
-from phongbench.targets.measure import Cost
+from phongbench.targets.measured import MeasuredTable
 from phongbench.targets.target import UNITS
 
 #: this machine, whose costs are the times of a run
@@ -25,62 +34,123 @@ COLUMNS = ["target", "cost", "unit", "cost_kind", "bound_by"]
 TIE = "cost_alone"
 
 
-def checked(target: str, short_of: str | None) -> str:
-    """The target; UnknownNameError for a name that is none, InputError for a unit that is none or not known of it."""
-    if target not in (CPU, *TARGETS):
-        raise UnknownNameError("target", target, (CPU, *TARGETS), "target")
+@dataclass(frozen=True, slots=True)
+class Price:
+    """What a formula costs on a target.
+
+    cost        in the target's unit; of the scarce unit alone, if one is
+    alone       the same where no unit is scarce
+    ratio, low, high   to exact Phong, with the ends of the interval
+    bound_by    the unit that limits, None where a time was measured
+    """
+
+    cost: float
+    alone: float
+    ratio: float
+    low: float
+    high: float
+    bound_by: str | None
+
+
+def checked(target: str, short_of: str | None, root: Path = DEFAULT_ROOT) -> str:
+    """The target; UnknownNameError for a name that is none, InputError for a unit that is none or not known of it.
+
+    root  the folder of the runs, in which targets were added
+    """
+    if target not in (CPU, *TARGETS) and target not in (here := measured.names(root)):
+        raise UnknownNameError("target", target, (CPU, *TARGETS, *here), "target")
     if short_of not in (None, *UNITS):
         raise UnknownNameError("unit", short_of, UNITS, "short_of")
-    if short_of is not None and target == CPU:
+    if short_of is not None and target not in TARGETS:
         raise InputError("only a compiled target tells what its units do", "short_of", "name a target, e.g. rdna2")
     return target
 
 
+def unit_of(target: str, root: Path = DEFAULT_ROOT) -> dict[str, str]:
+    """What costs on a target are: `unit` and `cost_kind`."""
+    if target in TARGETS:
+        return {"unit": TARGETS[target].unit, "cost_kind": "compiled"}
+    return {"unit": measured.UNIT if target == CPU else measured.added(target, root).unit, "cost_kind": "measured"}
+
+
+def own_prices(run: Run | None, target: str, short_of: str | None) -> dict[Formula, Price]:
+    """What a run's costs say of formulas that do not ship, which were compiled with it; nothing of a scarce unit."""
+    if run is None or run.costs.empty or short_of is not None:
+        return {}
+    rows = run.costs
+    rows = rows[(rows["target"] == target) & (rows["context"] == 0) & ~rows["approximation"].isin(list(REGISTRY))]
+    kept: list[dict[Any, Any]] = rows.to_dict("records")
+    return {
+        Formula.of_row(r): Price(r["cost"], r["cost"], r["ratio"], r["ratio_low"], r["ratio_high"], r["bound_by"])
+        for r in kept
+    }
+
+
 def priced(
-    cells: pd.DataFrame, alphas: Iterable[float], target: str, short_of: str | None, notes: list[str]
+    cells: pd.DataFrame,
+    alphas: Iterable[float],
+    target: str,
+    short_of: str | None,
+    notes: list[str],
+    root: Path = DEFAULT_ROOT,
+    own: Mapping[Formula, Price] = MappingProxyType({}),
 ) -> pd.DataFrame:
-    """The cells whose cost on the target is known, with columns ns (missing), ratio, its ends, COLUMNS and TIE.
+    """The cells whose cost on the target is known, with columns ns (of a time), ratio, its ends, COLUMNS and TIE.
 
     cells     rows of CELL and any others; what they say of time is replaced
     alphas    the cost is the largest over these exponents
     short_of  issue or special: the unit that counts; None for none in particular
-    notes     receives how many formulas are left out
+    notes     receives which formulas are left out
+    root      the folder of the runs, in which targets were added
+    own       prices of formulas that no table knows
     Raises InputError for another precision than float32, and what `checked` and `shipped` raise.
     """
     if set(cells["precision"].astype(str)) - {"float32"}:
         raise InputError(f"costs on {target} are those of float32 code", "precision", "leave the precision out")
-    table, every = shipped(target), tuple(alphas)
-    rows = [{str(name): value for name, value in row.items()} for row in cells.to_dict("records")]
-    found = [_worst(table, row, every, short_of) for row in rows]
-    known = pd.Series([cost is not None for cost in found], index=cells.index, dtype=bool)
+    table = shipped(target) if target in TARGETS else measured.added(target, root)
+    every = tuple(alphas)
+    rows: list[dict[Any, Any]] = cells.to_dict("records")
+    formulas = [Formula.of_row(row) for row in rows]
+    found = [own.get(formula) or _worst(table, formula, every, short_of) for formula in formulas]
+    known = pd.Series([price is not None for price in found], index=cells.index, dtype=bool)
     if not known.all():
         names = sorted({str(name) for name in cells.loc[~known, "approximation"]})
-        notes.append(f"left out, since no cost of their code on {target} is shipped: {', '.join(names)}")
-    kept = cells[known].reset_index(drop=True)
-    costs = [cost for cost in found if cost is not None]
-    ratio = [table.ratio(cost, short_of) for cost in costs]
+        notes.append(f"left out, since no cost of their code on {target} is known: {', '.join(names)}")
+    kept, prices = cells[known].reset_index(drop=True), [price for price in found if price is not None]
+    timed = isinstance(table, MeasuredTable)
     return kept.assign(
-        ns=float("nan"),
-        ratio=ratio,
-        ratio_low=ratio,
-        ratio_high=ratio,
+        ns=[price.cost if timed else float("nan") for price in prices],
+        ratio=[price.ratio for price in prices],
+        ratio_low=[price.low for price in prices],
+        ratio_high=[price.high for price in prices],
         target=target,
-        cost=[cost.short_of(short_of) for cost in costs],
-        **{TIE: [cost.cost for cost in costs]},
-        unit=table.target.unit,
-        cost_kind="compiled",
-        bound_by=[short_of or cost.bound_by for cost in costs],
+        cost=[price.cost for price in prices],
+        **{TIE: [price.alone for price in prices]},
+        unit=table.unit,
+        cost_kind="measured" if timed else "compiled",
+        bound_by=pd.Series([price.bound_by for price in prices], dtype=object),
     )
 
 
-def _worst(table: CostTable, row: Mapping[str, Any], alphas: tuple[float, ...], short_of: str | None) -> Cost | None:
-    """A cell's largest cost over exponents; None where one is not in the table."""
-    formula = Formula.of_row(row)
+def _worst(
+    table: CostTable | MeasuredTable, formula: Formula, alphas: tuple[float, ...], short_of: str | None
+) -> Price | None:
+    """A formula's largest price over exponents; None where one is not in the table."""
     if formula.approximation not in REGISTRY:
         return None
-    codes = [_code(formula, alpha, table.target.language) for alpha in alphas]
-    costs = [None if one is None else table.known(one) for one in codes]
-    return None if None in costs else max((c for c in costs if c is not None), key=lambda c: c.short_of(short_of))
+    codes = [_code(formula, alpha, table.language) for alpha in alphas]
+    prices = [None if one is None else _price(table, one, short_of) for one in codes]
+    return None if None in prices else max((p for p in prices if p is not None), key=lambda price: price.cost)
+
+
+def _price(table: CostTable | MeasuredTable, one: Code, short_of: str | None) -> Price | None:
+    if isinstance(table, MeasuredTable):
+        timed = table.known(one)
+        return None if timed is None else Price(timed.cost, timed.cost, *table.ratios(timed), None)
+    if (cost := table.known(one)) is None:
+        return None
+    ratio = table.ratio(cost, short_of)
+    return Price(cost.short_of(short_of), cost.cost, ratio, ratio, ratio, short_of or cost.bound_by)
 
 
 @lru_cache(maxsize=1 << 14)
@@ -93,5 +163,6 @@ def _code(formula: Formula, alpha: float, language: str) -> Code | None:
 
 def same_cost(cells: pd.DataFrame) -> pd.Series:
     """A number for each cell, equal for those whose costs are the same: of counted costs, or of one timed kernel."""
-    by = ["cost"] if "cost" in cells else KERNEL
+    counted = "cost_kind" in cells and (cells["cost_kind"] == "compiled").all()
+    by = ["cost"] if counted else KERNEL
     return cells.groupby(by, dropna=False, observed=True, sort=True).ngroup()

@@ -62,7 +62,7 @@ def front(run_name: str, everything: bool, as_json: bool, targets: tuple[str, ..
     from phongbench.results import runs
 
     run = runs.find(run_name, ROOT)
-    answers = [points(run, target=target, **options) for target in targets]
+    answers = [points(run, target=target, root=ROOT, **options) for target in targets]
     show(one_or_all(answers), as_json, *(partial(front_table, answer, everything=everything) for answer in answers))
 
 
@@ -102,7 +102,7 @@ def recommend(run_name: str | None, as_json: bool, targets: tuple[str, ...], **o
     from phongbench.cli.terminal import recommendation
 
     run = run_for(run_name, ROOT)
-    answers = [recommend(run, target=target, **options) for target in targets]
+    answers = [recommend(run, target=target, root=ROOT, **options) for target in targets]
     if targets == ("cpu",):
         options.pop("short_of")
         answers[0]["elsewhere"] = elsewhere(run, answers[0], **options)

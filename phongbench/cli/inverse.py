@@ -96,7 +96,7 @@ def _surface(options: dict[str, Any]) -> Any:
     """The reflection model of these options, which are taken out."""
     from phongbench.formulas.formula import Formula
     from phongbench.formulas.user_files import registry_with
-    from phongbench.inverse.photometric import SurfaceModel
+    from phongbench.inverse.surface_model import SurfaceModel
 
     registry = registry_with(options.pop("files"))
     formula = Formula.parse(options.pop("specular"), registry)

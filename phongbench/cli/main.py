@@ -127,6 +127,7 @@ for command in (
 @click.option("--probe", "probes", type=CommaList("names"), help="Stability probes to run after the sweep, or `none`.")
 @click.option("--mesh", "meshes", multiple=True, metavar="FILE.obj", help="Measure interpolated normals on it, too.")
 @click.option("--scenes", is_flag=True, help="Draw the shipped scenes, too: errors of pictures, and work skipped.")
+@click.option("--target", "targets", type=CommaList("names"), help="Keep costs of these alone, e.g. cpu,rdna2.")
 @click.option("--no-timing", is_flag=True, help="Measure errors only.")
 @click.option("--no-report", is_flag=True, help="Do not draw the report.")
 @click.option("--timing-budget", type=float, metavar="SECONDS", help="How long the timing may take.")

@@ -4,7 +4,7 @@ import sys
 
 import click
 
-from phongbench.cli.common import DIFFERENT, JSON, ROOT, facts, grid, show
+from phongbench.cli.common import DIFFERENT, JSON, ROOT, CommaList, facts, grid, show
 
 
 @click.command("list", short_help="List the runs here.")
@@ -26,14 +26,23 @@ def list_runs(as_json: bool) -> None:
 
 @click.command("show", short_help="What a run holds, in short.")
 @click.argument("run_name", metavar="RUN")
+@click.option("--target", "targets", type=CommaList("names"), default="", help="What to ship there, e.g. cpu,rdna2.")
 @JSON
-def show_run(run_name: str, as_json: bool) -> None:
-    """Show what a run measured, the most accurate formulas at each exponent, and the light of their lobes."""
+def show_run(run_name: str, targets: tuple[str, ...], as_json: bool) -> None:
+    """Show what a run measured, the most accurate formulas at each exponent, and the light of their lobes.
+
+    With --target, first what to ship on each of them: the cheapest formula within one 8-bit code, which is proven.
+
+    \b
+    Examples:
+      phongbench show latest
+      phongbench show latest --target cpu,rdna2,gcn4
+    """
     from phongbench.analysis import summary
-    from phongbench.cli.terminal import table
+    from phongbench.cli.terminal import table, target_answers
     from phongbench.results import runs as results
 
-    document = summary.summarise(results.find(run_name, ROOT))
+    document = summary.summarise(results.find(run_name, ROOT), targets, ROOT)
     title = f"Least sampled error per exponent, {document['precision']} highlight; not promised"
     lobes = document["lobes"]
     sent = "Lobes over Phong's, light along the normal"
@@ -41,6 +50,7 @@ def show_run(run_name: str, as_json: bool) -> None:
         document,
         as_json,
         lambda: facts(document["facts"]),
+        lambda: target_answers(document["answers"]) if targets else None,
         lambda: table(title, *grid(document["best"])),
         lambda: table(sent, *grid(lobes)) if lobes else None,
     )

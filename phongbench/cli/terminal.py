@@ -91,7 +91,7 @@ def front_table(answer: Mapping[str, Any], *, everything: bool = False) -> None:
     """A front as a table, fastest first; what is off it is only counted, unless everything is requested."""
     points = answer["points"]
     shown = [p for p in points if everything or p["state"] != "off"]
-    compiled = answer["target"] != "cpu"
+    compiled, here = answer["cost_kind"] == "compiled", answer["target"] == "cpu"
     costs = [(p["cost"], p["bound_by"]) if compiled else (_interval(p), p["ns"]) for p in shown]
     rows = [
         (p["name"], p["error"], 255 * p["error"], p["ratio"], *cost, p["state"])
@@ -105,19 +105,30 @@ def front_table(answer: Mapping[str, Any], *, everything: bool = False) -> None:
     notes.print("errors were measured, and are lower bounds: nothing is promised of them; `recommend` proves bounds")
     if compiled:
         notes.print(f"errors: of run {answer['run']}; costs: beyond the dot product on {answer['target']}, compiled")
-        for note in answer["notes"]:
-            notes.print(f"note: {note}")
     else:
-        notes.print(f"times: working set {answer['working_set']}, of run {answer['run']}")
-    if not answer["same_machine"] and not compiled:
+        times = f"working set {answer['working_set']}, of run {answer['run']}"
+        notes.print(f"times: {times if here else 'as measured on ' + answer['target']}")
+    for note in answer["notes"]:
+        notes.print(f"note: {note}")
+    if not answer["same_machine"] and here:
         notes.print("the run was timed on another kind of machine: its ratios hold there, its nanoseconds are left out")
     if len(answer["alphas"]) > 1:
         listed = ", ".join(f"{alpha:g}" for alpha in answer["alphas"])
         notes.print(f"error: the worst at alpha {listed}, the run's in that range")
-    if answer["timed_precision"] != answer["precision"] and not compiled:
+    if answer["timed_precision"] != answer["precision"] and here:
         notes.print(f"{answer['precision']} is emulated and not timed: times are those of {answer['timed_precision']}")
     if len(shown) < len(points):
         notes.print(f"{len(points) - len(shown)} more are off the front: --all shows them")
+
+
+def target_answers(answers: Sequence[Mapping[str, Any]]) -> None:
+    """The cheapest formula within one 8-bit code at each exponent on each target."""
+    rows = []
+    for a in answers:
+        codes, name = _codes(a["bound"]), a["name"] or "nothing fits"
+        rows.append((f"{a['alpha']:g}", a["target"], name, codes, a["ratio"], _spread(a), a["bound_by"]))
+    columns = ("alpha", "target", "formula", "8-bit codes", "/ exact Phong", "cost or 99 % interval", "bound by")
+    table("Cheapest within one 8-bit code, float32, unit vectors", columns, rows, right=columns[3:6])
 
 
 def recommendation(answer: Mapping[str, Any]) -> None:
@@ -131,7 +142,8 @@ def recommendation(answer: Mapping[str, Any]) -> None:
     target = answer.get("target", "cpu")
     where = "" if target == "cpu" else f", {target}"
     title = f"Largest error at most {answer['max_error']:.4g} at alpha {answer['alpha']}, {answer['precision']}{where}"
-    heads = ("time / exact Phong", "99 % interval") if not where else ("cost / exact Phong", "cost")
+    counted = any(choice["cost_kind"] == "compiled" for _, choice in named)
+    heads = ("cost / exact Phong", "cost") if counted else ("time / exact Phong", "99 % interval")
     columns = ("", "formula", "beta", "at most", "8-bit codes", "coverage", *heads)
     table(title, columns, rows, right=columns[2:5] + columns[6:])
     console = Console(markup=False, highlight=False)
@@ -143,13 +155,22 @@ def recommendation(answer: Mapping[str, Any]) -> None:
         _steps(answer, console)
     for note in answer["notes"]:
         console.print(f"note: {note}", soft_wrap=True)
-    for other in answer.get("elsewhere", ()):
-        cost = f"{other['cost']:.3g} {other['unit']} beyond the dot product, {other['ratio']:.3g} of exact Phong's"
-        console.print(f"on {other['target']}: {other['name']}, {cost}; error {other['max_abs']:.3g}", soft_wrap=True)
+    for line in _elsewhere(answer.get("elsewhere", ())):
+        console.print(line, soft_wrap=True)
     # a range of exponents is no one function, and shaders compute in float32
     if choices and answer["precision"] == "float32" and not re.search(r",|\.\.", answer["alpha"]):
         console.print(f"as code: phongbench shader {choices[0]['name']} --alpha {answer['alpha']}", soft_wrap=True)
     console.print(f"from {answer['run']}" if answer["run"] else "from the laws, without a run")
+
+
+def _elsewhere(others: Iterable[Mapping[str, Any]]) -> list[str]:
+    """A line for each other answer, with all the targets that give it."""
+    lines: dict[str, list[str]] = {}
+    for other in others:
+        cost = f"{other['cost']:.3g} {other['unit']} beyond the dot product, {other['ratio']:.3g} of exact Phong's"
+        line = f"{other['name']}, {cost}; error {other['max_abs']:.3g}"
+        lines.setdefault(line, []).append(other["target"])
+    return [f"on {', '.join(targets)}: {line}" for line, targets in lines.items()]
 
 
 def _steps(answer: Mapping[str, Any], console: Console) -> None:

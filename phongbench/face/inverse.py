@@ -12,8 +12,9 @@ from phongbench.formulas.formula import Formula
 from phongbench.formulas.spec import Approximation
 from phongbench.inverse.line import InverseLine, invert_line
 from phongbench.inverse.line_model import LineModel
-from phongbench.inverse.photometric import Normals, PhotometricLight, SurfaceModel, invert_pictures
+from phongbench.inverse.photometric import Normals, invert_pictures
 from phongbench.inverse.surface_heights import integrate
+from phongbench.inverse.surface_model import PhotometricLight, SurfaceModel
 
 
 def inverse_line(

@@ -94,6 +94,7 @@ class Plan:
     skipping        time kernels that skip dark blocks of pairs, too
     probes          of PROBE_NAMES; may be empty
     meshes          OBJ files that the mesh probe measures beside its own surfaces
+    targets         machines whose costs of the formulas are kept; every known one without any
     """
 
     preset: str = "quick"
@@ -116,6 +117,7 @@ class Plan:
     skipping: bool = False
     probes: tuple[str, ...] = USUAL_PROBES
     meshes: tuple[str, ...] = ()
+    targets: tuple[str, ...] = ()
 
     def as_dict(self) -> dict[str, Any]:
         """Plain data that JSON holds; `from_dict` is its inverse."""
@@ -152,6 +154,7 @@ class Plan:
             raw=tuple(dict.fromkeys(self.raw)),
             probes=_ordered(self.probes, PROBE_NAMES),
             meshes=tuple(dict.fromkeys(self.meshes)),
+            targets=tuple(dict.fromkeys(self.targets)),
         )
 
     def _check_axes(self) -> None:

@@ -14,21 +14,18 @@ Source  Woodham 1980 for the start; `solver` for the steps
 
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from itertools import combinations
 from typing import Any
 
 import numpy as np
 
 from phongbench.compiler import jit
-from phongbench.compiler.precisions import FLOAT64, Array
+from phongbench.compiler.precisions import Array
 from phongbench.errors import InputError
-from phongbench.formulas.formula import Formula, Registry
-from phongbench.formulas.kernel import Kernel
-from phongbench.formulas.registry import REGISTRY, guarded
 from phongbench.inverse import solver
-from phongbench.shading.specular_term import EXACT
-from phongbench.support.values import direction, number
+from phongbench.inverse.surface_model import PhotometricLight, SurfaceModel, solver_rows
+from phongbench.support.values import number
 
 #: pixels that a thread takes at a time
 TILE = 1 << 13
@@ -40,57 +37,6 @@ _FLAT = 1e-3
 _POOR = 0.02
 #: samples darker than this share of the diffuse term may be in shadow
 _DARK = 0.01
-
-
-@dataclass(frozen=True)
-class PhotometricLight:
-    """A light far away: the direction towards it, made unit, z >= 0; and its intensity, a factor of both terms."""
-
-    direction: tuple[float, float, float]
-    intensity: float = 1.0
-
-    @classmethod
-    def of(cls, towards: Any, intensity: Any = 1.0, where: str = "lights") -> "PhotometricLight":
-        """A light of these values; InputError naming the place."""
-        found, strength = direction(towards, where), number(intensity, where)
-        if found[2] < 0:
-            raise InputError("the light comes from behind: z is negative", where, "z points to the viewer")
-        if strength == 0:
-            raise InputError("a light of intensity 0 tells nothing", where, "leave it out, and its picture")
-        return cls(found, strength)
-
-
-@dataclass(frozen=True)
-class SurfaceModel:
-    """What a pixel's intensity is made of: the terms' strengths, and the formula of the highlight at an exponent.
-
-    ambient, diffuse, specular  >= 0, diffuse > 0; strengths for lights of intensity 1
-    alpha                       exponent of exact Phong
-    formula                     Phong's own power, or what stands for it
-    """
-
-    ambient: float = 0.0
-    diffuse: float = 1.0
-    specular: float = 0.0
-    alpha: float = 50.0
-    formula: Formula = EXACT
-    registry: Registry = field(default_factory=lambda: REGISTRY)
-
-    def __post_init__(self) -> None:
-        for name in ("ambient", "diffuse", "specular", "alpha"):
-            object.__setattr__(self, name, number(getattr(self, name), name))
-        if self.diffuse == 0:
-            raise InputError("without a diffuse term the start is unknown", "diffuse", "give a number above 0")
-        if self.formula.raw:
-            fix = f"give {self.formula.approximation} without @ and /: normals and lights are unit vectors here"
-            raise InputError(f"{self.formula} makes its pair or removes lengths", "specular", fix)
-        self.formula.check(self.alpha, self.registry)
-
-    def kernel(self) -> Kernel:
-        """The formula compiled, from coordinates to values in float64."""
-        spec = self.formula.spec(self.registry)
-        with guarded(spec):
-            return Kernel.of(spec, self.formula.setting(self.alpha), FLOAT64)
 
 
 @dataclass(frozen=True, eq=False)
@@ -187,7 +133,7 @@ def _solve(
     )
     numbers[solver.FITS_DIFFUSE : solver.FITS_SPECULAR + 1] = fits
     numbers[solver.MOST], numbers[solver.ENOUGH] = _MOST_STEPS, _ENOUGH
-    arguments = light_rows(lights), numbers, (kernel.coefficients, kernel.table)
+    arguments = solver_rows(lights), numbers, (kernel.coefficients, kernel.table)
 
     def tile(first: int) -> None:
         part = slice(first, first + TILE)
@@ -216,7 +162,7 @@ def _again(
 
     From a start beyond a highlight's flank, steps may end in a local minimum.
     """
-    for half in light_rows(lights)[:, solver.HALF : solver.HALF + 3]:
+    for half in solver_rows(lights)[:, solver.HALF : solver.HALF + 3]:
         with np.errstate(invalid="ignore"):
             poor = np.flatnonzero(found[:, solver.RESIDUAL] > _POOR * model.diffuse)
         if not len(poor):
@@ -227,14 +173,6 @@ def _again(
         better = tried[:, solver.RESIDUAL] < found[poor, solver.RESIDUAL]
         tried[:, solver.STEPS] += found[poor, solver.STEPS]
         found[poor[better]] = tried[better]
-
-
-def light_rows(lights: Sequence[PhotometricLight]) -> Array:
-    """The lights as the solver takes them: direction, half vector towards the viewer, intensity."""
-    towards = np.array([light.direction for light in lights])
-    half = towards + np.array([0.0, 0.0, 1.0])
-    half /= np.linalg.norm(half, axis=1)[:, None]
-    return np.column_stack([towards, half, [light.intensity for light in lights]])
 
 
 def _lambertian(

@@ -12,7 +12,8 @@ import numpy as np
 
 from phongbench.compiler.precisions import Array
 from phongbench.errors import InputError
-from phongbench.inverse.photometric import Normals, PhotometricLight, SurfaceModel, invert_pictures
+from phongbench.inverse.photometric import Normals, invert_pictures
+from phongbench.inverse.surface_model import PhotometricLight, SurfaceModel
 from phongbench.support import image_files
 from phongbench.support.atomic_files import write_text, write_whole
 from phongbench.support.documents import load

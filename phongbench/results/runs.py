@@ -81,6 +81,7 @@ class Run:
     incidence_times = _table("incidence_times")
     moments = _table("moments")
     cuts = _table("cuts")
+    costs = _table("costs")
 
     def read(self, name: str) -> pd.DataFrame:
         """A table, read anew. CorruptRunError if it cannot be read or lacks columns."""

@@ -6,12 +6,16 @@ Units: "1" is the scale of highlight factors and colours, which lie in 0..1; "co
 from collections.abc import Mapping
 from dataclasses import replace
 
+from phongbench.results import formula_columns
 from phongbench.results.columns import Column, Table
 from phongbench.results.columns import key_column as _key
 from phongbench.results.columns import table as _table
-from phongbench.results.formula_tables import BY_NAME as _BY_NAME
-from phongbench.results.formula_tables import CELL_COLUMNS as _CELL
-from phongbench.results.formula_tables import CUTS, INVERSE, MOMENTS
+from phongbench.results.cost_table import COSTS
+from phongbench.results.formula_columns import BY_NAME as _BY_NAME
+from phongbench.results.formula_columns import CELL_COLUMNS as _CELL
+from phongbench.results.formula_columns import FORMULA as _FORMULA
+from phongbench.results.formula_columns import RATIO as _RATIO
+from phongbench.results.inverse_table import INVERSE
 
 BASELINE, TWIN, LIBM = "phong", "aa-twin", "phong-libm"
 #: timing rows that are no formulas: what the machine can do at best
@@ -22,9 +26,8 @@ COVERAGES = ("sampled", "searched", "exhaustive", "certified")
 EXACT = "exact"
 
 
-_FORMULA = ("approximation", "lambda_form", "space", "beta_policy", "gamma")
 #: columns of what is done to raw vectors, and their values where nothing is: runs of older versions lack them
-RAW = {"recipe": "pair", "normalise": "none"}
+RAW = formula_columns.RAW
 _INPUTS = (
     _key(
         "stratum",
@@ -61,11 +64,6 @@ _ERRORS = (
     Column("rounding_max", "float64", "largest change from the working precision; missing for float64", "1"),
 )
 _COUNTS = (_NONFINITE, _ABOVE_ONE, Column("negative", "int64", "values below 0", "count"))
-_RATIO = (
-    Column("ratio", "float64", "time / time of what it is compared with, median over rounds", "1"),
-    Column("ratio_low", "float64", "lower end of the ratio's 99 % sign-test interval", "1"),
-    Column("ratio_high", "float64", "upper end of that interval", "1"),
-)
 _AXES = ("ax", "ay", "az", "bx", "by", "bz")
 _HEX = tuple(Column(axis, "str", f"component of vector {axis[0]}", "hex float") for axis in _AXES)
 _PICTURE = (
@@ -236,6 +234,31 @@ INCIDENCE_TIMES = _table(
     Column("ns", "float64", "least time, per cosine", "ns"),
     *_RATIO,
 )
+_LOBE = tuple(_BY_NAME[name] for name in ("approximation", "lambda_form", "space", "beta_policy", "alpha", "gamma"))
+_OF_LAW = "by closed form, for light along the normal; missing where there is none"
+MOMENTS = _table(
+    "What the lobe of a formula sends where, above the horizon, for light of unit intensity along its peak",
+    *_LOBE,
+    _BY_NAME["beta"],
+    _key("incidence_degrees", "float64", "of the light, from the normal", "degrees"),
+    Column("energy", "float64", "integral of the lobe over directions", "sr"),
+    Column("energy_ratio", "float64", "energy over that of exact Phong", "1"),
+    Column("momentum", "float64", "the part of it along the mirrored direction", "sr"),
+    Column("momentum_ratio", "float64", "momentum over that of exact Phong", "1"),
+    Column("sideways", "float64", "the part across it in the plane of incidence, towards the normal", "sr"),
+    Column("half_width_degrees", "float64", "angle between R and V at half of the peak; missing if never", "degrees"),
+    Column("half_width_ratio", "float64", "half width over that of exact Phong", "1"),
+    Column("energy_law", "float64", f"energy {_OF_LAW}", "sr"),
+    Column("momentum_law", "float64", f"momentum {_OF_LAW}", "sr"),
+)
+CUTS = _table(
+    "Where the lobe of a formula is cut off, in the plane of incidence",
+    *_LOBE,
+    Column("cut_degrees", "float64", "angle between R and V from which it is 0; missing where it never is", "degrees"),
+    Column("step", "float64", "value a degree before that angle", "1"),
+    Column("codes", "float64", "the same in steps of an 8-bit channel", "codes"),
+    Column("at_90", "float64", "value at 90 degrees between R and V", "1"),
+)
 TABLES: Mapping[str, Table] = {
     "accuracy": ACCURACY,
     "timing": TIMING,
@@ -251,6 +274,7 @@ TABLES: Mapping[str, Table] = {
     "incidence_times": INCIDENCE_TIMES,
     "moments": MOMENTS,
     "cuts": CUTS,
+    "costs": COSTS,
     "inverse": INVERSE,
 }
 #: all metrics of accuracy rows

@@ -8,6 +8,7 @@ from phongbench.accuracy import probes, sweep
 from phongbench.formulas.registry import REGISTRY
 from phongbench.formulas.spec import Approximation
 from phongbench.inputs.plan import Plan
+from phongbench.study.target_costs import checked
 from phongbench.support.process import cores
 from phongbench.support.progress import Progress
 
@@ -40,6 +41,7 @@ def forecast(
 
     The trial compiles what the run will then find in the cache, so the seconds are those of a run on a warm cache.
     """
+    checked(plan.targets)
     progress, jobs = progress or Progress(), jobs or cores()
     prepared = sweep.prepare(plan, registry)
     rows = sum(len(batch.cells) * batch.truths for batch in prepared.batches)

@@ -23,7 +23,8 @@ from phongbench.formulas.spec import Approximation
 from phongbench.inputs.plan import Plan
 from phongbench.results import checkpoints, runs
 from phongbench.results.runs import Run
-from phongbench.study import precompile, run_folder
+from phongbench.results.schema import TIMING
+from phongbench.study import precompile, run_folder, target_costs
 from phongbench.study.kernel_timing import time_all
 from phongbench.support import process
 from phongbench.support.process import seldom_collected
@@ -93,8 +94,10 @@ def run_study(
     build_report  (run, folder) -> path of the page; None to leave the report out
     command       the words of the command line, for the provenance
     files         names of the user's own files behind the registry, for the commands a report shows
-    Raises LockedError, StorageError, InputError (the folder holds another run), CorruptRunError, InterruptedStudyError.
+    Raises LockedError, StorageError, InputError (the folder holds another run), CorruptRunError, InterruptedStudyError,
+    UnknownNameError for a target of the plan.
     """
+    target_costs.checked(plan.targets)
     run_id = runs.new_run_id(plan)
     path = out or runs.DEFAULT_ROOT / run_id
     seconds: dict[str, float] = {}
@@ -181,8 +184,8 @@ class _Study:
             self.store(frames)
         with _clocked(seconds, "timing"):
             end_help()
-            if self.sweep.plan.timing:
-                self.store(time_all(self.sweep, self.progress))
+            times = time_all(self.sweep, self.progress) if self.sweep.plan.timing else {}
+            self.store({**times, "costs": self.costs(times.get("timing", TIMING.frame()))})
         return self.complete(context, seconds)
 
     def accuracy(self, parts: list[pd.DataFrame]) -> ProbeContext:
@@ -244,6 +247,11 @@ class _Study:
         if said["facts"] is not None:
             context.facts[probe.name] = said["facts"]
         return frames
+
+    def costs(self, timing: pd.DataFrame) -> pd.DataFrame:
+        """What the formulas cost on the plan's targets."""
+        cells = [cell for at, cell in enumerate(self.sweep.cells) if cell.gated and at not in self.sweep.failures]
+        return target_costs.Costs(cells, self.sweep.registry, self.progress.note).frame(self.sweep.plan.targets, timing)
 
     def store(self, frames: Mapping[str, pd.DataFrame]) -> None:
         """Write tables into the folder, and that they are there: an interrupted run has what it has stored."""

@@ -42,6 +42,16 @@ class CostTable:
     dot: Cost
     rows: Mapping[str, tuple[str, Cost]]
 
+    @property
+    def unit(self) -> str:
+        """Of its costs."""
+        return self.target.unit
+
+    @property
+    def language(self) -> str:
+        """In which code is looked up."""
+        return self.target.language
+
     def known(self, wanted: Code) -> Cost | None:
         """The cost of code that was compiled; None for other code."""
         row = self.rows.get(wanted.shape)

@@ -1,7 +1,11 @@
 """Which targets there are, what each rests on, and what it lacks here."""
 
+from pathlib import Path
 from typing import Any
 
+from phongbench.errors import InputError
+from phongbench.results.runs import DEFAULT_ROOT
+from phongbench.targets import measured
 from phongbench.targets.chips import TARGETS
 from phongbench.targets.costs import FOLDER, shipped
 from phongbench.targets.target import Target
@@ -10,21 +14,31 @@ from phongbench.targets.target import Target
 _MEASURED = (
     ("cpu", "this machine's processor", "phongbench run", None),
     ("gpu", "a GPU of this machine", "WebGPU", "phongbench does not measure it yet"),
-    ("page", "the GPU of whoever opens the explorer", "WebGPU in a browser", "the page does not measure it yet"),
+    ("page", "the GPU of whoever opens the explorer", "WebGPU in a browser", "add one: phongbench targets add"),
 )
 
 
-def listing() -> list[dict[str, Any]]:
-    """Every target as plain data.
+def listing(root: Path = DEFAULT_ROOT) -> list[dict[str, Any]]:
+    """Every target as plain data, those that were added among the runs of `root` last.
 
     name, title, cost_kind   measured: a time with an interval; compiled: what the chip's compiler says of its code
     available, why_not       whether it answers here, and what it lacks if not
-    rows                     how many codes the shipped costs hold; None for what is measured
+    rows                     how many codes have a cost; None where runs have them
     unit, tool, tool_version of a cost, and of what says so
     compiles, needs          whether other formulas can be compiled here, and what is missing if not
     """
-    measured = [_row(name, title, "measured", tool, why_not=why) for name, title, tool, why in _MEASURED]
-    return measured + [_compiled(target) for target in TARGETS.values()]
+    here = [_row(name, title, measured.KIND, tool, why_not=why) for name, title, tool, why in _MEASURED]
+    compiled = [_compiled(target) for target in TARGETS.values()]
+    return here + compiled + [_added(name, root) for name in measured.names(root)]
+
+
+def _added(name: str, root: Path) -> dict[str, Any]:
+    try:
+        table = measured.added(name, root)
+    except InputError as problem:
+        return _row(name, "measured elsewhere", measured.KIND, "", why_not=str(problem))
+    more = {"rows": len(table.rows), "tool_version": table.tool_version}
+    return _row(name, table.adapter, measured.KIND, table.tool, why_not=None, **more)
 
 
 def _compiled(target: Target) -> dict[str, Any]:

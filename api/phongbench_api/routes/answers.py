@@ -39,7 +39,7 @@ async def recommend(request: Request, parameters: Annotated[RecommendParameters,
 
     def work(_cancelled: object) -> Any:
         run = here.store.newest_timed() if parameters.run is None else here.store.intact(parameters.run)
-        return _cached(here, run, parameters, lambda: cheapest(run, **budget, search=False))
+        return _cached(here, run, parameters, lambda: cheapest(run, **budget, search=False, root=here.store.root))
 
     asked = {field.name: budget[field.name] for field in fields(Budget)}
     cost = SECONDS + promises.seconds(Budget.of(**asked))
@@ -49,8 +49,8 @@ async def recommend(request: Request, parameters: Annotated[RecommendParameters,
 @router.get("/runs/{run}/front", summary="The error/time front of a run", **described({"points": []}, *_STORED))
 async def front(request: Request, run: str, parameters: Annotated[FrontParameters, Query()]) -> Response:
     """Every timed formula with its error, its time, and whether another one beats it in both."""
-    options = parameters.model_dump()
-    return await _answer(request, run, parameters, lambda stored: points(stored, **options))
+    options, root = parameters.model_dump(), service(request).store.root
+    return await _answer(request, run, parameters, lambda stored: points(stored, **options, root=root))
 
 
 @router.get("/runs/{run}/claims", summary="The textbook claims, judged", **described({"claims": []}, *_STORED))
@@ -71,4 +71,4 @@ async def _answer(request: Request, name: str, question: object, answer: Callabl
 
 def _cached(here: Service, run: Run | None, question: object, make: Callable[[], Any]) -> Any:
     state = None if run is None else (run.path, here.store.stamp(run))
-    return here.answers.get((state, question), make)
+    return here.answers.get((state, here.store.added_stamp(getattr(question, "target", "")), question), make)

@@ -10,6 +10,7 @@ from phongbench.errors import CorruptRunError, PhongbenchError
 from phongbench.results import runs as results
 from phongbench.results.runs import MANIFEST, RUN_ID, Run
 from phongbench.results.schema import TABLES
+from phongbench.targets.measured import NAME, place_of
 from phongbench_api.http.problems import NotFoundError
 
 _UNKNOWN = "no run of that id is stored here"
@@ -85,6 +86,10 @@ class RunStore:
     def stamp(self, run: Run) -> object:
         """Changes whenever a file of the run does."""
         return self._stamp(run.path)
+
+    def added_stamp(self, target: str) -> object:
+        """Changes whenever the file of a measured target does; None of any other."""
+        return _state(place_of(target, self.root)) if NAME.fullmatch(target) else None
 
     def _load(self, path: Path) -> Run:
         stamp = _state(path / MANIFEST)

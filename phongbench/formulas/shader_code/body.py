@@ -5,6 +5,7 @@ import math
 import operator
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 from phongbench.compiler import elementary
@@ -54,8 +55,7 @@ class BodyWriter:
 
     def run(self, definition: ast.FunctionDef, arguments: Sequence[Value]) -> Value:
         """The value of a call."""
-        names = (n.id for n in ast.walk(definition) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Load))
-        self.uses = Counter(names)
+        self.uses = _uses(definition)
         for argument, value in zip((a.arg for a in definition.args.args), arguments, strict=True):
             self._assign(argument, value)
         for statement in definition.body:
@@ -222,3 +222,9 @@ def _kind(value: Value) -> str:
     if isinstance(value, Term):
         return value.kind
     return "int" if isinstance(value, int) and not isinstance(value, bool) else "float"
+
+
+@lru_cache(1024)
+def _uses(definition: ast.FunctionDef) -> Counter[str]:
+    """How often each name is read."""
+    return Counter(n.id for n in ast.walk(definition) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Load))

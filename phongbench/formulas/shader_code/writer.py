@@ -9,6 +9,7 @@ import ast
 import inspect
 import math
 from collections.abc import Mapping, Sequence
+from functools import lru_cache
 from itertools import chain, count
 from typing import Any
 
@@ -58,8 +59,7 @@ class Writer:
         else:
             lowered: Any = lower(body, FLOAT32, **(known or {}))
             source, scope, callees = lowered.__lowered_source__, lowered.__globals__, lowered.__callees__
-        definition = ast.parse(source).body[0]
-        assert isinstance(definition, ast.FunctionDef)
+        definition = _parsed(source)
         return BodyWriter(self, scope, callees).run(definition, arguments)
 
     def _squarings(self, value: Value, n: int) -> Value:
@@ -179,3 +179,11 @@ class Writer:
         low = {"max": max, "min": min}[name](map(low_of, arguments)) if name in ("max", "min") else -math.inf
         high = {"max": max, "min": min}[name](map(high_of, arguments)) if name in ("max", "min") else math.inf
         return Term(f"{self.language.names.get(name, name)}({passed})", ATOM, kind, low, high)
+
+
+@lru_cache(1024)
+def _parsed(source: str) -> ast.FunctionDef:
+    """The function that a lowered source defines; nobody changes it."""
+    definition = ast.parse(source).body[0]
+    assert isinstance(definition, ast.FunctionDef)
+    return definition

@@ -10,13 +10,17 @@ import pandas as pd
 import pytest
 from click.testing import CliRunner
 
+from phongbench.analysis.by_target import alike, answers
 from phongbench.analysis.front import points
 from phongbench.analysis.recommend import elsewhere, recommend
+from phongbench.analysis.rows import Rows
+from phongbench.cli import terminal
 from phongbench.cli.main import main
 from phongbench.errors import InputError, UnknownNameError
 from phongbench.formulas.formula import Formula
 from phongbench.inputs.plan import Plan
 from phongbench.results.runs import Run
+from phongbench.results.schema import TABLES
 from phongbench.targets.chips import TARGETS
 from phongbench.targets.costs import shipped
 
@@ -122,3 +126,57 @@ def test_the_command_takes_several_targets(run: Run, tmp_path: Path, monkeypatch
     assert both["gcn4"] == json.loads(CliRunner().invoke(main, [*ask, "--target", "gcn4", "--json"]).output)
     assert CliRunner().invoke(main, [*ask, "--target", ","]).exit_code == 2
     assert CliRunner().invoke(main, ["front", run.id, "--alpha", "50", "--target", "gcn4"]).exit_code == 0
+
+
+def test_answers_beside_one_another_are_those_of_recommend(run: Run) -> None:
+    found = answers(Rows(run), list(TARGETS), [50.0], 0.01)
+    assert [answer.target for answer in found] == list(TARGETS)
+    for answer in found:
+        best = recommend(run, **QUESTION, target=answer.target)["choices"][0]
+        told = answer.as_dict()
+        assert {key: told[key] for key in told if key != "alpha"} == {key: best[key] for key in told if key != "alpha"}
+    groups = alike(found)
+    assert sorted(name for group in groups for name in group) == sorted(TARGETS)
+    for group in groups:
+        assert len({(answer.formula, round(answer.row["ratio"], 3)) for answer in found if answer.target in group}) == 1
+
+
+def test_nothing_within_a_budget_is_said_for_each_target(run: Run) -> None:
+    assert all(a.row is None and a.as_dict()["name"] is None for a in answers(Rows(run), ["rdna2"], [50.0], 1e-12))
+
+
+def test_own_formulas_have_the_price_that_was_compiled_with_their_run(stored: Stored, rows: pd.DataFrame) -> None:
+    own = rows[rows["approximation"] == "gaussian"].assign(approximation="own")
+    run = stored(accuracy=pd.concat([rows, own], ignore_index=True), timed=False)
+    assert "own" not in {p["approximation"] for p in points(run, alpha=50, target="rdna2")["points"]}
+    named = {"approximation": "own", "lambda_form": "dot", "space": "reflect", "beta_policy": "minimax", "gamma": None}
+    named |= {"recipe": "pair", "normalise": "none", "precision": "float32", "alpha": 50.0, "context": 0}
+    cost = {"cost": 1.5, "ratio": 0.25, "ratio_low": 0.25, "ratio_high": 0.25, "bound_by": "special"}
+    costs = TABLES["costs"].frame([{"target": "rdna2", "cost_kind": "compiled", **named, **cost}])
+    run.__dict__["costs"] = costs
+    mine = [p for p in points(run, alpha=50, target="rdna2")["points"] if p["approximation"] == "own"]
+    assert [(p["name"], p["cost"], p["ratio"], p["bound_by"]) for p in mine] == [
+        ("own:dot:minimax", 1.5, 0.25, "special")
+    ]
+    assert not [p for p in points(run, alpha=50, target="gcn4")["points"] if p["approximation"] == "own"]
+
+
+def test_the_command_shows_what_to_ship_where(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(run.path.parent.parent)
+    document = json.loads(CliRunner().invoke(main, ["show", "latest", "--target", "rdna2,gcn4", "--json"]).output)
+    assert [(a["alpha"], a["target"]) for a in document["answers"]] == [(50.0, "rdna2"), (50.0, "gcn4")]
+    assert {"name", "cost", "unit", "cost_kind", "bound_by", "normalise", "recipe"} <= set(document["answers"][0])
+    plain = CliRunner().invoke(main, ["show", "latest", "--target", "rdna2"])
+    assert document["answers"][0]["name"] in plain.output
+    assert "answers" not in json.loads(CliRunner().invoke(main, ["show", "latest", "--json"]).output)
+    for name, told in (("geforce", "gcn4"), ("cpu", "no timing rows")):
+        refused = CliRunner().invoke(main, ["show", "latest", "--target", name])
+        assert refused.exit_code == 2
+        assert told in refused.output
+
+
+def test_targets_that_answer_alike_share_a_line() -> None:
+    same = {"name": "phong", "cost": 6.0, "unit": "cycles", "ratio": 1.0, "max_abs": 1e-6}
+    others = [same | {"target": "rdna2"}, same | {"target": "gcn4", "cost": 24.0}, same | {"target": "rdna3"}]
+    lines = terminal._elsewhere(others)
+    assert [line.split(":")[0] for line in lines] == ["on rdna2, rdna3", "on gcn4"]

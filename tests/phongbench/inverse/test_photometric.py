@@ -10,7 +10,8 @@ from phongbench.compiler import jit
 from phongbench.errors import InputError
 from phongbench.formulas.formula import Formula
 from phongbench.inverse import solver
-from phongbench.inverse.photometric import PhotometricLight, SurfaceModel, invert_pictures, light_rows
+from phongbench.inverse.photometric import invert_pictures
+from phongbench.inverse.surface_model import PhotometricLight, SurfaceModel, solver_rows
 from phongbench.shading.lighting import Light, Material, Viewer
 from phongbench.shading.shade import shade
 
@@ -151,7 +152,7 @@ def test_one_light_turns_the_normal_around_itself_only() -> None:
 def test_steps_are_those_of_independent_derivatives() -> None:
     normal, lights = np.array([0.3, -0.2, 0.0]), around(35, 5)
     normal[2] = math.sqrt(1 - normal @ normal)
-    rows, observed = light_rows(lights), np.zeros(5)
+    rows, observed = solver_rows(lights), np.zeros(5)
     model = np.array([0.05, KD, KS, 0.0, 0.0, 1.0, 1.0, 9.0, 1e-9])
 
     def terms(state: Array) -> tuple[Array, Array]:

@@ -65,7 +65,7 @@ def test_a_study_leaves_a_complete_run(whole, plan):
     assert run.plan == plan
     assert runs.verify(run) == []
     assert len(run.accuracy)
-    assert set(run.manifest["files"]) == {"accuracy.parquet", "worst.parquet"}
+    assert set(run.manifest["files"]) == {"accuracy.parquet", "worst.parquet", "costs.parquet"}
     assert not (run.path / "parts").exists()
     told = whole.as_dict()
     assert set(told) == {"run", "path", "cells", "evaluations", "seconds", "failed_cells", "violations", "report"}

@@ -1,0 +1,109 @@
+"""The answer to an error budget for each target beside one another: which formula to ship where."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from phongbench.analysis.choice import promised
+from phongbench.analysis.error_budget import Budget
+from phongbench.analysis.front import errors_at, judged, records
+from phongbench.analysis.rows import Rows, at
+from phongbench.analysis.target_costs import CPU, TIE, own_prices, priced, unit_of
+from phongbench.formulas.formula import Formula
+from phongbench.formulas.user_files import installed
+from phongbench.results.runs import DEFAULT_ROOT
+from phongbench.results.schema import CELL, INPUT
+from phongbench.targets.chips import TARGETS
+
+#: the precision of compiled costs
+PRECISION = "float32"
+
+
+@dataclass(frozen=True)
+class Answer:
+    """The cheapest formula within a budget at one exponent on one target.
+
+    row  of `priced` cells, with `bound` and `coverage` as they are promised; None where nothing is within the budget,
+         or nothing was timed
+    """
+
+    alpha: float
+    target: str
+    row: Mapping[str, Any] | None
+
+    @property
+    def formula(self) -> Formula | None:
+        """What it names."""
+        return None if self.row is None else Formula.of_row(self.row)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain data."""
+        names = ("cost", "unit", "cost_kind", "ratio", "ratio_low", "ratio_high", "bound_by", "bound", "coverage")
+        row = self.row or {}
+        told = {name: row.get(name) for name in names}
+        formula = self.formula
+        more = {"normalise": formula.normalise, "recipe": formula.recipe} if formula else {}
+        return {"alpha": self.alpha, "target": self.target, "name": str(formula) if formula else None, **told, **more}
+
+
+def targets_of(rows: Rows) -> list[str]:
+    """The targets that a run has costs of, in the order of the list of targets."""
+    known = set(rows.costs["target"].astype(str))
+    timed = [] if at(rows.timing, precision=PRECISION).empty else [CPU]
+    return [*timed, *(name for name in TARGETS if name in known)]
+
+
+def answers(
+    rows: Rows, targets: Sequence[str], alphas: Iterable[float], budget: float, root: Path = DEFAULT_ROOT
+) -> list[Answer]:
+    """The answer at each exponent on each target, formulas of (R, V) in float32 on unit vectors.
+
+    budget  largest absolute error allowed; what is compared with it is a promise, as in `recommend`
+    root    the folder of the runs, in which measured targets were added
+    """
+    return [_cheapest(rows, target, alpha, budget, root) for alpha in alphas for target in targets]
+
+
+def _cheapest(rows: Rows, target: str, alpha: float, budget: float, root: Path) -> Answer:
+    if target == CPU:
+        timed = rows.choice(alpha, PRECISION, budget).best
+        return Answer(alpha, target, None if timed is None else {**timed, "cost": timed["ns"], **unit_of(CPU)})
+    judge = promised(Budget.of(alpha, budget, precision=PRECISION), installed())
+    cells = priced_at(rows, target, alpha, budget, root)
+    for row in records(cells.sort_values(["ratio", TIE, "error", *CELL], kind="stable")):
+        kept = judge(row, False)
+        if kept.kept and kept.bound <= budget:
+            sharp = min(judge(row, True), kept, key=lambda one: one.bound)
+            return Answer(alpha, target, {**row, "bound": sharp.bound, "coverage": sharp.coverage})
+    return Answer(alpha, target, None)
+
+
+def priced_at(
+    rows: Rows, target: str, alpha: float, within: float | None = None, root: Path = DEFAULT_ROOT
+) -> pd.DataFrame:
+    """Formulas of (R, V) with their largest sampled error at an exponent and their cost on a target other than cpu.
+
+    within  leave out what errs more: writing the code of a formula, to look its cost up, takes a millisecond
+    """
+    wrong = errors_at(at(rows.highlight, space="reflect"), alpha=alpha, precision=PRECISION)
+    near = wrong if within is None else wrong[wrong["error"] <= within]
+    own = own_prices(rows.run, target, None)
+    return priced(near.reset_index(drop=True), (alpha,), target, None, [], root, own)
+
+
+def front_on(rows: Rows, target: str, alpha: float) -> pd.DataFrame:
+    """The front of a compiled target at an exponent, as `front.points` gives it."""
+    return judged(priced_at(rows, target, alpha)).drop(columns=INPUT, errors="ignore")
+
+
+def alike(found: Sequence[Answer]) -> list[list[str]]:
+    """The targets in groups that answer alike, in formula and ratio, at every exponent; in their order."""
+    groups: dict[tuple[Any, ...], list[str]] = {}
+    for target in dict.fromkeys(answer.target for answer in found):
+        mine = [answer for answer in found if answer.target == target]
+        key = tuple((a.alpha, a.formula, None if a.row is None else round(float(a.row["ratio"]), 3)) for a in mine)
+        groups.setdefault(key, []).append(target)
+    return list(groups.values())
