@@ -11,7 +11,7 @@ from typing import Any
 
 import pandas as pd
 
-from phongbench.analysis import law_bounds, measured_errors, raw_vectors
+from phongbench.analysis import inverse_errors, law_bounds, measured_errors, raw_vectors
 from phongbench.analysis.choice import as_given, choose, promised
 from phongbench.analysis.choice_words import answered
 from phongbench.analysis.error_budget import Budget, length_error_of
@@ -40,6 +40,7 @@ def recommend(
     search: bool = True,
     raw: bool = False,
     mesh_angle: float | str | None = None,
+    inverse_error: float | str | None = None,
     root: Path = DEFAULT_ROOT,
 ) -> dict[str, Any]:
     """The cheapest formula within an error budget, the next cheapest, and the nearest miss, as plain data.
@@ -57,6 +58,7 @@ def recommend(
     raw                  True: choose among whole recipes from raw N, L and V, see `raw_vectors.recommend`
     mesh_angle           instead of length_error: degrees between the normals at the ends of an edge, which make the
                          normals between them shorter than 1 by up to 1 - cos(mesh_angle / 2)
+    inverse_error        how many degrees normals may be off that the formula gives back, see `inverse_errors`
     root                 the folder of the runs, in which measured targets were added
     returns              basis ("run" or "laws"), run, the budget, `choices` (best, then next; empty where nothing is
                          within it), `nearest_miss`, `notes` in words. In each choice `max_abs` is the largest error
@@ -74,6 +76,8 @@ def recommend(
         return raw_vectors.recommend(run, budget, any_length=length_error is None)
     notes: list[str] = []
     cells = _cells(run, budget, (checked(target, short_of, root), short_of, root), notes)
+    if inverse_error is not None:
+        cells = inverse_errors.within(cells, run, budget.alpha, inverse_error, notes)
     unknown = sorted(set(cells["approximation"]) - set(installed()))
     if unknown:
         notes.append(f"{', '.join(unknown)}: only sampled, and the formula is not here, so nothing is promised of it")

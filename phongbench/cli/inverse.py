@@ -131,16 +131,16 @@ def photometric(
       phongbench inverse photometric *.exr --lights lights.json --diffuse 0.7 --ks 0.5 --alpha 50 --out map.png
       phongbench inverse photometric *.npy --lights l.json --ks 0.5 --specular lyon:dot:8 --out n.npy --heights z.obj
     """
-    from phongbench.inverse.picture_files import check_heights, check_normals, invert_files, save_heights, save_normals
-    from phongbench.inverse.surface_heights import integrate
+    from phongbench.inverse.picture_files import check_heights, invert_files, save_heights, save_normals
+    from phongbench.support.image_files import check_writable
     from phongbench.support.process import cores
 
-    check_normals(out)
+    check_writable(out)
     if heights is not None:
         check_heights(heights)
     found = invert_files(pictures, options.pop("lights"), _surface(options), threads=threads or cores(), **options)
     save_normals(found.normals, out)
     if heights is not None:
-        save_heights(integrate(found.normals), heights)
+        save_heights(found.heights(), heights)
     answer = {"normals": str(out), "heights": None if heights is None else str(heights), **found.summary()}
     show(answer, as_json, lambda: facts({name: value for name, value in answer.items() if value is not None}))

@@ -13,7 +13,6 @@ from phongbench.formulas.spec import Approximation
 from phongbench.inverse.line import InverseLine, invert_line
 from phongbench.inverse.line_model import LineModel
 from phongbench.inverse.photometric import Normals, invert_pictures
-from phongbench.inverse.surface_heights import integrate
 from phongbench.inverse.surface_model import PhotometricLight, SurfaceModel
 
 
@@ -87,7 +86,8 @@ def inverse_photometric(
     mask        (h, w)        pixels that are wanted
     albedo, gloss             whether to solve for a factor of the diffuse, and of the specular term in each pixel
     saturation, shadow        intensities from the one on, and up to the other above ambient, are not used
-    returns     Normals: `normals` (h, w, 3), NaN where nothing is known, `diffuse`, `specular`, `residual`, `steps`
+    returns     Normals: `normals` (h, w, 3), NaN where nothing is known, `diffuse`, `specular`, `residual`, `steps`;
+                `heights()` gives heights (h, w) towards the viewer
     Raises InputError naming the argument, the picture or the light.
 
     >>> lights = [(0.5, 0, 1), (-0.5, 0, 1), (0, 0.5, 1)]
@@ -104,17 +104,3 @@ def inverse_photometric(
     inside = None if mask is None else np.asarray(mask)
     options = {"albedo": albedo, "gloss": gloss, "saturation": saturation, "shadow": shadow, "threads": threads}
     return invert_pictures(np.asarray(pictures), known, model, mask=inside, **options)  # type: ignore[arg-type]
-
-
-def inverse_heights(normals: ArrayLike, *, mask: ArrayLike | None = None) -> Array:
-    """Heights (h, w) of normals (h, w, 3) by least squares: towards the viewer, a pixel is 1, x right and y up.
-
-    mask     (h, w)  parts that do not touch are integrated by themselves, each to a mean of 0: cut it where the
-                     surface breaks
-    returns  NaN outside the mask and where normals are NaN or seen edge-on
-
-    >>> slope = np.broadcast_to(np.array([-0.6, 0.0, 0.8]), (2, 3, 3))
-    >>> pb.inverse_heights(slope)[0].round(6)
-    array([-0.75,  0.  ,  0.75])
-    """
-    return integrate(np.asarray(normals), None if mask is None else np.asarray(mask))

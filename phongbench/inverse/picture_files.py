@@ -92,11 +92,6 @@ def _named(where: str | None, paths: Sequence[Path], lights: Path) -> str | None
     return f"{lights}: {where}" if where is not None and where.startswith("lights") else where
 
 
-def check_normals(path: Path) -> None:
-    """To be asked before long work: what would keep normals from being written there."""
-    image_files.check_writable(path)
-
-
 def save_normals(normals: Array, path: Path) -> None:
     """Write normals as .npy, .exr, or a normal map in .png."""
     image_files.save(path, normal_map(normals) if path.suffix.lower() == ".png" else normals)

@@ -25,7 +25,6 @@ FUNCTIONS = (
     "front",
     "shader",
     "moments",
-    "inverse_heights",
     "inverse_line",
     "inverse_photometric",
     "load_file",
