@@ -51,7 +51,7 @@ def within(
     others = errors[errors["approximation"] != "phong"]
     best = f"; of all but exact Phong, {Formula.of_row(others.iloc[0].to_dict())} does least" if len(others) else ""
     notes.append(
-        f"{len(kept)} of {len(cells)} cells bend normals by at most {most:g} degrees, in the mean on the worst surface, "
+        f"{len(kept)} of {len(cells)} cells bend normals by at most {most:g} degrees, in the mean of a surface, "
         f"inverted from exact pictures under 4 lights{best}"
     )
     return kept

@@ -85,7 +85,6 @@ def _model_options(command: Any) -> Any:
         click.option("--alpha", default=50.0, show_default=True, metavar="A", help="Exponent of the highlight."),
         click.option("--specular", default="phong", show_default=True, metavar="FORMULA", help="Of the highlight."),
         WITH,
-        click.option("--mask", type=PATH, metavar="PICTURE", help="Pixels that are wanted: those not black."),
         click.option("--linear", is_flag=True, help="PNG holds linear codes.  [default: sRGB]"),
     )):  # fmt: skip
         command = option(command)
@@ -110,6 +109,7 @@ def _surface(options: dict[str, Any]) -> Any:
 @click.option("--out", required=True, type=PATH, help="Normals: .npy, .exr, or a normal map .png.")
 @click.option("--heights", type=PATH, metavar="FILE", help="Heights, too: .npy or .obj.")
 @_model_options
+@click.option("--mask", type=PATH, metavar="PICTURE", help="Pixels that are wanted: those not black.")
 @click.option("--albedo", is_flag=True, help="Solve for a factor of the diffuse term in each pixel.")
 @click.option("--gloss", is_flag=True, help="Solve for a factor of the specular term in each pixel.")
 @click.option("--saturation", type=float, metavar="I", help="Unused from here on.  [default: the largest code of PNG]")
@@ -144,3 +144,76 @@ def photometric(
         save_heights(found.heights(), heights)
     answer = {"normals": str(out), "heights": None if heights is None else str(heights), **found.summary()}
     show(answer, as_json, lambda: facts({name: value for name, value in answer.items() if value is not None}))
+
+
+@inverse.command(short_help="Shapes that `inverse image` may choose among, from depth maps.")
+@click.argument("depths", type=PATH, required=False, metavar="[FOLDER|FILE.npz]")
+@click.option("--synthetic", type=click.IntRange(min=2), metavar="N", help="Instead: N synthetic heads, by a program.")
+@click.option(
+    "--components", default=20, show_default=True, metavar="K", help="Principal components, at most maps - 1."
+)
+@click.option("--out", required=True, type=PATH, metavar="FILE.npz", help="The shapes: mean, components, variances.")
+@JSON
+def learn(depths: Path | None, synthetic: int | None, components: int, out: Path, as_json: bool) -> None:
+    """Learn the principal components of depth maps: a folder of .npy (h, w), or a .npz with one array (maps, h, w).
+
+    Heights are towards the viewer, in pixels. No faces are shipped: --synthetic makes heads of a few parameters.
+    """
+    from phongbench.inverse import shape_model
+
+    if (depths is None) == (synthetic is None):
+        raise click.UsageError("give depth maps, or --synthetic N")
+    maps = shape_model.synthetic_heads(synthetic) if depths is None else shape_model.read_depths(depths)
+    shapes = shape_model.learn(maps, components)
+    shape_model.save_shapes(shapes, out)
+    share = float(shapes.variances.sum() / max(maps.var(axis=0, ddof=1).sum(), 1e-300))
+    answer = {"out": str(out), "maps": len(maps), "components": components, "share_of_variance": share}
+    show(answer, as_json, lambda: facts(answer))
+
+
+@inverse.command(short_help="From one picture: the cone of normals, or the most probable shape.")
+@click.argument("picture", type=PATH, metavar="PICTURE")
+@click.option("--light", required=True, type=CommaList("numbers", float), metavar="X,Y,Z", help="Towards the light.")
+@click.option("--prior", type=(click.Choice(["pca"]), PATH), metavar="pca SHAPES.npz", help="What `learn` has written.")
+@click.option("--noise", default=0.01, show_default=True, metavar="SD", help="Of intensities; weighs the prior.")
+@click.option("--out", required=True, type=PATH, help="Heights, .npy or .obj; without a prior the cones, .npy.")
+@click.option("--normals", "normals_out", type=PATH, metavar="FILE", help="Normals, too: .npy, .exr or .png.")
+@_model_options
+@JSON
+def image(
+    picture: Path,
+    light: Any,
+    prior: Any,
+    noise: float,
+    out: Path,
+    normals_out: Path | None,
+    as_json: bool,
+    **options: Any,
+) -> None:
+    """One equation a pixel leaves a cone of normals around the light: its half angle in degrees; with a prior, a shape.
+
+    \b
+    Examples:
+      phongbench inverse learn --synthetic 200 --out heads.npz
+      phongbench inverse image face.png --light 0.3,0.2,1 --diffuse 0.8 --prior pca heads.npz --out face.obj
+      phongbench inverse image picture.png --light 0.3,0.2,1 --diffuse 0.8 --out cones.npy
+    """
+    from phongbench.inverse import picture_files, shape_model
+    from phongbench.inverse.surface_model import PhotometricLight
+    from phongbench.support import image_files
+
+    picture_files.check_heights(out)
+    if normals_out is not None:
+        image_files.check_writable(normals_out)
+    grey = picture_files.read_grey(picture, options.pop("linear"))
+    model, towards = _surface(options), PhotometricLight.of(light, where="--light")
+    if prior is None:
+        picture_files.save_heights(shape_model.cone(grey, towards, model), out)
+        answer: dict[str, Any] = {"cones": str(out)}
+    else:
+        found = shape_model.fit(grey, shape_model.read_shapes(prior[1]), towards, model, noise)
+        picture_files.save_heights(found.heights, out)
+        if normals_out is not None:
+            picture_files.save_normals(shape_model.normals_of(found.heights), normals_out)
+        answer = {"heights": str(out), "residual_rms": found.residual, "evaluations": found.evaluations}
+    show(answer, as_json, lambda: facts(answer))

@@ -1,4 +1,4 @@
-"""Claims j, m and n, which follow from formulas alone, and claim k, which follows from the reflectance of two materials."""
+"""Claims j, m and n, which follow from formulas alone, and claim k, from the reflectance of two materials."""
 
 from typing import Any
 
