@@ -163,6 +163,7 @@ class RecommendParameters(Parameters):
         None, ge=0, lt=180, description="instead: degrees between the normals at the ends of a mesh's edge"
     )
     raw: bool = Field(False, description="choose among recipes from raw N, L and V")
+    contract: bool = Field(False, description="within on every device that keeps the accuracies of WGSL and Vulkan")
     precision: PrecisionName = "float32"
     space: SpaceName = "reflect"
     working_set: Annotated[str, OneOf(WORKING_SETS)] = "l1"

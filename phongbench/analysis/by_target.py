@@ -64,15 +64,20 @@ def answers(
     budget  largest absolute error allowed; what is compared with it is a promise, as in `recommend`
     root    the folder of the runs, in which measured targets were added
     """
-    return [_cheapest(rows, target, alpha, budget, root) for alpha in alphas for target in targets]
+    found = []
+    for alpha in alphas:
+        wrong = errors_of(rows, alpha)
+        near = wrong[wrong["error"] <= budget].reset_index(drop=True)  # of others no code need be written
+        found += [_cheapest(rows, target, alpha, budget, near, root) for target in targets]
+    return found
 
 
-def _cheapest(rows: Rows, target: str, alpha: float, budget: float, root: Path) -> Answer:
+def _cheapest(rows: Rows, target: str, alpha: float, budget: float, near: pd.DataFrame, root: Path) -> Answer:
     if target == CPU:
         timed = rows.choice(alpha, PRECISION, budget).best
         return Answer(alpha, target, None if timed is None else {**timed, "cost": timed["ns"], **unit_of(CPU)})
     judge = promised(Budget.of(alpha, budget, precision=PRECISION), installed())
-    cells = priced_at(rows, target, alpha, budget, root)
+    cells = priced_on(rows, target, alpha, near, root)
     for row in records(cells.sort_values(["ratio", TIE, "error", *CELL], kind="stable")):
         kept = judge(row, False)
         if kept.kept and kept.bound <= budget:
@@ -81,22 +86,19 @@ def _cheapest(rows: Rows, target: str, alpha: float, budget: float, root: Path) 
     return Answer(alpha, target, None)
 
 
-def priced_at(
-    rows: Rows, target: str, alpha: float, within: float | None = None, root: Path = DEFAULT_ROOT
-) -> pd.DataFrame:
-    """Formulas of (R, V) with their largest sampled error at an exponent and their cost on a target other than cpu.
-
-    within  leave out what errs more: writing the code of a formula, to look its cost up, takes a millisecond
-    """
-    wrong = errors_at(at(rows.highlight, space="reflect"), alpha=alpha, precision=PRECISION)
-    near = wrong if within is None else wrong[wrong["error"] <= within]
-    own = own_prices(rows.run, target, None)
-    return priced(near.reset_index(drop=True), (alpha,), target, None, [], root, own)
+def errors_of(rows: Rows, alpha: float) -> pd.DataFrame:
+    """Formulas of (R, V) with their largest sampled error at an exponent."""
+    return errors_at(at(rows.highlight, space="reflect"), alpha=alpha, precision=PRECISION)
 
 
-def front_on(rows: Rows, target: str, alpha: float) -> pd.DataFrame:
-    """The front of a compiled target at an exponent, as `front.points` gives it."""
-    return judged(priced_at(rows, target, alpha)).drop(columns=INPUT, errors="ignore")
+def priced_on(rows: Rows, target: str, alpha: float, cells: pd.DataFrame, root: Path = DEFAULT_ROOT) -> pd.DataFrame:
+    """The cells of `errors_of` with their cost on a target other than cpu."""
+    return priced(cells, (alpha,), target, None, [], root, own_prices(rows.costs, target, None))
+
+
+def front_on(rows: Rows, target: str, alpha: float, cells: pd.DataFrame) -> pd.DataFrame:
+    """The front of a compiled target at an exponent, of the cells of `errors_of`, as `front.points` gives it."""
+    return judged(priced_on(rows, target, alpha, cells)).drop(columns=INPUT, errors="ignore")
 
 
 def alike(found: Sequence[Answer]) -> list[list[str]]:

@@ -37,14 +37,17 @@ class Choice:
     nearest_miss: Row | None
 
 
-def promised(budget: Budget, registry: Mapping[str, Approximation] = REGISTRY, *, search: bool = True) -> Judge:
+def promised(
+    budget: Budget, registry: Mapping[str, Approximation] = REGISTRY, *, search: bool = True, measured: bool = True
+) -> Judge:
     """Judges rows of a run by what may be promised of their formula, which is never below a measured error.
 
-    search  as for `promises.promise`
+    search    as for `promises.promise`
+    measured  False where the errors of the rows are bounds by other means, which limit nothing
     """
 
     def judge(row: Row, sharp: bool) -> Promise:
-        seen = float(row["error"])
+        seen = float(row["error"]) if measured else 0.0
         if seen > budget.max_error and not sharp:
             return Promise(seen, "sampled")  # no need to prove that it may be worse
         formula = Formula.of_row(row)

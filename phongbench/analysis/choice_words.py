@@ -8,7 +8,7 @@ import pandas as pd
 
 from phongbench.analysis.choice import Choice, Row
 from phongbench.analysis.error_budget import Budget
-from phongbench.analysis.promises import exponents_of
+from phongbench.analysis.promises import DEVICES, exponents_of
 from phongbench.analysis.target_costs import CPU
 from phongbench.formulas.formula import Formula
 from phongbench.formulas.user_files import installed
@@ -16,7 +16,7 @@ from phongbench.formulas.user_files import installed
 
 def plain(cell: Row, budget: Budget) -> dict[str, Any]:
     """A row of cells as plain data."""
-    formula, by_law = Formula.of_row(cell), cell["coverage"] == "law"
+    formula, by_law = Formula.of_row(cell), cell["error_coverage"] == "law"
     spec = installed().get(formula.approximation)
     single = spec is not None and len(budget.alpha.values) == 1
     beta = spec.coefficients(formula.setting(budget.alpha.values[0])).get("beta") if single and spec else None
@@ -91,6 +91,9 @@ def _promise(choice: Mapping[str, Any], where: str, budget: Budget) -> str:
     if choice["bound"] is None:
         return f"nothing is promised {where}"
     most = f"errs by at most {_size(choice['bound'])} {where}"
+    if choice["coverage"] == "contract":
+        some = f", at {len(exponents_of(budget))} exponents of the range" if budget.alpha.continuous else ""
+        return f"{most} {DEVICES}, proven{some}"
     if choice["coverage"] == "certified":
         return f"{most}, proven"
     if budget.alpha.continuous:
@@ -101,6 +104,8 @@ def _promise(choice: Mapping[str, Any], where: str, budget: Budget) -> str:
 def _measured(choice: Mapping[str, Any]) -> str:
     """The largest error that was measured, which is a lower bound."""
     error, how = f"{choice['max_abs']:.3g}", choice["error_coverage"]
+    if how == "law":
+        return f"the laws' bound of what runs here is {error}"
     if how == "sampled":
         return f"{error} was the largest of {choice['samples']:,} samples a stratum"
     return f"{error} was the worst that a search found" if how == "searched" else f"{error} was measured ({how})"

@@ -4,6 +4,7 @@ import math
 from dataclasses import dataclass
 from fractions import Fraction
 
+from phongbench.accuracy.enclosures.devices import PRECISIONS as STATED
 from phongbench.analysis.exponents import Exponents
 from phongbench.compiler.precisions import precision_named
 from phongbench.errors import InputError, UnknownNameError
@@ -20,6 +21,7 @@ class Budget:
     precision     a name that `precision_named` knows
     space         reflect (R, V), or half (N, H), which agrees with Phong on coplanar vectors only
     working_set   whose times count: l1, l2 or memory
+    contract      whether it must hold on every device that keeps the accuracies of WGSL and Vulkan, not just here
     """
 
     alpha: Exponents
@@ -28,6 +30,7 @@ class Budget:
     precision: str = "float32"
     space: str = "reflect"
     working_set: str = "l1"
+    contract: bool = False
 
     @staticmethod
     def of(
@@ -37,6 +40,8 @@ class Budget:
         precision: str = "float32",
         space: str = "reflect",
         working_set: str = "l1",
+        *,
+        contract: bool = False,
     ) -> "Budget":
         """The budget of these values, numbers or text; InputError or UnknownNameError names the wrong one."""
         most, size = number(max_error, "max_error"), number(length_error or 0.0, "length_error")
@@ -48,7 +53,10 @@ class Budget:
         precision_named(precision)
         if space not in SPACES:
             raise UnknownNameError("space", space, SPACES)
-        return Budget(Exponents.of(alpha), most, size, precision, space, working_set)
+        if contract and precision not in STATED:
+            fix = f"give {' or '.join(STATED)}, or leave contract out"
+            raise InputError(f"WGSL and Vulkan state no accuracies of {precision}", "precision", fix)
+        return Budget(Exponents.of(alpha), most, size, precision, space, working_set, contract)
 
 
 def length_error_of(mesh_angle: float | str, length_error: float | str | None) -> float:

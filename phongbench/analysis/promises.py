@@ -4,6 +4,9 @@ Domain: pairs of vectors that the precision holds, made unit as shaders do it, v
 with products rounded or fused, then with lengths as wrong as the budget allows. The bound is proven by enclosures
 (accuracy/enclosures). A formula whose body cannot be enclosed is searched, which takes about a second, and the result
 widened by the rounding law. Of what is only sampled nothing is promised.
+
+By contract the bound is proven for the code that a shader runs, with a limit for over-long vectors and without, on
+every device that keeps the accuracies of WGSL and Vulkan, where vectors are made unit as v * inversesqrt(v.v).
 """
 
 import math
@@ -13,8 +16,10 @@ from functools import lru_cache
 
 import numpy as np
 
+from phongbench.accuracy.enclosures import contract
 from phongbench.accuracy.enclosures.bounds import NotEnclosedError, largest
 from phongbench.accuracy.enclosures.coordinates import normalised
+from phongbench.accuracy.enclosures.devices import LARGEST_PRODUCT
 from phongbench.analysis.error_budget import Budget
 from phongbench.analysis.law_bounds import rounding_bound
 from phongbench.compiler.precisions import precision_named
@@ -28,6 +33,8 @@ from phongbench.formulas.spec import Approximation
 STEP = 1.2
 #: an answer proves a handful of formulas, of which each takes some ten milliseconds, tables up to half a second
 SECONDS = 0.1
+DEVICES = "on every device that keeps the accuracies of WGSL and Vulkan"
+UNIT_ON_DEVICES = "all pairs of vectors made unit there, v * inversesqrt(v.v)"
 DOMAIN = "all pairs of vectors made unit as shaders do it, v * (1 / sqrt(v.v)) or v / sqrt(v.v), fused or not"
 
 
@@ -36,8 +43,8 @@ class Promise:
     """A bound of the error, and what it rests on.
 
     bound     no error in the domain is larger; infinite where nothing is promised
-    coverage  certified: proven; searched: the worst that a search found, with rounding, or proven at some exponents of
-              a range; sampled: nothing is promised
+    coverage  contract: proven for every conforming device; certified: proven for what runs here; searched: the worst
+              that a search found, with rounding, or proven at some exponents of a range; sampled: nothing is promised
     """
 
     bound: float
@@ -51,8 +58,6 @@ class Promise:
 
 #: ways to remove lengths that leave nothing of them but rounding
 EXACT_WAYS = ("each", "once", "squared")
-#: the largest product of squares that recipes make of lengths from 0.001 to 1000; its inverse is the smallest
-LARGEST_PRODUCT = 1e24
 #: roundings before the formula's own, in those that the rounding law allows for: R from N, L and V errs by up to 13.5
 #: eps of its length where N is normalised first, 6.5 where nothing is, and one root of squares by 4.25
 MORE_ROUNDINGS = 2
@@ -73,17 +78,17 @@ def promise(
             room for what lies between the exponents that are proven
     search  False: a formula that cannot be enclosed is not searched, and nothing is promised of it
     """
-    if formula.approximation not in registry or formula.raw:
+    if formula.approximation not in registry or (formula.raw and not budget.contract):
         return UNPROMISED
     spec, within = formula.spec(registry), None if sharp else budget.max_error
     ranged = budget.alpha.continuous
-    bounds, coverage = list[float](), "searched" if ranged else "certified"
+    bounds, coverage = list[float](), "contract" if budget.contract else "searched" if ranged else "certified"
     for alpha in exponents_of(budget):
-        case = _Case(spec, formula, alpha, budget.precision, budget.length_error)
+        case = _Case(spec, formula, alpha, budget.precision, budget.length_error, budget.contract)
         try:
             bound = _proven(case, within)
         except NotEnclosedError:
-            if not search:
+            if budget.contract or not search:
                 return UNPROMISED
             bound, coverage = _searched(case), "searched"
         bounds.append(bound)
@@ -113,6 +118,9 @@ def promise_raw(
         return UNPROMISED
     growth = 3 if formula.recipe == "lengthwise" else 1  # R is then as long as the square of N times L
     left = 0.0 if exact else math.expm1(growth * math.log1p(budget.length_error))
+    if budget.contract:  # the emitted code is enclosed with its recipe; squares leave float16's range
+        known = budget.precision == "float32"
+        return promise(formula, budget, registry, sharp=sharp) if known else UNPROMISED
     on_pair = replace(formula, recipe=PAIR, normalise="none")
     room = rounding_bound(formula.gamma, MORE_ROUNDINGS * max(budget.alpha.values), budget.precision)
     if room >= budget.max_error and not sharp:
@@ -130,6 +138,30 @@ def bound_at(formula: Formula, alpha: float, registry: Mapping[str, Approximatio
     judge = promise_raw if formula.raw else promise
     kept = judge(formula, budget, registry, search=False)
     return kept.bound if kept.kept else None
+
+
+def contract_at(
+    formula: Formula,
+    alpha: float,
+    precision: str = "float32",
+    registry: Mapping[str, Approximation] = REGISTRY,
+    *,
+    length_error: float = 0.0,
+    limited: bool = True,
+) -> float | None:
+    """The bound at one exponent on every conforming device, None where nothing is promised: for a shader's header.
+
+    precision  float32 or float16
+    limited    whether the code limits values of over-long vectors to 1
+    """
+    if formula.approximation not in registry or not alpha > 0:
+        return None
+    case = _Case(formula.spec(registry), formula, alpha, precision, length_error, True, limited)
+    try:
+        bound = _proven(case, None)
+    except NotEnclosedError:
+        return None
+    return bound if math.isfinite(bound) else None
 
 
 def seconds(budget: Budget) -> float:
@@ -161,6 +193,8 @@ class _Case:
     alpha: float
     precision: str
     length_error: float
+    contract: bool = False
+    limited: bool = False
 
 
 @lru_cache(4096)
@@ -173,6 +207,10 @@ def _proven(case: _Case, within: float | None) -> float:
         return math.inf
     precision = precision_named(case.precision)
     form, length_error = case.formula.lambda_form, case.length_error
+    if case.contract:
+        return contract.largest(
+            case.spec, case.formula, setting, precision, length_error=length_error, budget=within, limited=case.limited
+        )
     return largest(case.spec, form, setting, precision, length_error=length_error, budget=within)
 
 

@@ -16,7 +16,7 @@ from phongbench.analysis import choice, front, kernel_times
 from phongbench.analysis.choice import Choice, Judge, Row
 from phongbench.analysis.choice_words import answered, plain
 from phongbench.analysis.error_budget import Budget
-from phongbench.analysis.promises import Promise, promise_raw
+from phongbench.analysis.promises import DEVICES, Promise, promise_raw
 from phongbench.errors import InputError
 from phongbench.formulas.formula import Formula, Registry
 from phongbench.formulas.user_files import installed
@@ -124,7 +124,8 @@ def recommend(run: Run | None, budget: Budget, *, any_length: bool) -> dict[str,
     notes += [gain] if (gain := lengths_gain(compared, budget, judge)) else []
     chosen = choice.choose(compared, budget.max_error, judge)
     answer = answered(chosen, budget, f", N, L and V of {lengths}")
-    notes.append(f"what an answer says holds in {budget.precision} for every N, L and V of {lengths}")
+    where = f"{DEVICES}, " if budget.contract else ""
+    notes.append(f"what an answer says holds in {budget.precision} {where}for every N, L and V of {lengths}")
     usual = [
         plain(row | {"bound": math.inf, "error_coverage": row["coverage"]}, budget)
         for row in front.records(compared)
@@ -139,6 +140,7 @@ def recommend(run: Run | None, budget: Budget, *, any_length: bool) -> dict[str,
         "precision": budget.precision,
         "space": "from N, L and V",
         "working_set": budget.working_set,
+        "contract": budget.contract,
         **answer,
         "usual": usual[0] if usual else None,
         "steps": steps(timing, working_set=budget.working_set, precision=budget.precision),

@@ -16,7 +16,7 @@ from phongbench.analysis.choice import as_given, choose, promised
 from phongbench.analysis.choice_words import answered
 from phongbench.analysis.error_budget import Budget, length_error_of
 from phongbench.analysis.exponents import Exponents
-from phongbench.analysis.promises import DOMAIN
+from phongbench.analysis.promises import DEVICES, DOMAIN, UNIT_ON_DEVICES
 from phongbench.analysis.target_costs import CPU, checked, own_prices, priced
 from phongbench.compiler.precisions import precision_named
 from phongbench.errors import InputError
@@ -41,6 +41,7 @@ def recommend(
     raw: bool = False,
     mesh_angle: float | str | None = None,
     inverse_error: float | str | None = None,
+    contract: bool = False,
     root: Path = DEFAULT_ROOT,
 ) -> dict[str, Any]:
     """The cheapest formula within an error budget, the next cheapest, and the nearest miss, as plain data.
@@ -59,6 +60,8 @@ def recommend(
     mesh_angle           instead of length_error: degrees between the normals at the ends of an edge, which make the
                          normals between them shorter than 1 by up to 1 - cos(mesh_angle / 2)
     inverse_error        how many degrees normals may be off that the formula gives back, see `inverse_errors`
+    contract             True: what is within is so on every device that keeps the accuracies of WGSL and Vulkan, of the
+                         emitted code; in float32 or float16
     root                 the folder of the runs, in which measured targets were added
     returns              basis ("run" or "laws"), run, the budget, `choices` (best, then next; empty where nothing is
                          within it), `nearest_miss`, `notes` in words. In each choice `max_abs` is the largest error
@@ -69,7 +72,7 @@ def recommend(
     """
     if mesh_angle is not None:
         length_error = length_error_of(mesh_angle, length_error)
-    budget = Budget.of(alpha, max_error, length_error, precision, space, working_set)
+    budget = Budget.of(alpha, max_error, length_error, precision, space, working_set, contract=contract)
     if raw:
         if checked(target, short_of, root) != CPU:
             raise InputError("recipes are chosen by their times on this machine", "target", "leave raw or target out")
@@ -81,10 +84,18 @@ def recommend(
     unknown = sorted(set(cells["approximation"]) - set(installed()))
     if unknown:
         notes.append(f"{', '.join(unknown)}: only sampled, and the formula is not here, so nothing is promised of it")
-    choice = choose(cells, budget.max_error, as_given if run is None else promised(budget, installed(), search=search))
-    vectors = "vectors rounded to it" if precision_named(precision).saturates else DOMAIN
-    notes.append(f"what an answer says holds in {precision} for {vectors}")
+    by_law = run is None and not contract
+    judge = as_given if by_law else promised(budget, installed(), search=search, measured=run is not None)
+    choice = choose(cells, budget.max_error, judge)
+    notes.append(f"what an answer says holds in {precision} {_where(budget)}")
     return {**_asked(run, budget), "target": target, "short_of": short_of, **answered(choice, budget), "notes": notes}
+
+
+def _where(budget: Budget) -> str:
+    """For which vectors, and on which machines, an answer holds."""
+    if budget.contract:
+        return f"{DEVICES}, running the code of `phongbench shader`, for {UNIT_ON_DEVICES}"
+    return f"for {'vectors rounded to it' if precision_named(budget.precision).saturates else DOMAIN}"
 
 
 def _asked(run: Run | None, budget: Budget) -> dict[str, Any]:
@@ -98,6 +109,7 @@ def _asked(run: Run | None, budget: Budget) -> dict[str, Any]:
         "precision": budget.precision,
         "space": budget.space,
         "working_set": budget.working_set,
+        "contract": budget.contract,
     }
 
 
@@ -110,7 +122,8 @@ def _cells(run: Run | None, budget: Budget, where: tuple[str, str | None, Path],
     if target == CPU:
         return law_bounds.cells(budget, notes) if run is None else measured_errors.cells(run, budget, notes)
     known = law_bounds.cells(budget, notes) if run is None else measured_errors.errors(run, budget, notes)
-    return priced(known, budget.alpha.values, target, short_of, notes, root, own_prices(run, target, short_of))
+    own = own_prices(None if run is None else run.costs, target, short_of)
+    return priced(known, budget.alpha.values, target, short_of, notes, root, own)
 
 
 def elsewhere(run: Run | None, answer: Mapping[str, Any], **question: Any) -> list[dict[str, Any]]:

@@ -5,9 +5,7 @@ they are times, with one.
 """
 
 from collections.abc import Iterable, Mapping
-from contextlib import suppress
 from dataclasses import dataclass
-from functools import lru_cache
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -17,11 +15,11 @@ import pandas as pd
 from phongbench.errors import InputError, UnknownNameError
 from phongbench.formulas.formula import Formula
 from phongbench.formulas.registry import REGISTRY
-from phongbench.results.runs import DEFAULT_ROOT, Run
+from phongbench.results.runs import DEFAULT_ROOT
 from phongbench.results.schema import KERNEL
 from phongbench.targets import measured
 from phongbench.targets.chips import TARGETS
-from phongbench.targets.code_shapes import Code, code
+from phongbench.targets.code_shapes import Code, shipped_code
 from phongbench.targets.costs import CostTable, shipped
 from phongbench.targets.measured import MeasuredTable
 from phongbench.targets.target import UNITS
@@ -73,12 +71,12 @@ def unit_of(target: str, root: Path = DEFAULT_ROOT) -> dict[str, str]:
     return {"unit": measured.UNIT if target == CPU else measured.added(target, root).unit, "cost_kind": "measured"}
 
 
-def own_prices(run: Run | None, target: str, short_of: str | None) -> dict[Formula, Price]:
+def own_prices(costs: pd.DataFrame | None, target: str, short_of: str | None) -> dict[Formula, Price]:
     """What a run's costs say of formulas that do not ship, which were compiled with it; nothing of a scarce unit."""
-    if run is None or run.costs.empty or short_of is not None:
+    if costs is None or costs.empty or short_of is not None:
         return {}
-    rows = run.costs
-    rows = rows[(rows["target"] == target) & (rows["context"] == 0) & ~rows["approximation"].isin(list(REGISTRY))]
+    rows = costs[(costs["target"] == target) & (costs["context"] == 0)]
+    rows = rows[~rows["approximation"].isin(list(REGISTRY))]
     kept: list[dict[Any, Any]] = rows.to_dict("records")
     return {
         Formula.of_row(r): Price(r["cost"], r["cost"], r["ratio"], r["ratio_low"], r["ratio_high"], r["bound_by"])
@@ -138,7 +136,7 @@ def _worst(
     """A formula's largest price over exponents; None where one is not in the table."""
     if formula.approximation not in REGISTRY:
         return None
-    codes = [_code(formula, alpha, table.language) for alpha in alphas]
+    codes = [shipped_code(formula, alpha, table.language) for alpha in alphas]
     prices = [None if one is None else _price(table, one, short_of) for one in codes]
     return None if None in prices else max((p for p in prices if p is not None), key=lambda price: price.cost)
 
@@ -151,14 +149,6 @@ def _price(table: CostTable | MeasuredTable, one: Code, short_of: str | None) ->
         return None
     ratio = table.ratio(cost, short_of)
     return Price(cost.short_of(short_of), cost.cost, ratio, ratio, ratio, short_of or cost.bound_by)
-
-
-@lru_cache(maxsize=1 << 14)
-def _code(formula: Formula, alpha: float, language: str) -> Code | None:
-    """The formula's code; None for an exponent that it does not take."""
-    with suppress(InputError):
-        return code(formula, alpha, language)
-    return None
 
 
 def same_cost(cells: pd.DataFrame) -> pd.Series:

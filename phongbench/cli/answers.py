@@ -73,6 +73,7 @@ def front(run_name: str, everything: bool, as_json: bool, targets: tuple[str, ..
 @click.option("--run", "run_name", metavar="RUN", help="Which run answers.  [default: the newest with times]")
 @click.option("--length-error", metavar="e", help="How wrong vector lengths may be: 0.01 is up to 1 %.")
 @click.option("--mesh-angle", metavar="DEGREES", help="Instead: between the normals at the ends of a mesh's edge.")
+@click.option("--contract", is_flag=True, help="Within on every device that keeps WGSL's and Vulkan's accuracies.")
 @click.option("--raw", is_flag=True, help="Choose among recipes from N, L and V; of any length without --length-error.")
 @click.option(
     "--precision", default="float32", show_default=True, help="float16, bfloat16, float32, float64, q1.15, ..."
@@ -86,7 +87,9 @@ def recommend(run_name: str | None, as_json: bool, targets: tuple[str, ...], **o
     """Name the cheapest formula whose largest error stays within a budget, and say why.
 
     Within is a promise: the bound is proven for all pairs of vectors made unit in the working precision, as shaders do
-    it, or of a formula that cannot be proven searched and widened. What was only sampled decides nothing.
+    it, or of a formula that cannot be proven searched and widened. What was only sampled decides nothing. With
+    --contract it is proven of the code that `phongbench shader` writes, on any device that keeps what the standards of
+    WGSL and Vulkan allow it to err.
 
     The newest run with times answers; where there is none, the closed-form laws do, and say so. Formulas of (N, H) are
     left out unless --space half asks for them: their errors hold for coplanar vectors only. Exit 1 if nothing meets
@@ -98,6 +101,7 @@ def recommend(run_name: str | None, as_json: bool, targets: tuple[str, ...], **o
       phongbench recommend --alpha 10..200 --max-error 0.02 --length-error 0.01
       phongbench recommend --alpha 50 --max-error 1/255 --raw
       phongbench recommend --alpha 50 --max-error 1/100 --target rdna2,gcn4
+      phongbench recommend --alpha 50 --max-error 1/255 --contract
     """
     from phongbench.analysis.recommend import elsewhere, recommend, run_for
     from phongbench.cli.terminal import recommendation

@@ -32,6 +32,7 @@ class Run(runs.Run):
     accuracy  a row for each cell, stratum, truth and coverage
     timing    a row for each timed kernel and working set; empty if timing was left out
     worst     the inputs with the largest errors, as hexadecimal floats
+    costs     what its formulas cost on each target: timed here, counted in machine code elsewhere
     `phongbench.run` measures one, `phongbench.load` finds one; the probes' tables are there, too.
     """
 
@@ -87,7 +88,7 @@ def run(
     fresh   discard what `out` holds
     own     further approximations to measure, as `load_file` gives them
     plan    what differs from the preset: alphas, gammas, lambda_forms, approximations, slopes, spaces, precisions,
-            strata, samples, seed, timing, timing_budget, probes, meshes
+            strata, samples, seed, timing, timing_budget, probes, meshes, targets
     Raises InputError or UnknownNameError for a plan that cannot be, StorageError, LockedError, and
     InterruptedStudyError if it was interrupted.
 

@@ -185,7 +185,8 @@ class _Study:
         with _clocked(seconds, "timing"):
             end_help()
             times = time_all(self.sweep, self.progress) if self.sweep.plan.timing else {}
-            self.store({**times, "costs": self.costs(times.get("timing", TIMING.frame()))})
+            self.store(times)
+            self.store({"costs": self.costs(times.get("timing", TIMING.frame()))})
         return self.complete(context, seconds)
 
     def accuracy(self, parts: list[pd.DataFrame]) -> ProbeContext:
@@ -250,6 +251,7 @@ class _Study:
 
     def costs(self, timing: pd.DataFrame) -> pd.DataFrame:
         """What the formulas cost on the plan's targets."""
+        self.progress.stage("costs on targets")
         cells = [cell for at, cell in enumerate(self.sweep.cells) if cell.gated and at not in self.sweep.failures]
         return target_costs.Costs(cells, self.sweep.registry, self.progress.note).frame(self.sweep.plan.targets, timing)
 

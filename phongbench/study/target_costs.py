@@ -14,12 +14,13 @@ import pandas as pd
 from phongbench import __version__
 from phongbench.errors import InputError, PhongbenchError, UnknownNameError
 from phongbench.formulas.formula import Formula
+from phongbench.formulas.registry import REGISTRY
 from phongbench.formulas.spec import Approximation
 from phongbench.inputs.plan import Cell
 from phongbench.results.formula_columns import FORMULA, RAW
 from phongbench.results.schema import TABLES
 from phongbench.targets.chips import TARGETS
-from phongbench.targets.code_shapes import Code, code
+from phongbench.targets.code_shapes import Code, code, shipped_code
 from phongbench.targets.costs import CostTable, compiled, shipped
 from phongbench.targets.measure import CONTEXTS, Cost
 from phongbench.targets.target import Target
@@ -93,11 +94,16 @@ class Costs:
     def _codes(self, language: str) -> dict[_Key, Code]:
         """The formulas' codes in a language, but of those that it has none for; most targets share it."""
         if language not in self._written:
-            found = self._written[language] = {}
-            for key in self._formulas.items():
-                with suppress(InputError):
-                    found[key] = code(*key, language, self.registry)
+            codes = {key: self._code(*key, language) for key in self._formulas.items()}
+            self._written[language] = {key: one for key, one in codes.items() if one is not None}
         return self._written[language]
+
+    def _code(self, formula: Formula, alpha: float, language: str) -> Code | None:
+        if self.registry[formula.approximation] is REGISTRY.get(formula.approximation):
+            return shipped_code(formula, alpha, language)  # which the report asks for again
+        with suppress(InputError):
+            return code(formula, alpha, language, self.registry)
+        return None
 
     def _made_now(self, target: Target, missing: Sequence[Code]) -> CostTable | None:
         """Costs of codes that no table holds, beside exact Phong by the same compiler; None where it is not here."""

@@ -9,6 +9,7 @@ import re
 from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from itertools import product
 
 from phongbench.errors import InputError
@@ -75,6 +76,14 @@ def code(formula: Formula, alpha: float, language: str, registry: Registry = REG
     """The code of a formula at an exponent; InputError for an exponent that it does not take."""
     text = source(formula, alpha, language_named(language), registry)
     return Code(f"{formula.spelled(registry)} {alpha:g}", text, len(arguments(formula)))
+
+
+@lru_cache(maxsize=1 << 14)
+def shipped_code(formula: Formula, alpha: float, language: str) -> Code | None:
+    """The code of a formula that ships, written once; None for an exponent, or a way with lengths, that has none."""
+    with suppress(InputError):
+        return code(formula, alpha, language)
+    return None
 
 
 def catalogue(language: str, registry: Registry = REGISTRY) -> tuple[Code, ...]:

@@ -9,7 +9,7 @@ import hashlib
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import astuple, dataclass, fields
-from functools import cache
+from functools import cache, cached_property
 from pathlib import Path
 from typing import Any
 
@@ -61,7 +61,7 @@ class CostTable:
         """A formula's cost at an exponent, if its code was compiled."""
         return self.known(code(formula, alpha, self.target.language, registry))
 
-    @property
+    @cached_property
     def baseline(self) -> Cost:
         """Exact Phong's cost."""
         return self.of(BASELINE, _ALPHA)

@@ -37,7 +37,7 @@ LANGUAGE = "glsl"
 PRECISION, UNIT, KIND = "float32", "ns", "measured"
 #: ns that no highlight takes less or more than
 LEAST, MOST = 1e-7, 1e9
-_MOST_ROWS, _LONGEST = 10_000, 200
+_MOST_ROWS, _LONGEST = 1000, 200
 _FIX = "measure it again in the explorer, and give the file as it was downloaded"
 
 

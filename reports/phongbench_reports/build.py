@@ -24,6 +24,7 @@ from phongbench_reports.plots import Plate, ink, svg_pair
 from phongbench_reports.second_process import Drawn, Figures, beside, drawn
 from phongbench_reports.table import Absent, Part
 from phongbench_reports.tables.behaviour import hostile, smoothness
+from phongbench_reports.tables.by_target import by_target
 from phongbench_reports.tables.claims import claims
 from phongbench_reports.tables.mesh_edges import mesh_edges
 from phongbench_reports.tables.raw_verdict import raw_verdict
@@ -88,6 +89,7 @@ def _answers(study: Rows) -> list[Section]:
     first, *others = study.precisions
     return [
         Section("verdict", f"The answer, within {code_name}", verdict(study, first, code, code_name)),
+        Section("by_target", f"The answer by target, within {code_name}", by_target(study, code, code_name)),
         Section("raw_verdict", f"From raw N, L and V, within {code_name}", raw_verdict(study, first, code, code_name)),
         Section("verdict_fine", f"The answer, within {fine_name}", verdict(study, first, fine, fine_name), True),
         *(

@@ -132,6 +132,7 @@ def test_the_address_holds_all_that_is_shown(visit: Visits, empty_server: str) -
     seen.slide("#amplify", 17)
     page.locator("#closeup").check()
     page.select_option("#budget", "1/1023")
+    page.select_option("#target", "gcn4")
     page.locator("#theme").click()
     page.locator("#sphere-exact").focus()
     page.keyboard.press("ArrowDown")
@@ -151,7 +152,7 @@ def test_the_address_holds_all_that_is_shown(visit: Visits, empty_server: str) -
 JUNK = (
     "#alpha=-3&gamma=7&length_error=9&precision=float3000&approximation=nonsense&lambda=<b>&light=3,4&amplify=NaN",
     "#constructor=1&__proto__=2&toString=3&hasOwnProperty",
-    "#%E0%A4%A&&&==&alpha=&gamma=8.5&theme=pink&budget=2&material=kryptonite&closeup=maybe",
+    "#%E0%A4%A&&&==&alpha=&gamma=8.5&theme=pink&budget=2&material=kryptonite&closeup=maybe&target=geforce",
 )
 
 

@@ -106,6 +106,7 @@ def test_everything_is_within_reach_of_the_keyboard(visit: Visits, server: str) 
         "length",
         "lobe",
         "error",
+        "target",
         "front-plot",
         "budget",
         "reset",

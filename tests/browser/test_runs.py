@@ -110,6 +110,33 @@ def test_the_recommendation_is_the_services_and_can_be_shown(visit: Visits, serv
     assert page.locator("#sphere-name").inner_text().startswith(best["approximation"])
 
 
+def test_front_and_recommendation_are_those_of_the_target(visit: Visits, server: str) -> None:
+    page = (seen := visit(server + "/")).page
+    before = seen.picture(FRONT)
+    page.select_option("#target", "rdna2")
+    seen.changed(FRONT, before)
+    seen.idle()
+    assert "target=rdna2" in page.url
+    assert "costs on rdna2" in page.locator("#front-basis").inner_text()
+    page.locator("#front-details summary").click()
+    heads = page.locator("#front-details th").all_inner_texts()
+    assert "cost / exact Phong (cycles, counted)" in heads
+    points = page.request.get(server + "/v1/runs/latest/front?alpha=50&target=rdna2").json()["points"]
+    rows = page.locator("#front-details tbody tr")
+    assert sorted(rows.locator("td:first-child").all_inner_texts()) == sorted(point["name"] for point in points)
+    assert f"{points[0]['bound_by']}" in rows.first.inner_text()
+    best = page.request.get(server + "/v1/recommend?alpha=50&max_error=1/255&target=rdna2").json()["choices"][0]
+    assert best["why"] in page.locator("#choice").inner_text()
+    assert page.locator("#commands code").last.inner_text().endswith("--target rdna2")
+    page.locator("#target").focus()
+    page.keyboard.press("ArrowDown")
+    seen.idle()
+    assert "target=rdna3" in page.url
+    again = visit(page.url).page
+    assert again.locator("#target").input_value() == "rdna3"
+    assert "costs on rdna3" in again.locator("#front-basis").inner_text()
+
+
 def test_a_run_that_does_not_reach_an_exponent_says_what_to_do(visit: Visits, server: str) -> None:
     page = (seen := visit(server + "/#alpha=5000")).page
     assert "phongbench run --alpha 5000" in page.locator("#choice .problem").inner_text()

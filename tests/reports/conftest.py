@@ -48,6 +48,7 @@ class MadeUpRun:
     skips: pd.DataFrame = field(default_factory=TABLES["skips"].frame)
     scene_times: pd.DataFrame = field(default_factory=TABLES["scene_times"].frame)
     far: pd.DataFrame = field(default_factory=TABLES["far"].frame)
+    costs: pd.DataFrame = field(default_factory=lambda: cost_rows("gcn4", "rdna2"))
 
     @property
     def frames(self) -> tuple[pd.DataFrame, ...]:
@@ -356,6 +357,14 @@ def inverse_rows(alphas: tuple[float, ...]) -> pd.DataFrame:
         more = {"depth_rmse": 0.01 * mean, "residual_rms": 0.001 * mean, "evaluations": 24.0}
         rows.append(key | {"samples": 1384, "known": 1384} | sizes | more)
     return TABLES["inverse"].frame(rows)
+
+
+def cost_rows(*targets: str) -> pd.DataFrame:
+    """That the run has costs on these targets: exact Phong's; the others' are looked up in the tables that ship."""
+    phong = {"approximation": "phong", "lambda_form": "none", "space": "reflect", "beta_policy": "none", "gamma": None}
+    told = {"cost_kind": "compiled", "tool": "RADV", "tool_version": "Mesa 22", "unit": "cycles", "cost": 6.0}
+    row = {**phong, **RAW, **told, "precision": "float32", "alpha": 50.0, "context": 0, "ratio": 1.0}
+    return TABLES["costs"].frame([row | {"target": target} for target in targets])
 
 
 def make_run(

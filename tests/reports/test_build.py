@@ -96,7 +96,7 @@ def test_sections_come_in_the_order_of_the_report(page: Page) -> None:
     order = [str(attributes["id"]) for tag, attributes in page.elements if tag == "section"]
     figures = [figure.name for figure in FIGURES if figure.name != "speed"]
     after = ["census", "hostile", "smoothness", "pictures", "claims", "speed", "skipped", "sureness", "worst"]
-    assert order == ["verdict", "raw_verdict", *figures, *after, "unmeasured", "provenance"]
+    assert order == ["verdict", "by_target", "raw_verdict", *figures, *after, "unmeasured", "provenance"]
 
 
 def test_every_figure_has_alt_text_a_sentence_counts_and_its_csv(page: Page) -> None:

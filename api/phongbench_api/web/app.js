@@ -14,7 +14,7 @@ const POINTS = 601;
 
 /** @type {import('./state.js').State} */
 let state = fromHash(location.hash);
-let offered = { registry: [], materials: [], precisions: [] };
+let offered = { registry: [], materials: [], precisions: [], targets: [] };
 let past = {};
 
 const specOf = (name) => offered.registry.find((spec) => spec.name === name) ?? offered.registry.find((spec) => spec.name === DEFAULTS.approximation) ?? offered.registry[0];
@@ -24,6 +24,7 @@ const settled = (wished) => ({
   approximation: specOf(wished.approximation).name,
   precision: offered.precisions.includes(wished.precision) ? wished.precision : offered.precisions.find((one) => one === DEFAULTS.precision) ?? offered.precisions[0],
   material: offered.materials.some((one) => one.name === wished.material) ? wished.material : '',
+  target: offered.targets.some((one) => one.name === wished.target) ? wished.target : DEFAULTS.target,
 });
 const asked = () => formula(state, specOf(state.approximation));
 
@@ -111,8 +112,8 @@ function show() {
   onChange('look', [state.theme, state.scale, state.range], () => { curves.draw(); if (past.theme !== state.theme) front.draw(); past.theme = state.theme; });
   onChange('mark', [now, state.budget], () => front.mark(now, state.budget));
   onChange('curve', question(), () => askCurve());
-  onChange('front', [state.alpha, state.precision, now.space, front.run?.run], () => askFront());
-  onChange('recommend', [state.alpha, state.precision, state.length_error, state.budget, front.run?.run], () => askRecommend());
+  onChange('front', [state.alpha, state.precision, now.space, state.target, front.run?.run], () => askFront());
+  onChange('recommend', [state.alpha, state.precision, state.length_error, state.budget, state.target, front.run?.run], () => askRecommend());
 }
 
 /** Looks for a run; all else works without. */
@@ -132,8 +133,8 @@ async function start() {
   document.documentElement.dataset.theme = state.theme;
   busy('start')(true);
   try {
-    const [meta, approximations] = await Promise.all([get('/v1/meta'), get('/v1/approximations')]);
-    offered = { registry: approximations.approximations ?? approximations, materials: meta.materials ?? [], precisions: meta.precisions };
+    const [meta, approximations, { targets }] = await Promise.all([get('/v1/meta'), get('/v1/approximations'), get('/v1/targets')]);
+    offered = { registry: approximations.approximations ?? approximations, materials: meta.materials ?? [], precisions: meta.precisions, targets: targets.filter((one) => one.available) };
     $('versions').textContent = `phongbench ${meta.versions?.phongbench ?? meta.version ?? ''}`;
   } catch (problem) {
     tell($('problem'), problem, start);

@@ -18,6 +18,7 @@ const REMOVED = {
   none: ['as they are', 'lengths are left in'], each: ['each', 'both divided by their lengths, two roots'],
   once: ['once', 'the pair together, one root at most'], squared: ['squared', 'the square of the cosine, no root'],
 };
+const KIND_OF_COST = { measured: 'Measured: time', compiled: 'Compiled: counted in machine code' };
 const STEPS_A_DECADE = 100;
 /** The length slider's ends and first step, as powers of ten; its middle is no error. */
 const LENGTH = { first: -4, last: -1, steps: 60 };
@@ -46,13 +47,20 @@ function offerApproximations(registry) {
   $('approximation').replaceChildren(...groups.filter((group) => group.children.length));
 }
 
+/** One entry for each target that has costs, those that are timed first. @param {any[]} targets */
+function offerTargets(targets) {
+  $('target').replaceChildren(...Object.entries(KIND_OF_COST).map(([kind, label]) => make('optgroup', { label },
+    ...targets.filter((one) => one.cost_kind === kind).map((one) => make('option', { value: one.name }, `${one.name}, ${one.title}`)))).filter((group) => group.children.length));
+}
+
 /**
  * Wires the controls once.
- * @param {{registry: any[], materials: any[], precisions: string[]}} offered
+ * @param {{registry: any[], materials: any[], precisions: string[], targets: any[]}} offered
  * @param {(patch: Partial<import('./state.js').State>) => void} set
  */
 export function wire(offered, set) {
   offerApproximations(offered.registry);
+  offerTargets(offered.targets);
   $('material').append(...offered.materials.map((m) => make('option', { value: m.name }, `${m.name.replaceAll('-', ' ')}, α ${number(m.shininess)}`)));
   $('budget').append(...BUDGETS.map((budget) => make('option', { value: budget }, budgetName(budget))));
   const on = (id, event, change) => $(id).addEventListener(event, ({ target }) => change(target));
@@ -65,6 +73,7 @@ export function wire(offered, set) {
   on('amplify', 'input', ({ value }) => set({ amplify: amplifyOf(Number(value)) }));
   on('closeup', 'change', ({ checked }) => set({ closeup: checked }));
   on('budget', 'change', ({ value }) => set({ budget: value }));
+  on('target', 'change', ({ value }) => set({ target: value }));
   on('material', 'change', ({ value }) => {
     const material = offered.materials.find((m) => m.name === value);
     set({ material: value, ...(material ? { alpha: Number(material.shininess.toPrecision(4)) } : {}) });
@@ -130,6 +139,7 @@ function showView(state, set) {
   $('times').textContent = `×${state.amplify}`;
   $('closeup').checked = state.closeup;
   $('budget').value = state.budget;
+  $('target').value = state.target;
   choices($('scale'), 'scale', [['linear', 'linear'], ['log', 'log']], state.scale, (scale) => set({ scale }));
   choices($('range'), 'range', [['lobe', 'lobe'], ['all', `0 to ${degrees(90)}`]], state.range, (value) => set({ range: value }));
   $('theme').textContent = `Theme: ${state.theme || 'auto'}`;

@@ -1,4 +1,4 @@
-// The error/time front of the newest run: every measured formula with its interval, the chosen one marked.
+// The error/cost front of the newest run on a target: every formula with its interval, the chosen one marked.
 
 import { Problem, get } from './api.js';
 import { $, lazily, make, table, tell } from './dom.js';
@@ -71,12 +71,13 @@ export class Front {
       for (const [axis, wanted, measured] of [['precision', state.precision, plan.precisions], ['space', asked.space, plan.spaces]]) {
         if (!measured.includes(wanted)) throw new Problem(404, `This run has no ${axis} ${wanted}`, `It measured ${measured.join(', ')}.${axis === 'precision' ? ` Measure it: phongbench run --precision ${wanted}` : ''}`);
       }
-      const answer = await get(`/v1/runs/${encodeURIComponent(run)}/front`, { alpha, precision: state.precision, space: asked.space }, signal);
+      const target = state.target === 'cpu' ? null : state.target;
+      const answer = this.answer = await get(`/v1/runs/${encodeURIComponent(run)}/front`, { alpha, precision: state.precision, space: asked.space, target }, signal);
       this.points = [...answer.points].sort((a, b) => a.error - b.error);
       tell($('front-problem'), null);
       const off = Math.abs(alpha / state.alpha - 1) > 1e-6 ? `, the nearest measured to ${number(state.alpha)}` : '';
-      const timed = answer.timed_precision === state.precision ? '' : ` with the times of ${answer.timed_precision}`;
-      $('front-basis').textContent = `Run ${run}: α = ${number(alpha)}${off}; ${state.precision}${timed}, unit vectors, data in the first-level cache`;
+      const timed = target || answer.timed_precision === state.precision ? '' : ` with the times of ${answer.timed_precision}`;
+      $('front-basis').textContent = `Run ${run}: α = ${number(alpha)}${off}; ${state.precision}${timed}, unit vectors, ${target ? `costs on ${target}` : 'data in the first-level cache'}`;
     } catch (problem) {
       if (problem.name === 'AbortError') throw problem;
       this.points = [];
@@ -112,11 +113,26 @@ export class Front {
         x: { time: false, distr: 3, range: () => [FLOOR / 2, 1] },
         y: { distr: 3, range: () => [low / 1.5, high * 1.3] },
       },
-      axes: [axis(p, { label: 'largest absolute error', ...onlyDecades(p), values: (u, splits) => splits.map((v) => (narrow() && Math.round(Math.log10(v)) % 2 ? '' : decade(v))), size: 28 }), axis(p, { label: 'time / exact Phong', size: 56, values: ticks, splits: octaves })],
+      axes: [axis(p, { label: 'largest absolute error', ...onlyDecades(p), values: (u, splits) => splits.map((v) => (narrow() && Math.round(Math.log10(v)) % 2 ? '' : decade(v))), size: 28 }), axis(p, { label: this.#cost(), size: 56, values: ticks, splits: octaves })],
       series: [{}, { paths: () => null, points: { show: false } }],
       hooks: { draw: [(u) => this.#paint(u)] },
     }, [this.points.map((q) => Math.max(q.error, FLOOR)), this.points.map((q) => q.ratio)], 340);
     this.#rows();
+  }
+
+  /** Whether costs are counted in machine code, without an interval. */
+  get #counted() {
+    return this.answer.cost_kind === 'compiled';
+  }
+
+  /** What the vertical axis shows: cost or time, in which unit, and how it is known. */
+  #cost() {
+    return `${this.#counted ? 'cost' : 'time'} / exact Phong (${this.answer.unit}, ${this.#counted ? 'counted' : 'measured'})`;
+  }
+
+  /** A point's cost in words: its interval, or how many units it takes beyond the dot product. @param {any} q */
+  #spread(q) {
+    return this.#counted ? `${number(q.cost)} ${this.answer.unit}, ${q.bound_by}` : `${number(q.ratio_low)} to ${number(q.ratio_high)}`;
   }
 
   #at(u, point) {
@@ -238,13 +254,13 @@ export class Front {
     if (this.near === point) return;
     this.near = point;
     $('front-plot').classList.toggle('pointing', Boolean(point));
-    $('front-readout').value = point ? `${point.name}: error ${number(point.error)}, time ${number(point.ratio)} (${number(point.ratio_low)} to ${number(point.ratio_high)}) of exact Phong, ${point.state}` : '';
+    $('front-readout').value = point ? `${point.name}: error ${number(point.error)}, ${this.#counted ? 'cost' : 'time'} ${number(point.ratio)} (${this.#spread(point)}) of exact Phong, ${point.state}` : '';
     this.u?.redraw(false);
   }
 
   #rows() {
-    this.fill(() => table(['formula', 'error', '8-bit codes', 'time / exact Phong', 'interval', 'front', ''], [...this.points].sort((a, b) => a.ratio - b.ratio).map((q) => [
-      q.name, number(q.error), codes(q.error).split(' ')[0], number(q.ratio), `${number(q.ratio_low)} to ${number(q.ratio_high)}`, q.state,
+    this.fill(() => table(['formula', 'error', '8-bit codes', this.answer ? this.#cost() : '', this.answer && this.#counted ? 'cost, bound by' : 'interval', 'front', ''], [...this.points].sort((a, b) => a.ratio - b.ratio).map((q) => [
+      q.name, number(q.error), codes(q.error).split(' ')[0], number(q.ratio), this.#spread(q), q.state,
       this.asked && same(q, this.asked) ? make('b', {}, 'chosen') : make('button', { type: 'button', 'aria-label': `Choose ${q.name}`, onclick: () => this.choose(q) }, 'choose'),
     ]), 'Measured formulas, fastest first'));
   }

@@ -21,6 +21,7 @@ import { spelling } from './format.js';
  * @property {boolean} closeup
  * @property {[number, number]} light  where the highlight stands on the unit disc, right and up
  * @property {string} budget        largest error allowed
+ * @property {string} target        whose costs count: cpu, or a name of /v1/targets
  * @property {string} theme         light, dark, or '' for the system's
  */
 
@@ -28,7 +29,7 @@ import { spelling } from './format.js';
 export const DEFAULTS = Object.freeze({
   approximation: 'lyon', lambda: 'cross', beta: 'taylor', space: 'reflect', gamma: 8, alpha: 50,
   length_error: 0, perturbation: 'a', normalise: 'none', precision: 'float32', material: '', scale: 'linear', range: 'lobe', amplify: 20,
-  closeup: false, light: [-0.3, 0.32], budget: '1/255', theme: '',
+  closeup: false, light: [-0.3, 0.32], budget: '1/255', target: 'cpu', theme: '',
 });
 
 export const PERTURBATIONS = ['a', 'both', 'opposite'];
@@ -45,11 +46,11 @@ const inside = (low, high) => (text) => {
   return text.trim() !== '' && value >= low && value <= high ? value : undefined;
 };
 const oneOf = (...names) => (text) => (names.includes(text) ? text : undefined);
-const name = (text) => (/^[a-z0-9-]{0,40}$/.test(text) ? text : undefined);
+const name = (text) => (/^[a-z0-9-]{0,64}$/.test(text) ? text : undefined);
 
 /** How each field is read from text; undefined: not one of its values, so it is ignored. */
 const READ = {
-  approximation: name, lambda: name, beta: name, space: name, material: name, precision: name,
+  approximation: name, lambda: name, beta: name, space: name, material: name, precision: name, target: name,
   gamma: (text) => { const value = inside(1, 256)(text); return Number.isInteger(Math.log2(value ?? 0)) ? value : undefined; },
   alpha: inside(1e-3, 1e5),
   length_error: inside(-LONGEST, LONGEST),

@@ -11,6 +11,7 @@ ones of `compiler/elementary.py`; a shader's own may be worse.
 
 import math
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -52,23 +53,35 @@ def largest(
     """
     if length_error >= 1:
         return math.inf  # one of the vectors may be no direction at all
-    problem = _Problem(spec, form, setting, precision, normalised(precision, length_error))
+    lengths = normalised(precision, length_error)
+    end = end_of_deficits(precision, lengths)
+    problem = Problem(setting, _kernel(spec, form, setting, precision, lengths), end)
     try:
         if spec.kind == "exact" and form == "none" and setting.alpha >= 1 and not precision.saturates:
             return problem.at_peak()
-        return problem.largest(0.0, math.inf) if budget is None else problem.largest(budget, budget)
+        return problem.largest(budget)
     except (TypeError, ArithmeticError, ValueError) as reason:  # the body takes no intervals, or branches too often
         raise NotEnclosedError(spec.name) from reason
 
 
-class _Problem:
-    """One formula at one setting on one domain."""
+@dataclass(frozen=True)
+class Problem:
+    """The largest error of what is computed on a domain.
 
-    def __init__(
-        self, spec: Approximation, form: str, setting: Setting, precision: Precision, lengths: Lengths
-    ) -> None:
-        self.form, self.setting, self.precision, self.lengths = form, setting, precision, lengths
-        self.body = _body(spec, setting, precision)
+    setting  whose exact Phong it stands for
+    values   intervals of deficits, both ends (n,) -> what may be computed there, both ends (n,)
+    end      the deficit from which on it is dark for sure, at least 1; 2 is that of opposite directions
+    nothing  a bound this close to what single deficits reach is sharp
+    cuts     of an interval in each of so many rounds, until there are more than `most`
+    """
+
+    setting: Setting
+    values: Callable[[Ends, Ends], tuple[Ends, Ends]]
+    end: float = 2.0
+    nothing: float = NOTHING
+    cuts: int = CUTS
+    rounds: int = ROUNDS
+    most: int = MOST
 
     def at_peak(self) -> float:
         """The bound of exact Phong: a coordinate that is off by a share and a power by another err most at the peak.
@@ -77,38 +90,32 @@ class _Problem:
         """
         return float(self.errors(np.zeros(1), np.zeros(1))[0])
 
-    def largest(self, enough: float, limit: float) -> float:
-        """A bound that is sharp or not above `enough`; or what a single deficit reaches beyond `limit`."""
+    def largest(self, budget: float | None = None) -> float:
+        """A sharp bound; with a budget, one that is not above it, or what a single deficit reaches beyond it."""
+        enough, limit = (0.0, math.inf) if budget is None else (budget, budget)
         low, high = self._first()
         done = reached = worst = 0.0
-        for turn in range(ROUNDS):
+        for turn in range(self.rounds):
             if turn < 2:  # later ones reach hardly more
                 middle = 0.5 * (low + high)
                 reached = max(reached, float(self.errors(middle, middle).max()))
             if reached > limit:
                 return reached
             bounds = self.errors(low, high)
-            loose = bounds > max(SHARP * reached, reached + NOTHING, enough)
+            loose = bounds > max(SHARP * reached, reached + self.nothing, enough)
             done = max(done, float(bounds[~loose].max(initial=0.0)))
             if not loose.any():
                 return done
             worst = float(bounds[loose].max())
-            low, high = _cut(low[loose], high[loose])
-            if len(low) > MOST:
+            low, high = _cut(low[loose], high[loose], self.cuts)
+            if len(low) > self.most:
                 break
         return max(done, worst)
 
     def errors(self, low: Ends, high: Ends) -> Ends:
         """A bound of the error on each interval of deficits."""
-        least, most = np.zeros_like(low), np.zeros_like(high)
         with np.errstate(all="ignore"):  # ends may be infinite
-            c = coordinates(self.form, self.precision, low, high, self.lengths)
-            lit = np.flatnonzero(c.opens)
-            bottom, top = enclosed(self.body, c.low[lit], c.high[lit], self.precision) if len(lit) else (least, most)
-        if len(lit):
-            shut = c.closes[lit]
-            least[lit] = np.where(shut, np.minimum(bottom, 0.0), bottom)
-            most[lit] = np.where(shut, np.maximum(top, 0.0), top)
+            least, most = self.values(low, high)
         return np.maximum(most - self.exact(high), self.exact(low) - least) + _EXACT
 
     def exact(self, deficit: Ends) -> Ends:
@@ -122,10 +129,30 @@ class _Problem:
     def _first(self) -> tuple[Ends, Ends]:
         exponent = self.setting.exponent
         lobe = -np.expm1(np.log1p(-np.arange(LOBE) / LOBE) / exponent)
-        far = max(lobe[-1] * 1.01, end_of_deficits(self.precision, self.lengths))
+        far = max(lobe[-1] * 1.01, self.end)
         near = lobe[1] * np.geomspace(2.0**-12, 0.5, 6)
         edges = np.concatenate([[0.0], near, lobe[1:], np.geomspace(lobe[-1], far, TAIL)[1:]])
         return edges[:-1], edges[1:]
+
+
+def _kernel(
+    spec: Approximation, form: str, setting: Setting, precision: Precision, lengths: Lengths
+) -> Callable[[Ends, Ends], tuple[Ends, Ends]]:
+    """What the kernel gives, behind its gate."""
+    body = _body(spec, setting, precision)
+
+    def values(low: Ends, high: Ends) -> tuple[Ends, Ends]:
+        least, most = np.zeros_like(low), np.zeros_like(high)
+        c = coordinates(form, precision, low, high, lengths)
+        lit = np.flatnonzero(c.opens)
+        if len(lit):
+            bottom, top = enclosed(body, c.low[lit], c.high[lit], precision)
+            shut = c.closes[lit]
+            least[lit] = np.where(shut, np.minimum(bottom, 0.0), bottom)
+            most[lit] = np.where(shut, np.maximum(top, 0.0), top)
+        return least, most
+
+    return values
 
 
 def _body(spec: Approximation, setting: Setting, precision: Precision) -> Callable[[Any], Any]:
@@ -138,8 +165,8 @@ def _body(spec: Approximation, setting: Setting, precision: Precision) -> Callab
     return lambda coordinate: spec.kernel(coordinate, **values)
 
 
-def _cut(low: Ends, high: Ends) -> tuple[Ends, Ends]:
-    shares = np.arange(CUTS + 1) / CUTS
+def _cut(low: Ends, high: Ends, cuts: int) -> tuple[Ends, Ends]:
+    shares = np.arange(cuts + 1) / cuts
     edges = low[:, None] + (high - low)[:, None] * shares
     edges[:, -1] = high
     return edges[:, :-1].ravel(), edges[:, 1:].ravel()

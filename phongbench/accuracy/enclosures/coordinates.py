@@ -13,6 +13,7 @@ In fixed point an operation errs by half a step instead, and saturates.
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -25,10 +26,11 @@ _CROSS = 2 / math.sqrt(3)
 
 @dataclass(frozen=True)
 class Lengths:
-    """The lengths that either vector may have."""
+    """The lengths that a vector may have, and how far it is off its direction, as a share of its length."""
 
-    low: float = 1.0
-    high: float = 1.0
+    low: Any = 1.0
+    high: Any = 1.0
+    off: Any = 0.0
 
 
 def normalised(precision: Precision, length_error: float = 0.0) -> Lengths:
@@ -56,69 +58,92 @@ class Coordinates:
 
 def end_of_deficits(precision: Precision, lengths: Lengths) -> float:
     """The deficit from which on the gate is closed for sure; at least 1."""
-    return 1.0 + 2 * _dot_error(precision, lengths) / lengths.low**2
+    return 1.0 + 2 * float(_dot_error(Arithmetic(precision), lengths, lengths)) / float(lengths.low) ** 2
 
 
 def coordinates(form: str, precision: Precision, low: Ends, high: Ends, lengths: Lengths) -> Coordinates:
     """What a kernel of this form is given at deficits 1 - cos(angle) in [low, high], each of shape (n,)."""
-    rule = Arithmetic(precision)
-    cosine = _cosine(rule, low, high, lengths)
-    opens, closes = cosine.high > 0, cosine.low <= 0
+    rule, pair = Arithmetic(precision), (lengths, lengths)
+    of_pair = cosine(rule, low, high, *pair)
+    opens, closes = of_pair.high > 0, of_pair.low <= 0
     if form == "none":
-        span = cosine
+        span = of_pair
     elif form == "dot":
-        span = 1.0 - cosine
+        span = 1.0 - of_pair
     elif form == "difference":
-        span = _difference(rule, low, high, lengths)
+        span = _half(squared_difference(rule, low, high, *pair))
     elif form == "cross":
-        span = _half(rule, *_squared_cross(rule, low, high, lengths))
+        span = _half(squared_cross(rule, low, high, *pair))
     else:  # both lengths cancel in tan2, and the roundings are relative to them
-        unit = Lengths()
-        x = _cosine(rule, low, high, unit)
-        span = _half(rule, *_squared_cross(rule, low, high, unit)) / (x * x)
+        unit = Lengths(), Lengths()
+        x = cosine(rule, low, high, *unit)
+        span = _half(squared_cross(rule, low, high, *unit)) / (x * x)
     return Coordinates(span.low, span.high, opens, closes)
 
 
-def _dot_error(precision: Precision, lengths: Lengths) -> float:
-    if precision.saturates:
-        return 3 * precision.eps
-    return math.expm1(3 * math.log1p(precision.eps / 2)) * lengths.high**2 + 3 * precision.smallest
+def _grown(rule: Arithmetic, roundings: int) -> float:
+    """What so many roundings may make of a number, beyond it, as a share."""
+    return math.expm1(roundings * math.log1p(rule.unit))
 
 
-def _cosine(rule: Arithmetic, low: Ends, high: Ends, lengths: Lengths) -> Span:
+def _moved(a: Lengths, b: Lengths) -> Any:
+    """What being off adds to a product of both, as a share of both lengths."""
+    return a.off + b.off + a.off * b.off
+
+
+def _dot_error(rule: Arithmetic, a: Lengths, b: Lengths) -> Any:
+    if rule.precision.saturates:
+        return 3 * rule.precision.eps
+    off = _grown(rule, 3) + (1 + _grown(rule, 3)) * _moved(a, b)
+    return off * a.high * b.high + 3 * rule.precision.smallest + 9 * rule.flushed
+
+
+def cosine(rule: Arithmetic, low: Ends, high: Ends, a: Lengths, b: Lengths) -> Span:
     """a.b as it is computed."""
-    least, most, off = 1 - high, 1 - low, _dot_error(rule.precision, lengths)
-    short, long = lengths.low**2, lengths.high**2
+    least, most, off = 1 - high, 1 - low, _dot_error(rule, a, b)
+    short, long = a.low * b.low, a.high * b.high
     return rule.rounded(np.minimum(short * least, long * least) - off, np.maximum(short * most, long * most) + off)
 
 
-def _difference(rule: Arithmetic, low: Ends, high: Ends, lengths: Lengths) -> Span:
-    """Half of |a - b|^2: s d + (|a| - |b|)^2 / 2, convex in both lengths, so largest where each is at an end."""
-    short, long = lengths.low, lengths.high
-    most = np.maximum(long**2 * high, 0.5 * (long - short) ** 2 + long * short * high)
-    return _half(rule, *_sum_of_squares(rule, 2 * short**2 * low, 2 * most, 5))
+def squared_length(rule: Arithmetic, a: Lengths, like: Ends) -> Span:
+    """a.a as it is computed, in the shape of `like`."""
+    off = 3 * rule.precision.smallest + 3 * rule.flushed
+    share, none = _grown(rule, 3), np.zeros_like(like)
+    low = (a.low * (1 - a.off)) ** 2 * (1 - share) - off
+    return rule.rounded(none + low, none + (a.high * (1 + a.off)) ** 2 * (1 + share) + off)
 
 
-def _squared_cross(rule: Arithmetic, low: Ends, high: Ends, lengths: Lengths) -> tuple[Ends, Ends]:
+def squared_difference(rule: Arithmetic, low: Ends, high: Ends, a: Lengths, b: Lengths) -> Span:
+    """|a - b|^2: 2 |a| |b| d + (|a| - |b|)^2, convex in both lengths, so largest where each is at an end."""
+    corners = [(x - y) ** 2 + 2 * x * y * high for x in (a.low, a.high) for y in (b.low, b.high)]
+    most = np.maximum.reduce(corners)
+    least = 2 * a.low * b.low * low
+    shift = a.off * a.high + b.off * b.high + 4 * rule.flushed
+    if np.any(shift):
+        least, most = np.maximum(0.0, np.sqrt(least) - shift) ** 2, (np.sqrt(most) + shift) ** 2
+    return _sum_of_squares(rule, least, most, 5)
+
+
+def squared_cross(rule: Arithmetic, low: Ends, high: Ends, a: Lengths, b: Lengths) -> Span:
     """|a x b|^2 as it is computed; low and high straddle no right angle, or the sine's largest is taken."""
-    u, short, long = rule.precision.eps / 2, lengths.low**2, lengths.high**2
+    u, short, long = rule.unit, a.low * b.low, a.high * b.high
     sines = [np.sqrt(np.clip(d * (2 - d), 0.0, 1.0)) for d in (low, high)]
     least = short * np.minimum(*sines)
     most = long * np.where((low <= 1) & (high >= 1), 1.0, np.maximum(*sines))
-    off = u * (1 + 2 * u) * (_CROSS * long + most) + 6 * rule.precision.smallest
+    moved = long * _moved(a, b)
+    off = u * (1 + 2 * u) * (_CROSS * (long + moved) + most + moved) + moved
+    off = off + 6 * rule.precision.smallest + 9 * rule.flushed
     if rule.precision.saturates:
         off = np.full_like(most, 2 * rule.precision.eps)
     return _sum_of_squares(rule, np.maximum(0.0, least - off) ** 2, (most + off) ** 2, 3)
 
 
-def _sum_of_squares(rule: Arithmetic, low: Ends, high: Ends, roundings: int) -> tuple[Ends, Ends]:
-    """A sum of three squares whose result is off by so many u of itself, or by steps."""
-    precision = rule.precision
-    share = 0.0 if precision.saturates else math.expm1(roundings * math.log1p(precision.eps / 2))
-    off = 3 * precision.smallest
-    span = rule.rounded(np.maximum(0.0, low * (1 - share) - off), high * (1 + share) + off)
-    return span.low, span.high
+def _sum_of_squares(rule: Arithmetic, low: Ends, high: Ends, roundings: int) -> Span:
+    """A sum of three squares whose result is off by so many units of itself, or by steps."""
+    share = 0.0 if rule.precision.saturates else _grown(rule, roundings)
+    off = 3 * rule.precision.smallest + 3 * rule.flushed
+    return rule.rounded(np.maximum(0.0, low * (1 - share) - off), high * (1 + share) + off)
 
 
-def _half(rule: Arithmetic, low: Ends, high: Ends) -> Span:
-    return rule.rounded(0.5 * low, 0.5 * high)
+def _half(span: Span) -> Span:
+    return span.rule.rounded(0.5 * span.low, 0.5 * span.high)

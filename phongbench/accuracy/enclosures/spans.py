@@ -44,6 +44,8 @@ class Arithmetic:
         self.precision, self.script = precision, script
         self.taken: list[int] = []
         self.digits = 24 if precision.carrier == np.float32 else 53
+        #: an operation errs by at most this share of its result, and what is below the second may be flushed to 0
+        self.unit, self.flushed = precision.eps / 2, 0.0
 
     def constant(self, value: float) -> float:
         """A literal or a coefficient as the precision holds it."""
@@ -69,11 +71,19 @@ class Arithmetic:
             return Span.of(low, high, self)
         return Span.of(self._nearest(low), self._nearest(high), self)
 
+    def sum(self, low: Ends, other_low: Any, high: Ends, other_high: Any) -> "Span":
+        """What rounding makes of sums of numbers from these two intervals."""
+        return self.rounded(low + other_low, high + other_high)
+
     def product(self, low: Ends, high: Ends) -> "Span":
         """What rounding makes of products, or a fused sum: both ends, rounded and not."""
         low, high = outwards(low, high)
         near = self.rounded(low, high)
         return Span.of(np.minimum(low, near.low), np.maximum(high, near.high), self)
+
+    def quotient(self, low: Ends, high: Ends, under: Any, over: Any) -> "Span":
+        """What rounding makes of quotients in these intervals, by divisors from under to over."""
+        return self.rounded(low, high)
 
     def approximate(self, low: Ends, high: Ends, table: dict[int, float], *, relative: bool = False) -> "Span":
         """What a compiled function gives that is off by at most so much."""
@@ -124,23 +134,22 @@ class Span:
 
     def __add__(self, other: Any) -> "Span":
         low, high = self._ends(other)
-        return self.rule.rounded(self.low + low, self.high + high)
+        return self.rule.sum(self.low, low, self.high, high)
 
     def __sub__(self, other: Any) -> "Span":
         low, high = self._ends(other)
-        return self.rule.rounded(self.low - high, self.high - low)
+        return self.rule.sum(self.low, -high, self.high, -low)
 
     def __rsub__(self, other: Any) -> "Span":
         low, high = self._ends(other)
-        return self.rule.rounded(low - self.high, high - self.low)
+        return self.rule.sum(low, -self.high, high, -self.low)
 
     def __mul__(self, other: Any) -> "Span":
         low, high = self._ends(other)
         with np.errstate(invalid="ignore", over="ignore", under="ignore"):
             corners = [_product(x, y) for x in (self.low, self.high) for y in (low, high)]
         least, most = np.minimum.reduce(corners), np.maximum.reduce(corners)
-        square: bool = other is self
-        if square:  # never negative, and its ends are those of its own ends
+        if other is self:  # never negative, and its ends are those of its own ends
             least = np.where((low <= 0) & (high >= 0), 0.0, np.minimum(corners[0], corners[3]))
         return self.rule.product(least, most)
 
@@ -216,8 +225,6 @@ class Span:
         numbers = range(int(least), int(most) + 1)
         return self.rule.answer([(number, (first <= number) & (number <= last)) for number in numbers])
 
-    # the functions of elementary.py
-
     @staticmethod
     def exp(x: "Span") -> "Span":
         """e^x."""
@@ -247,16 +254,19 @@ class Span:
         return Span.of(low, high, x.rule), exponent
 
 
-def enclosed(body: Callable[[Span], Any], low: Ends, high: Ends, precision: Precision) -> tuple[Ends, Ends]:
+def enclosed(
+    body: Callable[[Span], Any], low: Ends, high: Ends, precision: Precision, kind: type[Arithmetic] = Arithmetic
+) -> tuple[Ends, Ends]:
     """What a body may give for arguments in each of these intervals, (n,) both ends; TooBranchedError if it asks much.
 
     body  a plain scalar body, of one number
+    kind  whose arithmetic it runs in
     """
     least, most = np.full_like(low, np.inf), np.full_like(high, -np.inf)
     work: list[tuple[tuple[int, ...], NDArray[np.intp]]] = [((), np.arange(len(low)))]
     for _ in range(PATHS):
         script, here = work.pop()
-        rule = Arithmetic(precision, script)
+        rule = kind(precision, script)
         try:
             value = body(Span.of(low[here], high[here], rule))
         except _Fork as fork:
@@ -287,4 +297,4 @@ def _quotient(rule: Arithmetic, low: Any, high: Any, under: Any, over: Any) -> S
     across, touching = (under < 0) & (over > 0), (under == 0) | (over == 0)
     least = np.where(across | (touching & (low < 0)), -np.inf, least)
     most = np.where(across | (touching & (high > 0)), np.inf, most)
-    return rule.rounded(np.asarray(least, np.float64), np.asarray(most, np.float64))
+    return rule.quotient(np.asarray(least, np.float64), np.asarray(most, np.float64), under, over)

@@ -5,6 +5,7 @@ import pandas as pd
 from phongbench.analysis.claims.claim import UNMEASURED, Claim, Finding, LackingRowsError, Record, grade
 from phongbench.analysis.claims.evidence import evidence
 from phongbench.analysis.claims.quiet_times import FASTER, PLACES, quiet
+from phongbench.analysis.claims.target_prices import OnTargets
 from phongbench.analysis.claims.words import listed, sentence
 from phongbench.analysis.rows import Rows, at
 from phongbench.formulas.citations import WIKIPEDIA_BLINN
@@ -97,6 +98,8 @@ CLAIM = Claim(
     "Blinn-Phong is faster where viewer and light are at infinity",
     WIKIPEDIA_BLINN,
     judge,
-    ("timing", "scene_times"),
+    ("timing", "scene_times", "costs"),
     "speed",
+    # at infinity one H serves all points, and R is made at each; near, H is made at each, too
+    OnTargets((("blinn", "phong@reflect"),), (("blinn@halfway/once", "phong@reflect"),)),
 )

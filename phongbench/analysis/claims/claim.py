@@ -4,7 +4,7 @@ import inspect
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Protocol
 
 import pandas as pd
 
@@ -51,6 +51,17 @@ class Finding:
     lacking: str | None = None
 
 
+class Besides(Protocol):
+    """Changes a finding by rows of another kind than its rule reads."""
+
+    @property
+    def rule_text(self) -> str:
+        """How, in words."""
+
+    def __call__(self, finding: Finding, rows: Rows) -> Finding:
+        """The finding afterwards."""
+
+
 @dataclass(frozen=True)
 class Claim:
     """One claim of the textbooks, and the rule that judges it.
@@ -62,6 +73,7 @@ class Claim:
             for a run without the rows it reads
     needs   what the rule reads: names of tables, or nothing where the verdict follows from a formula
     figure  name of the report's figure that shows it, or None
+    besides what changes the finding afterwards, by rows of another kind; its `rule_text` is printed after the rule
     """
 
     key: str
@@ -70,19 +82,21 @@ class Claim:
     rule: Callable[[Rows], Finding] = field(repr=False)
     needs: tuple[str, ...]
     figure: str | None = None
+    besides: "Besides | None" = None
 
     @property
     def rule_text(self) -> str:
         """The rule in words, on one line."""
-        return " ".join((inspect.getdoc(self.rule) or "").split())
+        rule = " ".join((inspect.getdoc(self.rule) or "").split())
+        return f"{rule} {self.besides.rule_text}" if self.besides else rule
 
     def judge(self, rows: Rows) -> "Judgement":
         """The verdict on this claim; `not measured`, and what would measure it, where rows are missing."""
         try:
-            return Judgement(self, self.rule(rows))
+            found = self.rule(rows)
         except LackingRowsError as lacking:
-            nothing = Finding(UNMEASURED, sentence(lacking.what), coverage="none", lacking=lacking.fix)
-            return Judgement(self, nothing)
+            found = Finding(UNMEASURED, sentence(lacking.what), coverage="none", lacking=lacking.fix)
+        return Judgement(self, self.besides(found, rows) if self.besides else found)
 
 
 @dataclass(frozen=True)

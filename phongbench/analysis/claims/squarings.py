@@ -6,6 +6,7 @@ from phongbench.analysis.claims.claim import Claim, Finding, LackingRowsError, R
 from phongbench.analysis.claims.evidence import evidence
 from phongbench.analysis.claims.price import told
 from phongbench.analysis.claims.quiet_times import FASTER, PLACES, quiet
+from phongbench.analysis.claims.target_prices import OnTargets
 from phongbench.analysis.claims.words import listed, sentence, times
 from phongbench.analysis.normalising_cost import Race, races, timing_rows
 from phongbench.analysis.rows import Rows, at, forms_of, near_gamma
@@ -110,5 +111,11 @@ def _because(records: list[Record]) -> str:
 
 
 CLAIM = Claim(
-    "h", "A few multiplications replace a variable exponentiation", WIKIPEDIA_PHONG, judge, ("timing",), "speed"
+    "h",
+    "A few multiplications replace a variable exponentiation",
+    WIKIPEDIA_PHONG,
+    judge,
+    ("timing", "costs"),
+    "speed",
+    OnTargets((("lyon:dot:8", "phong"), ("lyon:dot:8/once", "phong/once"))),
 )

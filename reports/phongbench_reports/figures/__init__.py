@@ -19,6 +19,7 @@ from phongbench_reports.figures import (
     split,
     stability,
     step_costs,
+    targets,
     widths,
 )
 from phongbench_reports.table import Part
@@ -28,6 +29,7 @@ FIGURES = (
     Part("error_gamma", "Largest error against γ, with the law", error_gamma.draw),
     Part("heatmap", "Largest error over α and γ", heatmap.draw),
     Part("front", "Error against time", front.draw),
+    Part("targets", "Error against cost on every target", targets.draw),
     Part("incidence", "Reflectance: error against time", incidence.draw),
     Part("copper", "Copper's colour against incidence", copper.draw),
     Part("stability", "Vectors that are not unit length", stability.draw),

@@ -64,21 +64,23 @@ def edge(rows: pd.DataFrame) -> pd.DataFrame:
     return best[best["ratio"] < best["ratio"].cummin().shift(fill_value=np.inf)].reset_index(drop=True)
 
 
-def names(axes: Axes, rows: pd.DataFrame, *, gap: float = GAP) -> None:
+def names(axes: Axes, rows: pd.DataFrame, *, gap: float = GAP, letter: float = LETTER, most: int = NAMED) -> None:
     """Names to the lower left of points of the front, where nothing can be: it would be on the front itself.
 
-    gap  how far apart names are, in axes heights
+    gap     how far apart names are, in axes heights
+    letter  width of a letter in axes widths
+    most    how many points get a name
     """
     best = edge(rows)
     if best.empty:
         return
-    picks = np.unique(np.linspace(0, len(best) - 1, min(NAMED, len(best))).round().astype(int))
+    picks = np.unique(np.linspace(0, len(best) - 1, min(most, len(best))).round().astype(int))
     best = best.iloc[picks]
     to_axes = axes.transData + axes.transAxes.inverted()
     points = to_axes.transform(np.column_stack([best["error"].clip(lower=FLOOR), best["ratio"]]))
     lowest = 1.0
     for (x, y), row in zip(points, records(best), strict=True):
-        left = x < 0.03 + LETTER * len(row["label"])  # no room to its left: above it instead
+        left = x < 0.03 + letter * len(row["label"])  # no room to its left: above it instead
         height = float(y) + gap if left else min(float(y), lowest) - gap
         lowest = lowest if left else height
         axes.annotate(

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
+from phongbench.analysis.by_target import targets_of
 from phongbench.analysis.claims import judge
 from phongbench.analysis.claims.claim import UNMEASURED
 from phongbench.analysis.promises import bound_at
@@ -18,9 +19,12 @@ from phongbench_reports.figures import speed as speed_figure
 from phongbench_reports.plots import Plate, ink, svg_pair
 from phongbench_reports.readme.markdown import picture, slim, table
 from phongbench_reports.table import Absent
+from phongbench_reports.tables.by_target import by_target as by_target_table
 from phongbench_reports.tables.verdict import verdict as verdict_table
 from phongbench_reports.text import BUDGETS, INTERVAL, alpha_is, number, ratio, records
 
+#: targets of the first table: this machine, and one of each kind of chip that is compiled for
+TARGETS = ("cpu", "gcn4", "rdna2", "sm89", "cortex-m7")
 #: exponents of the verdict table, the nearest ones of the run; the report has them all
 ALPHAS = (10.0, 20.0, 50.0, 100.0, 200.0, 1000.0)
 _CACHES = (("L1", "l1"), ("L2", "l2"), ("last level", "last"))
@@ -28,7 +32,28 @@ _PACKAGES = ("Python", "NumPy", "numba", "llvmlite", "phongbench")
 
 
 def verdict(study: Rows) -> str:
-    """The report's verdict table within 1/255, at a few exponents."""
+    """What to ship on a few targets within 1/255, and below it the report's verdict table of times on this machine."""
+    return "\n\n".join(part for part in (_by_target(study), _timed(study)) if part)
+
+
+def _by_target(study: Rows) -> str:
+    """The answer on TARGETS, as many as the run has costs of; "" where it has those of this machine alone."""
+    targets = [target for target in TARGETS if target in targets_of(study)]
+    content = by_target_table(study, *BUDGETS[0], targets)
+    if isinstance(content, Absent):
+        return ""
+    rows = [(alpha, *(_as_code(cell) for cell in cells)) for alpha, *cells in content.rows]
+    return f"{table(content.headings, rows, right=content.numeric)}\n\n{content.takeaway}\n({content.basis}.)"
+
+
+def _as_code(cell: str) -> str:
+    """A cell with its formula as code."""
+    name, comma, ratio = cell.partition(", ")
+    return f"`{name}` {ratio}" if comma else cell
+
+
+def _timed(study: Rows) -> str:
+    """The report's verdict table, at a few exponents."""
     budget, name = BUDGETS[0]
     content = verdict_table(study, study.precision, budget, name)
     if isinstance(content, Absent) or study.timing.empty:

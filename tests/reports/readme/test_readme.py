@@ -127,10 +127,16 @@ def test_the_same_rows_give_the_same_bytes(made: Any, checkout: Path) -> None:
 
 
 def test_the_verdict_is_the_reports_at_a_few_exponents(made: Any) -> None:
-    headings, _, *rows = lines_of(run_parts.verdict(Rows(made)))
-    assert headings[:2] == ["α", "formula"]
-    assert [row[0] for row in rows] == ["10", "20", "50", "128", "200"]
-    assert "within 1/255" in run_parts.verdict(Rows(made)).lower()
+    part = run_parts.verdict(Rows(made))
+    headings, _, *rows = lines_of(part)
+    assert headings == ["α", "cpu", "gcn4", "rdna2"]
+    second = next(i for i, row in enumerate(rows) if row[:2] == ["α", "formula"])
+    for table in (rows[:second], rows[second + 2 :]):
+        assert [row[0] for row in table] == ["10", "20", "50", "128", "200"]
+    assert "within 1/255" in part.lower()
+    assert rows[0][1].startswith("`lyon:")
+    alone = run_parts.verdict(Rows(replace(made, costs=made.costs.head(0))))
+    assert lines_of(alone)[0][:2] == ["α", "formula"]
 
 
 def test_speed_shows_a_formula_once_and_the_twin(made: Any) -> None:

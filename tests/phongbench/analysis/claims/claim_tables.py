@@ -25,6 +25,7 @@ class Tables:
     far: pd.DataFrame = field(default_factory=TABLES["far"].frame)
     incidence: pd.DataFrame = field(default_factory=TABLES["incidence"].frame)
     cuts: pd.DataFrame = field(default_factory=TABLES["cuts"].frame)
+    costs: pd.DataFrame = field(default_factory=TABLES["costs"].frame)
     manifest: dict[str, Any] = field(default_factory=lambda: {"run": "by-hand", "state": "complete"})
 
 

@@ -1,0 +1,134 @@
+"""Bounds that no conforming device exceeds: the emitted code, run on intervals by the accuracies that standards state.
+
+What runs is the code that `phongbench shader` writes for GPUs, with its folded constants and its limits, not the
+kernels' own body. The domain is one of
+
+- `unit`    pairs that a shader made unit, v * inversesqrt(v.v), on a device of the same kind
+- `cosine`  the exact cosine is given, so that nothing is told of the dot product: forms none and dot alone
+"""
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from phongbench.accuracy.enclosures.bounds import NotEnclosedError, Problem
+from phongbench.accuracy.enclosures.coordinates import Lengths
+from phongbench.accuracy.enclosures.devices import PRECISIONS, AnyLength, Device
+from phongbench.accuracy.enclosures.emitted import Direction, words
+from phongbench.accuracy.enclosures.spans import Ends, Span, enclosed
+from phongbench.compiler.precisions import Precision
+from phongbench.errors import InputError, KernelError
+from phongbench.formulas.formula import Formula
+from phongbench.formulas.recipes import PAIR
+from phongbench.formulas.shader_code.evaluated import highlight
+from phongbench.formulas.spec import Approximation, Setting
+
+#: how sharp a bound is, see `bounds.Problem`: exact Phong needs as many intervals as its error goes into 1
+NOTHING, CUTS, ROUNDS, MOST = 5e-7, 3, 14, 300_000
+DOMAINS = UNIT, COSINE = "unit", "cosine"
+#: how far R of a recipe is off, in units: N is normalised (its direction off by 1, its length by 4.5), N.L off by 3 and
+#: twice N.L times N by 1 each; and L subtracted from it. Of `lengthwise`, N.L and N.N are off by 3, their products by 1
+_RECIPES = {"reflect": 31.0, "lengthwise": 13.0}
+
+
+def made_unit(precision: Precision, length_error: float = 0.0) -> Lengths:
+    """Lengths of v * inversesqrt(v.v), then up to `length_error` off.
+
+    v.v errs by up to 3 units, of which the root leaves half; the reciprocal root errs by 2 and the product by 1: 4.5 in
+    all. Squares that are flushed to 0 shorten v.v by up to 3 of the smallest normal numbers; v is from 1/4 to 4 long.
+    """
+    off = math.expm1(4.5 * math.log1p(precision.eps)) + 0.01 * precision.eps
+    flushed = (1 - 48 * precision.tiny) ** -0.5
+    return Lengths((1 - off) * (1 - length_error), (1 + off) * flushed * (1 + length_error))
+
+
+def largest(
+    spec: Approximation,
+    formula: Formula,
+    setting: Setting,
+    precision: Precision,
+    *,
+    length_error: float = 0.0,
+    budget: float | None = None,
+    domain: str = UNIT,
+    limited: bool = True,
+) -> float:
+    """An upper bound of the error on every conforming device; infinite where nothing limits it.
+
+    formula       of a pair, or of raw vectors: then their lengths are any that the precision holds squares of
+    length_error  how wrong the lengths of a pair may be beyond normalising, relative
+    budget        as for `bounds.largest`
+    domain        of DOMAINS
+    limited       whether the code limits values of over-long vectors to 1, see `shader_code.function.written`
+    Raises NotEnclosedError for code that cannot run on intervals, or is not written for GPUs.
+    """
+    if precision.name not in PRECISIONS:
+        raise NotEnclosedError(f"no standard speaks of {precision.name}")
+    if domain == COSINE and (formula.raw or formula.lambda_form not in ("none", "dot")):
+        raise NotEnclosedError("only a formula of the cosine can be given it")
+    if length_error >= 1:
+        return math.inf
+    pair = lengths_of(formula, precision, length_error) if domain == UNIT else None
+    try:
+        values = _emitted(spec, _of_pair(formula), setting, precision, pair, limited=limited)
+        problem = Problem(setting, values, nothing=NOTHING, cuts=CUTS, rounds=ROUNDS, most=MOST)
+        if domain == COSINE and precision.listed:
+            return _everywhere(problem, precision)
+        return problem.largest(budget)
+    except (TypeError, ArithmeticError, ValueError, NameError, AssertionError, InputError, KernelError) as reason:
+        raise NotEnclosedError(spec.name) from reason
+
+
+def _everywhere(problem: Problem, precision: Precision) -> float:
+    """The largest at all cosines that the precision holds."""
+    deficits = 1.0 - precision.representables(0.0, 1.0).astype(np.float64)
+    return float(problem.errors(deficits, deficits).max())
+
+
+def _of_pair(formula: Formula) -> Formula:
+    """The formula for the pair that a recipe makes."""
+    return replace(formula, recipe=PAIR)
+
+
+def lengths_of(formula: Formula, precision: Precision, length_error: float) -> tuple[Lengths, Lengths]:
+    """The lengths of both directions as the formula takes them."""
+    if not formula.raw:
+        return (made_unit(precision, length_error),) * 2
+    exact = formula.normalise != "none"
+    size = 0.0 if exact else length_error
+    view = Lengths(1 - size, 1 + size)
+    if formula.recipe == PAIR:
+        return view, view
+    if formula.recipe not in _RECIPES:
+        raise NotEnclosedError(f"what {formula.recipe} makes is no function of the angle")
+    growth = 3 if formula.recipe == "lengthwise" else 1  # R is then as long as the square of N times L
+    off = _RECIPES[formula.recipe] * precision.eps * (1 + 40 * precision.eps)
+    return Lengths((1 - size) ** growth, (1 + size) ** growth, off), view
+
+
+def _emitted(
+    spec: Approximation,
+    formula: Formula,
+    setting: Setting,
+    precision: Precision,
+    pair: tuple[Lengths, Lengths] | None,
+    *,
+    limited: bool,
+) -> Callable[[Ends, Ends], tuple[Ends, Ends]]:
+    """What the emitted code gives on intervals of deficits."""
+    first, second = pair or (None, None)
+
+    def body(deficit: Span) -> Span:
+        rule = deficit.rule
+        assert isinstance(rule, Device)
+        code = highlight(spec, formula, setting, words(rule), limited=limited)
+        a = Direction("a", rule, deficit.low, deficit.high, first)
+        value = code(a, replace(a, which="b", lengths=second))
+        if isinstance(value, Span) and value.rule.precision != precision:  # made of bits, in float32
+            return rule.rounded(value.low, value.high)
+        return value  # type: ignore[no-any-return]
+
+    kind = AnyLength if formula.normalise != "none" else Device
+    return lambda low, high: enclosed(body, low, high, precision, kind)
