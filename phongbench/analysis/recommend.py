@@ -78,11 +78,8 @@ def recommend(
             raise InputError("recipes are chosen by their times on this machine", "target", "leave raw or target out")
         return raw_vectors.recommend(run, budget, any_length=length_error is None)
     notes: list[str] = []
-    cells = _cells(run, budget, (checked(target, short_of, root), short_of, root), notes)
-    if inverse_error is not None:
-        cells = inverse_errors.within(cells, run, budget.alpha, inverse_error, notes)
-    unknown = sorted(set(cells["approximation"]) - set(installed()))
-    if unknown:
+    cells = _cells(run, budget, (checked(target, short_of, root), short_of, root), inverse_error, notes)
+    if unknown := sorted(set(cells["approximation"]) - set(installed())):
         notes.append(f"{', '.join(unknown)}: only sampled, and the formula is not here, so nothing is promised of it")
     by_law = run is None and not contract
     judge = as_given if by_law else promised(budget, installed(), search=search, measured=run is not None)
@@ -113,17 +110,25 @@ def _asked(run: Run | None, budget: Budget) -> dict[str, Any]:
     }
 
 
-def _cells(run: Run | None, budget: Budget, where: tuple[str, str | None, Path], notes: list[str]) -> pd.DataFrame:
+def _cells(
+    run: Run | None,
+    budget: Budget,
+    where: tuple[str, str | None, Path],
+    inverse_error: float | str | None,
+    notes: list[str],
+) -> pd.DataFrame:
     """The formulas that apply, each with its error and its cost on the target.
 
     where  the target, the unit that is scarce there, and the folder of the runs
     """
     target, short_of, root = where
     if target == CPU:
-        return law_bounds.cells(budget, notes) if run is None else measured_errors.cells(run, budget, notes)
-    known = law_bounds.cells(budget, notes) if run is None else measured_errors.errors(run, budget, notes)
-    own = own_prices(None if run is None else run.costs, target, short_of)
-    return priced(known, budget.alpha.values, target, short_of, notes, root, own)
+        known = law_bounds.cells(budget, notes) if run is None else measured_errors.cells(run, budget, notes)
+    else:
+        known = law_bounds.cells(budget, notes) if run is None else measured_errors.errors(run, budget, notes)
+        own = own_prices(None if run is None else run.costs, target, short_of)
+        known = priced(known, budget.alpha.values, target, short_of, notes, root, own)
+    return known if inverse_error is None else inverse_errors.within(known, run, budget.alpha, inverse_error, notes)
 
 
 def elsewhere(run: Run | None, answer: Mapping[str, Any], **question: Any) -> list[dict[str, Any]]:

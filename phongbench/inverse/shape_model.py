@@ -190,7 +190,7 @@ def read_depths(path: Path) -> Array:
             raise InputError("no .npy file in the folder", str(path), "give a depth map (height, width) in each")
         maps = [_arrays(file) for file in files]
     if not path.is_dir():
-        return maps[0]
+        return np.asarray(maps[0])
     for file, one in zip(files, maps, strict=True):
         if one.shape != maps[0].shape:
             raise InputError(f"{one.shape}, but {files[0].name} has {maps[0].shape}", str(file), "give one size")

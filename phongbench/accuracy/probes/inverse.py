@@ -24,7 +24,7 @@ from phongbench.inverse.photometric import Normals, invert_pictures
 from phongbench.inverse.surface_heights import HeightEquations
 from phongbench.inverse.surface_model import PhotometricLight, SurfaceModel
 from phongbench.inverse.surfaces import SURFACES, KnownSurface, known_surface
-from phongbench.results.schema import INVERSE
+from phongbench.results.inverse_table import INVERSE
 
 #: pixels of a picture's side
 SIZE = 48

@@ -16,7 +16,7 @@ from phongbench.errors import InputError
 from phongbench.inputs.plan import PRESETS, preset
 from phongbench.inverse.surface_heights import integrate
 from phongbench.inverse.surfaces import SURFACES, known_surface
-from phongbench.results.schema import INVERSE
+from phongbench.results.inverse_table import INVERSE
 
 
 @pytest.fixture(scope="module")
