@@ -7,6 +7,7 @@ import pandas as pd
 
 from phongbench.analysis.error_budget import number
 from phongbench.analysis.exponents import Exponents
+from phongbench.analysis.front import records
 from phongbench.analysis.rows import at
 from phongbench.errors import InputError
 from phongbench.formulas.formula import Formula
@@ -49,7 +50,7 @@ def within(
     errors = worst(run, alpha)
     kept = cells.merge(errors[errors["mean_degrees"] <= most], on=FORMULA_KEY, how="inner")
     others = errors[errors["approximation"] != "phong"]
-    best = f"; of all but exact Phong, {Formula.of_row(others.iloc[0].to_dict())} does least" if len(others) else ""
+    best = f"; of all but exact Phong, {Formula.of_row(records(others)[0])} does least" if len(others) else ""
     notes.append(
         f"{len(kept)} of {len(cells)} cells bend normals by at most {most:g} degrees, in the mean of a surface, "
         f"inverted from exact pictures under 4 lights{best}"

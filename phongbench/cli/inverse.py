@@ -163,7 +163,7 @@ def learn(depths: Path | None, synthetic: int | None, components: int, out: Path
 
     if (depths is None) == (synthetic is None):
         raise click.UsageError("give depth maps, or --synthetic N")
-    maps = shape_model.synthetic_heads(synthetic) if depths is None else shape_model.read_depths(depths)
+    maps = shape_model.read_depths(depths) if depths is not None else shape_model.synthetic_heads(synthetic or 2)
     shapes = shape_model.learn(maps, components)
     shape_model.save_shapes(shapes, out)
     share = float(shapes.variances.sum() / max(maps.var(axis=0, ddof=1).sum(), 1e-300))

@@ -25,9 +25,9 @@ def judge(rows: Rows) -> Finding:
     """
     records = tuple(map(_record, SLANTS))
     open_ = [one["open_share"] > 0 for one in records]
-    parts = [f"{percent(one['open_share'])} under a light {one['light_degrees']:g} degrees from him" for one in records]
+    parts = [f"{percent(one['open_share'])} at {one['light_degrees']:g} degrees" for one in records]
     because = sentence(
-        f"both solutions face the viewer for {listed(parts)} of all intensities",
+        f"of all intensities under a light so far from the viewer, both solutions face him for {listed(parts)}",
         "elsewhere the second one is turned away from him, which is prior information, too",
     )
     return Finding(grade(all(open_), any(open_)), because, records, (), "law")

@@ -20,7 +20,7 @@ COMMAND = "phongbench run --probe inverse --no-timing"
 
 def rows_of(study: Rows) -> pd.DataFrame:
     """Rows of the sphere without noise under four lights, of the models shown in their first lambda form."""
-    rows = at(study.inverse, surface="sphere", lights=4, noise="none", lambda_form=("dot", "none"))
+    rows = at(study.inverse, surface="sphere", lights=4, noise="none", lambda_form=("dot", "none"), space="reflect")
     picked = []
     for name, slope, gamma in SHOWN:
         mine = at(rows, approximation=name, beta_policy=slope)
