@@ -94,7 +94,7 @@ class Rows:
     @cached_property
     def precisions(self) -> list[str]:
         """The swept precisions, float32 first."""
-        swept = in_order(set(self.stored("accuracy")["precision"].astype(str)) - {EXACT})
+        swept = in_order({str(name) for name in self.stored("accuracy")["precision"].unique()} - {EXACT})
         first = [name for name in ("float32", "float16", "float64") if name in swept]
         return [*first, *(name for name in swept if name not in first)]
 

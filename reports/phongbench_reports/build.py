@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import base64
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -21,7 +21,7 @@ from phongbench_reports.figures import FIGURES
 from phongbench_reports.figures.pictures import SECTIONS
 from phongbench_reports.page import Links, Section, render, style_sheet
 from phongbench_reports.plots import Plate, ink, svg_pair
-from phongbench_reports.second_process import Drawn, Figures, beside, drawn
+from phongbench_reports.second_process import Drawn, Shared, beside, drawn
 from phongbench_reports.table import Absent, Part
 from phongbench_reports.tables.behaviour import hostile, smoothness
 from phongbench_reports.tables.by_target import by_target
@@ -37,8 +37,6 @@ if TYPE_CHECKING:
     from phongbench.results.runs import Run
 
 
-#: what a second process draws, if there is one: the last figures, as many as are left when it is ready
-LATER = tuple(entry.name for entry in FIGURES[-5:])
 #: figure -> the folded table that follows it
 BESIDE = {"meshes": Part("mesh_edges", "How wide edges may be", mesh_edges, True)}
 #: the tables after the figures, and those at the end of the page
@@ -56,18 +54,16 @@ LAST = (
 )
 
 
-def sections_of(
-    study: Rows, theirs: Callable[[], Figures] | None = None
-) -> tuple[list[Section], dict[str, tuple[bytes, bytes]]]:
+def sections_of(study: Rows, shared: Shared | None = None) -> tuple[list[Section], dict[str, tuple[bytes, bytes]]]:
     """All sections in page order, and the SVGs (light, dark) of the figures among them.
 
-    theirs  waits for the figures LATER, which another process draws, and gives those that came
+    shared  the figures, where another process draws some of them
     """
-    # the tables first: meanwhile the other process gets ready
+    # the tables first: meanwhile the other process draws
     answers, judged = _answers(study), section_of(CLAIMS, study)
     behaviour, last = ([section_of(part, study) for part in parts] for parts in (BEHAVIOUR, LAST))
     with ink():
-        figures, pictures = _figures(study, theirs)
+        figures, pictures = _figures(study, shared)
         scenes = [section_of(part, study) for part in SECTIONS]
         pictures |= {
             one.name: svg_pair(one.content.figure, one.name) for one in scenes if isinstance(one.content, Plate)
@@ -99,14 +95,13 @@ def _answers(study: Rows) -> list[Section]:
     ]
 
 
-def _figures(
-    study: Rows, theirs: Callable[[], Figures] | None
-) -> tuple[dict[str, Section], dict[str, tuple[bytes, bytes]]]:
+def _figures(study: Rows, shared: Shared | None) -> tuple[dict[str, Section], dict[str, tuple[bytes, bytes]]]:
     """The figures in page order, with the tables beside them, and their SVGs."""
     plates: dict[str, Drawn] = {}
-    if theirs is not None:
-        plates = {part.name: drawn(study, part) for part in FIGURES if part.name not in LATER}
-        plates |= theirs()
+    if shared is not None:
+        entries = {part.name: part for part in FIGURES}
+        plates = {name: drawn(study, entries[name]) for name in shared.mine()}
+        plates |= shared.theirs()
     sections: dict[str, Section] = {}
     pictures: dict[str, tuple[bytes, bytes]] = {}
     for part in FIGURES:
@@ -152,8 +147,8 @@ def build(run: Run, out: Path, *, single_file: bool = False, processes: int = 1)
     study = Rows(require_rows(run))
     make_folder(out)
     if min(processes, cores()) > 1:
-        with beside(run.path, LATER) as theirs:
-            sections, pictures = sections_of(study, theirs)
+        with beside(run.path, [part.name for part in FIGURES]) as shared:
+            sections, pictures = sections_of(study, shared)
     else:
         sections, pictures = sections_of(study)
     sheets = {

@@ -1,16 +1,19 @@
 """A second process that draws some of a report's figures: drawing is Python, which runs on one core at a time.
 
-It gets ready while the first process makes the tables, and gives the same figures, byte for byte. Where it fails, the
-first process draws them itself, and meets the same failure if there is one.
+It begins while the first process makes the tables, and gives the same figures, byte for byte. Where it fails, the first
+process draws them itself, and meets the same failure if there is one.
 """
 
 import pickle
 import subprocess
 import sys
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import contextmanager
+import threading
+from collections import deque
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import IO
 
 from matplotlib.figure import Figure
 
@@ -21,7 +24,7 @@ from phongbench_reports.plots import Plate, ink, svg_pair
 from phongbench_reports.table import Absent, Part
 
 #: not `-m`: what is pickled would be of __main__, which is another module over here
-_CHILD = f"import sys; from {__name__} import answer; sys.stdout.buffer.write(answer(*sys.argv[1:]))"
+_CHILD = f"import sys; from {__name__} import serve; serve(sys.argv[1], sys.stdin, sys.stdout.buffer)"
 #: name of a figure -> what was drawn
 Figures = Mapping[str, "Drawn"]
 
@@ -44,34 +47,69 @@ def drawn(study: Rows, entry: Part) -> Drawn:
     return Drawn(content, svg_pair(content.figure, entry.name) if isinstance(content, Plate) else None)
 
 
-@contextmanager
-def beside(path: Path, names: Iterable[str]) -> Iterator[Callable[[], Figures]]:
-    """While it lasts, another process draws these figures of the run in this folder.
+class Shared:
+    """Figures that two processes draw, each the next one that is left: this one from the front, the other from the end.
 
-    What is yielded waits for them; it gives those that came, none if the process failed.
+    names    figures, in the order in which this process would draw them
+    process  the other one, see `serve`
     """
-    words = [sys.executable, "-c", _CHILD, str(path), *names]
-    with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL) as process:
-        try:
-            yield lambda: _received(process)
-        finally:
-            process.kill()
+
+    def __init__(self, names: Iterable[str], process: "subprocess.Popen[bytes]") -> None:
+        self._left = deque(names)
+        self._theirs: dict[str, Drawn] = {}
+        self._thread = threading.Thread(target=self._ask, args=(process,), daemon=True)
+        self._thread.start()
+
+    def mine(self) -> Iterator[str]:
+        """The figures for this process to draw; each is handed out when it is asked for."""
+        while self._left:
+            with suppress(IndexError):  # the other process was quicker
+                yield self._left.popleft()
+
+    def theirs(self) -> Figures:
+        """Waits for what the other process draws; only what came, if it failed."""
+        self._thread.join()
+        return self._theirs
+
+    def _ask(self, process: "subprocess.Popen[bytes]") -> None:
+        if process.stdin is None or process.stdout is None:
+            return
+        while self._left:
+            with suppress(IndexError, OSError, EOFError, pickle.UnpicklingError):
+                name = self._left.pop()
+                process.stdin.write(f"{name}\n".encode())
+                process.stdin.flush()
+                self._theirs[name] = pickle.load(process.stdout)
+                continue
+            return
 
 
-def _received(process: subprocess.Popen[bytes]) -> Figures:
-    answer, _ = process.communicate()
-    figures: Figures = pickle.loads(answer) if process.returncode == 0 else {}
-    return figures
+@contextmanager
+def beside(path: Path, names: Iterable[str]) -> Iterator[Shared]:
+    """While it lasts, another process draws some of these figures of the run in this folder."""
+    words = [sys.executable, "-c", _CHILD, str(path)]
+    pipe = subprocess.PIPE
+    process = subprocess.Popen(words, stdin=pipe, stdout=pipe, stderr=subprocess.DEVNULL)
+    shared = Shared(names, process)
+    try:
+        yield shared
+    finally:
+        process.kill()
+        shared.theirs()
+        process.communicate()
 
 
-def answer(path: str, *names: str) -> bytes:
-    """What the other process writes: what it drew of the run in this folder, by name."""
-    study, figures = Rows(runs.load(Path(path))), {}
+def serve(path: str, asked: Iterable[str], out: IO[bytes]) -> None:
+    """What the other process does: it draws figures of the run in this folder as they are asked for.
+
+    asked  lines, each the name of a figure
+    out    receives each one, pickled
+    """
+    study, entries = Rows(runs.load(Path(path))), {entry.name: entry for entry in FIGURES}
     with ink():
-        for entry in FIGURES:
-            if entry.name in names:
-                one = drawn(study, entry)
-                # the figure itself is large, and nobody needs it once it is SVG
-                bare = replace(one.content, figure=Figure()) if isinstance(one.content, Plate) else one.content
-                figures[entry.name] = replace(one, content=bare)
-    return pickle.dumps(figures)
+        for line in asked:
+            one = drawn(study, entries[line.strip()])
+            # the figure itself is large, and nobody needs it once it is SVG
+            bare = replace(one.content, figure=Figure()) if isinstance(one.content, Plate) else one.content
+            pickle.dump(replace(one, content=bare), out)
+            out.flush()

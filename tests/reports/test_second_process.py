@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import io
 import pickle
 import sys
 from pathlib import Path
@@ -50,7 +51,11 @@ def _contents(index: Path) -> dict[str, bytes]:
 
 def test_the_answer_of_the_other_process_holds_what_was_asked(stored: runs.Run) -> None:
     names = [FIGURES[0].name, FIGURES[-1].name]
-    found = pickle.loads(second_process.answer(str(stored.path), *names))
+    answers = io.BytesIO()
+    second_process.serve(str(stored.path), [f"{name}\n" for name in names], answers)
+    answers.seek(0)
+    found = {name: pickle.load(answers) for name in names}
+    assert answers.read() == b""
     study = Rows(stored)
     with ink():
         for entry in (FIGURES[0], FIGURES[-1]):
@@ -58,13 +63,14 @@ def test_the_answer_of_the_other_process_holds_what_was_asked(stored: runs.Run) 
             assert found[entry.name].pair == own.pair
             assert found[entry.name].content.takeaway == own.content.takeaway
             pd.testing.assert_frame_equal(found[entry.name].content.data, own.content.data)
-    assert list(found) == names
 
 
-def test_another_process_draws_what_was_asked_of_it(stored: runs.Run) -> None:
-    names = [FIGURES[0].name, FIGURES[-1].name]
-    with beside(stored.path, names) as theirs:
-        assert list(theirs()) == names
+def test_two_processes_share_the_figures(stored: runs.Run) -> None:
+    names = [entry.name for entry in FIGURES]
+    with beside(stored.path, names) as shared:
+        first = next(shared.mine())
+        theirs = shared.theirs()  # all the others, from the last on
+    assert [first, *reversed(theirs)] == names
 
 
 def test_two_processes_write_the_same_bytes_as_one(
@@ -81,6 +87,6 @@ def test_what_a_failed_process_leaves_is_drawn_here(
     lost = dataclasses.replace(stored, path=tmp_path / "no such run")
     for name in TABLES:
         lost.__dict__[name] = getattr(stored, name)
-    with beside(lost.path, ["split"]) as theirs:
-        assert theirs() == {}
+    with beside(lost.path, ["split"]) as shared:
+        assert shared.theirs() == {}
     assert _contents(build(lost, tmp_path / "report", processes=2)) == files

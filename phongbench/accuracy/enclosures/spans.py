@@ -280,8 +280,13 @@ def enclosed(
 
 
 def outwards(low: Ends, high: Ends) -> tuple[Ends, Ends]:
-    """Each interval one float64 wider at either end; an end of 0 stays."""
-    return np.where(low == 0, low, np.nextafter(low, -np.inf)), np.where(high == 0, high, np.nextafter(high, np.inf))
+    """Each interval one float64 wider at either end; an end of 0 stays.
+
+    By the bits, which order like the numbers: np.nextafter takes one at a time, and was a tenth of a proof.
+    """
+    low_bits = low.view(np.int64) + ((low < 0) & (low > -np.inf)) - (low > 0)
+    high_bits = high.view(np.int64) + ((high > 0) & (high < np.inf)) - (high < 0)
+    return low_bits.view(np.float64), high_bits.view(np.float64)
 
 
 def _product(x: Any, y: Any) -> Any:
