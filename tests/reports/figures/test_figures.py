@@ -26,6 +26,7 @@ from phongbench_reports.build import csv_of
 from phongbench_reports.figures import FIGURES, cut, spheres
 from phongbench_reports.plots import Plate, ink
 from phongbench_reports.table import Absent
+from phongbench_reports.text import number
 
 PACKAGE = Path(phongbench_reports.__file__).parent
 
@@ -360,7 +361,7 @@ def test_normals_are_told_with_their_mean_and_largest_error(
 ) -> None:
     plate = plates["inverse"]
     row = at(study.inverse, approximation="schlick", alpha=50.0).iloc[0]
-    assert f"schlick {row['mean_degrees']:.2g}° ({row['max_degrees']:.2g}°)" in plate.takeaway
+    assert f"schlick {number(row['mean_degrees'])}° ({number(row['max_degrees'])}°)" in plate.takeaway
     assert "no highlight" in plate.takeaway
     assert len(plate.data) == 5 * study.inverse["alpha"].nunique()
     bare = Rows(replace(made_up(tmp_path), inverse=TABLES["inverse"].frame()))
