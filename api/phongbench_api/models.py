@@ -12,8 +12,11 @@ from phongbench.formulas import slopes
 from phongbench.formulas.fresnel.catalogue import KINDS
 from phongbench.formulas.fresnel.spec import ReflectanceFormula
 from phongbench.formulas.lambda_forms import LAMBDA_FORMS
+from phongbench.formulas.normalising import NORMALISE
+from phongbench.formulas.recipes import PAIR, RECIPES
 from phongbench.formulas.registry import REGISTRY
-from phongbench.formulas.shader_code.languages import LANGUAGES
+from phongbench.formulas.shader_code.export import LANGUAGES, OVER_LONG
+from phongbench.formulas.shader_code.language import HELD
 from phongbench.formulas.spec import ALPHA, GAMMA, SPACES
 from phongbench.inputs.strata import STRATUM_NAMES
 from phongbench.results.schema import ERROR_METRICS
@@ -58,6 +61,7 @@ PolicyName = Annotated[str, OneOf([*slopes.OFFSETS, *POLICIES])]
 SpaceName = Annotated[str, OneOf(SPACES)]
 #: whose costs count: this machine's times, a compiled target's, or those of one that was measured and added
 TargetName = Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9-]{1,62}$", examples=[CPU, *TARGETS])]
+TargetNames = Annotated[str, Field(pattern=r"^[a-z0-9-]{1,63}(,[a-z0-9-]{1,63}){0,31}$")]
 #: the unit that is scarce there
 UnitName = Annotated[str, OneOf(UNITS)]
 PrecisionName = Annotated[str, OneOf(PRECISIONS)]
@@ -138,6 +142,12 @@ class ShaderParameters(FormulaParameters):
     """A formula in a language."""
 
     language: Annotated[str, OneOf(LANGUAGES)] = Field("glsl", description="what it is written in")
+    precision: Annotated[str, OneOf(HELD)] = Field("float32", description="of its floats, if the language has it")
+    over_long: Annotated[str, OneOf(OVER_LONG)] = Field(
+        "clamp", description="whether vectors longer than 1 give no more than 1 on GPUs, or what the formula says"
+    )
+    length_error: Budget | None = Field(None, description="how wrong lengths may be, for the error: 0.01 is up to 1 %")
+    target: TargetNames | None = Field(None, description="compiled targets whose costs are told", examples=["rdna2"])
 
 
 class FrontParameters(Parameters):
@@ -145,7 +155,9 @@ class FrontParameters(Parameters):
 
     alpha: Alphas = Field(description="one exponent, several, or a range: errors are the worst over them")
     metric: Annotated[str, OneOf(ERROR_METRICS)] = Field("max_abs", description="column of the accuracy rows")
-    stratum: Annotated[str, OneOf(STRATUM_NAMES)] = Field("highlight", description="which inputs")
+    stratum: Annotated[str, OneOf(STRATUM_NAMES)] | None = Field(
+        None, description="which inputs; left out: highlight, and of formulas of (N, H) configurations"
+    )
     precision: PrecisionName = "float32"
     working_set: Annotated[str, OneOf(WORKING_SETS)] = Field("l1", description="whose times")
     space: SpaceName = "reflect"
@@ -190,6 +202,8 @@ _PARTS: dict[str, Any] = {
     "lambda": {"type": ["string", "null"], "enum": [*LAMBDA_FORMS, "none", None]},
     "gamma": {"type": ["integer", "null"], "minimum": int(GAMMA.low), "maximum": int(GAMMA.high)},
     "beta": {"type": ["string", "number", "null"], "description": "a policy, or the slope itself"},
+    "recipe": {"type": ["string", "null"], "enum": [PAIR, *RECIPES, None]},
+    "normalise": {"type": ["string", "null"], "enum": [*NORMALISE, None]},
 }
 FORMULA_SCHEMA = {"anyOf": [SPELLING_SCHEMA, object_schema(_PARTS)]}
 
