@@ -91,8 +91,8 @@ def inverse_photometric(
     Raises InputError naming the argument, the picture or the light.
 
     >>> lights = [(0.5, 0, 1), (-0.5, 0, 1), (0, 0.5, 1)]
-    >>> pictures = np.full((3, 1, 1), 0.7 * 1 / np.hypot(0.5, 1))  # a plane that faces the viewer
-    >>> pb.inverse_photometric(pictures, lights, diffuse=0.7).normals.round(6) + 0.0
+    >>> pictures = [[[0.6261]]] * 3  # 0.7 times the cosine of each light, of a plane that faces the viewer
+    >>> pb.inverse_photometric(pictures, lights, diffuse=0.7).normals.round(3) + 0.0
     array([[[0., 0., 1.]]])
     """
     chosen, registry = formula_of(formula, own)
