@@ -5,7 +5,9 @@ from phongbench_api.routes import (
     curve,
     files,
     formulas,
+    guide,
     health,
+    inverse,
     pages,
     render,
     runs,
@@ -17,5 +19,5 @@ from phongbench_api.routes import (
 
 ROUTERS = (
     health.router, formulas.router, targets.router, specular.router, shade.router, render.router, curve.router,
-    shader.router, answers.router, runs.router, files.router, pages.router,
+    shader.router, inverse.router, answers.router, runs.router, files.router, pages.router, guide.router,
 )  # fmt: skip
