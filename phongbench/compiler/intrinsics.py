@@ -91,8 +91,8 @@ def root_estimate(x: Any) -> Any:
 
 
 def _marked(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
-    # llvmlite's own set refuses attributes that have a value
-    return set.add(builder.function.attributes, '"reciprocal-estimates"="all:0"') or ir.IntType(64)(0)
+    set.add(builder.function.attributes, '"reciprocal-estimates"="all:0"')  # llvmlite's own refuses values
+    return ir.IntType(64)(0)
 
 
 @_operation(lambda: (types.int64, ()), _marked)
