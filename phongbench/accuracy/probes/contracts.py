@@ -7,6 +7,7 @@ missing, since nothing was sampled. What the standards leave open, a division by
 
 import math
 from collections.abc import Iterator, Mapping
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -41,7 +42,8 @@ def measure(context: ProbeContext) -> Mapping[str, pd.DataFrame]:
     if not held:
         return {}
     positions, errors = np.array([p for p, _ in held]), np.array([bound for _, bound in held])
-    about = {"stratum": DEVICES, "perturbation": "none", "length_error": 0.0, "truth": "angle", "coverage": "contract"}
+    about: dict[str, Any] = {"stratum": DEVICES, "perturbation": "none", "length_error": 0.0, "truth": "angle"}
+    about["coverage"] = "contract"
     counts = dict.fromkeys(("samples", "nonfinite", "above_one", "negative", "excluded"), 0)
     frame = tables.of_cells(sweep, positions).assign(**about, **counts, max_abs=errors, codes_8bit=255 * errors)
     return {"accuracy": frame.reindex(columns=ACCURACY.names)}
