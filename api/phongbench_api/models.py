@@ -13,7 +13,8 @@ from phongbench.formulas.fresnel.catalogue import KINDS
 from phongbench.formulas.fresnel.spec import ReflectanceFormula
 from phongbench.formulas.lambda_forms import LAMBDA_FORMS
 from phongbench.formulas.registry import REGISTRY
-from phongbench.formulas.shader_code.languages import LANGUAGES
+from phongbench.formulas.shader_code.export import LANGUAGES, OVER_LONG
+from phongbench.formulas.shader_code.language import HELD
 from phongbench.formulas.spec import ALPHA, GAMMA, SPACES
 from phongbench.inputs.strata import STRATUM_NAMES
 from phongbench.results.schema import ERROR_METRICS
@@ -58,6 +59,7 @@ PolicyName = Annotated[str, OneOf([*slopes.OFFSETS, *POLICIES])]
 SpaceName = Annotated[str, OneOf(SPACES)]
 #: whose costs count: this machine's times, a compiled target's, or those of one that was measured and added
 TargetName = Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9-]{1,62}$", examples=[CPU, *TARGETS])]
+TargetNames = Annotated[str, Field(pattern=r"^[a-z0-9-]{1,63}(,[a-z0-9-]{1,63}){0,31}$")]
 #: the unit that is scarce there
 UnitName = Annotated[str, OneOf(UNITS)]
 PrecisionName = Annotated[str, OneOf(PRECISIONS)]
@@ -138,6 +140,12 @@ class ShaderParameters(FormulaParameters):
     """A formula in a language."""
 
     language: Annotated[str, OneOf(LANGUAGES)] = Field("glsl", description="what it is written in")
+    precision: Annotated[str, OneOf(HELD)] = Field("float32", description="of its floats, if the language has it")
+    over_long: Annotated[str, OneOf(OVER_LONG)] = Field(
+        "clamp", description="whether vectors longer than 1 give no more than 1 on GPUs, or what the formula says"
+    )
+    length_error: Budget | None = Field(None, description="how wrong lengths may be, for the error: 0.01 is up to 1 %")
+    target: TargetNames | None = Field(None, description="compiled targets whose costs are told", examples=["rdna2"])
 
 
 class FrontParameters(Parameters):

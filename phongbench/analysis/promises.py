@@ -130,11 +130,13 @@ def promise_raw(
     return Promise(kept.bound + room, kept.coverage)
 
 
-def bound_at(formula: Formula, alpha: float, registry: Mapping[str, Approximation] = REGISTRY) -> float | None:
+def bound_at(
+    formula: Formula, alpha: float, registry: Mapping[str, Approximation] = REGISTRY, *, length_error: float = 0.0
+) -> float | None:
     """The bound in float32 at one exponent, None where nothing is promised: what a shader's header may say."""
     if not alpha > 0:
         return None  # exact Phong is then the same everywhere
-    budget = Budget.of(alpha, 1.0, space=formula.space)
+    budget = Budget.of(alpha, 1.0, length_error, space=formula.space)
     judge = promise_raw if formula.raw else promise
     kept = judge(formula, budget, registry, search=False)
     return kept.bound if kept.kept else None

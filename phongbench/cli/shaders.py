@@ -5,15 +5,25 @@ from typing import Any
 
 import click
 
-from phongbench.cli.common import JSON, PATH, ROOT, WITH, show
+from phongbench.cli.common import JSON, PATH, ROOT, WITH, CommaList, show
 from phongbench.errors import InputError
 
 
-@click.command(short_help="A formula as GLSL, HLSL, WGSL or C.")
+@click.command(short_help="A formula as GLSL, HLSL, WGSL, ESSL, C, CUDA or NumPy.")
 @click.argument("formula", metavar="[FORMULA]", required=False)
 @click.option("--alpha", required=True, type=float, metavar="A", help="Exponent of the exact Phong to stand for.")
 @click.option("--max-error", metavar="E", help="Without a FORMULA: the cheapest formula within this error, e.g. 1/255.")
-@click.option("--language", metavar="NAME", help="glsl, hlsl, wgsl or c.  [default: by the end of --out, or glsl]")
+@click.option(
+    "--language",
+    metavar="NAME",
+    help="glsl, hlsl, wgsl, c, essl100, essl300, cuda or numpy.  [default: by the end of --out, or glsl]",
+)
+@click.option(
+    "--precision",
+    default="float32",
+    show_default=True,
+    help="float16 or mediump too, where the language has it; the error told is measured in it.",
+)
 @click.option("--beta", metavar="POLICY", help="Of the slope, instead of the FORMULA's.")
 @click.option("--space", metavar="SPACE", help="reflect (R, V) or half (N, H), instead of the FORMULA's.")
 @click.option(
@@ -23,6 +33,8 @@ from phongbench.errors import InputError
     metavar="clamp|keep",
     help="Whether vectors longer than 1 give no more than 1 on GPUs, or what the formula says.",
 )
+@click.option("--length-error", default="0", metavar="E", help="Lengths may be wrong by this: 0.01 is up to 1 %.")
+@click.option("--target", "targets", type=CommaList("names"), default="", help="Tell the cost on these, e.g. rdna2.")
 @WITH
 @click.option("--out", type=PATH, help="A file.  [default: stdout]")
 @JSON
@@ -33,12 +45,13 @@ def shader(
     language: str | None,
     beta: str | None,
     space: str | None,
-    over_long: str,
     files: tuple[Path, ...],
     out: Path | None,
     as_json: bool,
+    length_error: str,
+    **options: Any,
 ) -> None:
-    """Write a formula as a function of two directions, in float32, with its constants filled in.
+    """Write a formula as a function of two directions, or of n, l and v, with its constants filled in.
 
     FORMULA is NAME[:FORM][:GAMMA][:SLOPE][@RECIPE]. The code computes what was measured, its constants folded; powers,
     exponentials and arc cosines are the language's own. On GPUs it takes no more instructions than by hand.
@@ -46,13 +59,16 @@ def shader(
     \b
     Examples:
       phongbench shader lyon:dot:8 --alpha 50
-      phongbench shader lyon:dot:32:minimax --alpha 50
+      phongbench shader lyon:dot:32:minimax --alpha 50 --target rdna2,gcn4
       phongbench shader --alpha 50 --max-error 1/255 --language hlsl
+      phongbench shader gaussian:dot --alpha 50 --language essl300 --precision mediump
       phongbench shader table-u:cross --alpha 20 --out highlight.c
     """
-    from phongbench.analysis.promises import bound_at
+    from phongbench.analysis.error_budget import number
+    from phongbench.analysis.ready_code import ready_code
     from phongbench.formulas.formula import Formula
-    from phongbench.formulas.shader_code import export
+    from phongbench.formulas.shader_code.export import Options
+    from phongbench.formulas.shader_code.languages import language_of_file
     from phongbench.formulas.user_files import registry_with
     from phongbench.support.atomic_files import write_text, write_whole
 
@@ -66,10 +82,10 @@ def shader(
     parts = named.approximation, named.lambda_form, named.gamma
     slope, pair = beta or named.slope, space or named.space
     wanted = Formula.of(*parts, slope, pair, recipe=named.recipe, normalise=named.normalise, registry=registry)
-    language = language or (out.suffix.lstrip(".") if out is not None else "") or "glsl"
-    wanted.check(alpha, registry)
-    names, bound = [file.name for file in files], bound_at(wanted, alpha, registry)
-    code = export.shader(wanted, alpha, language, files=names, registry=registry, bound=bound, over_long=over_long)
+    language = language or language_of_file("" if out is None else out.suffix.lstrip(".")) or "glsl"
+    own = tuple(file.name for file in files)
+    wrong = number(length_error, "--length-error")
+    code = ready_code(wanted, alpha, Options(language, length_error=wrong, files=own, **options), registry)
     if out is not None:
         write_whole(out, lambda path: write_text(path, code.text))
     answer = {**code.as_dict(), "formula": wanted.approximation, "name": wanted.spelled(registry)}

@@ -11,7 +11,7 @@ import pandas as pd
 from numpy.lib.stride_tricks import as_strided
 from numpy.typing import ArrayLike
 
-from phongbench.analysis.promises import bound_at
+from phongbench.analysis.ready_code import ready_code
 from phongbench.compiler.precisions import FLOAT32, FLOAT64, Array, Precision, precision_named
 from phongbench.errors import InputError
 from phongbench.formulas import curves, lobe_moments
@@ -19,7 +19,7 @@ from phongbench.formulas.formula import Formula, Registry
 from phongbench.formulas.kernel import Kernel
 from phongbench.formulas.recipes import PAIR
 from phongbench.formulas.registry import guarded
-from phongbench.formulas.shader_code import export
+from phongbench.formulas.shader_code.export import Options
 from phongbench.formulas.spec import Approximation
 from phongbench.formulas.user_files import extended, installed
 from phongbench.support.values import number
@@ -134,20 +134,33 @@ def moments(
     return pd.DataFrame({"incidence_degrees": angles} | lobe_moments.beside_exact(found, alpha, angles))
 
 
-def shader(formula: str | Formula, *, alpha: float, language: str = "glsl", own: Sequence[Approximation] = ()) -> str:
-    """The formula as source text: a function `highlight` of two directions in float32, its constants filled in.
+def shader(
+    formula: str | Formula,
+    *,
+    alpha: float,
+    language: str = "glsl",
+    precision: str = "float32",
+    over_long: str = "clamp",
+    length_error: float = 0.0,
+    target: str | Sequence[str] = (),
+    own: Sequence[Approximation] = (),
+) -> str:
+    """The formula as source text: a function `highlight` of two directions, or of n, l and v, its constants filled in.
 
-    language  glsl, hlsl, wgsl or c
-    The other arguments are those of `specular`.
+    language      glsl, hlsl, wgsl, c, essl100, essl300, cuda or numpy
+    precision     float32; float16 or mediump where the language has it. The error told at the top is measured in it
+    over_long     clamp, or keep: whether vectors longer than 1 give no more than 1 on GPUs, or what the formula says
+    length_error  how wrong the directions' lengths may be, for the error told: 0.01 is up to 1 %
+    target        name of a compiled target, or several, whose costs are told too, e.g. "rdna2"
+    The other arguments are those of `specular`. Raises InputError for what a language or a target does not have.
 
     >>> print(pb.shader("blinn", alpha=50).splitlines()[-1])
     }
     """
     chosen, registry = formula_of(formula, own)
-    exponent = number(alpha, "alpha")
-    chosen.check(exponent, registry)
-    bound = bound_at(chosen, exponent, registry)
-    return export.shader(chosen, exponent, language, registry=registry, bound=bound).text
+    targets = (target,) if isinstance(target, str) else tuple(target)
+    options = Options(language, precision, over_long, number(length_error, "length_error"), targets)
+    return ready_code(chosen, number(alpha, "alpha"), options, registry).text
 
 
 def formula_of(formula: str | Formula, own: Sequence[Approximation]) -> tuple[Formula, Registry]:

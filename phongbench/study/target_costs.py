@@ -1,7 +1,7 @@
 """What a run's formulas cost where they ship: the rows of costs.parquet, from shipped tables, compilers and times.
 
-Costs on a compiled target are looked up; what no table holds, such as a formula of yours, is compiled where the
-target's tools are. One target that cannot answer keeps no other from it.
+Costs on a compiled target are looked up in the tables that ship; a formula of yours, which is in none, is compiled
+where the target's tools are. One target that cannot answer keeps no other from it.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -56,6 +56,7 @@ class Costs:
     registry: Mapping[str, Approximation]
     note: Callable[[str], None]
     _written: dict[str, dict[_Key, Code]] = field(default_factory=dict, init=False, repr=False)
+    _lacking: dict[str, list[str]] = field(default_factory=dict, init=False, repr=False)
 
     def frame(self, targets: Sequence[str], timing: pd.DataFrame) -> pd.DataFrame:
         """The rows of costs.parquet for these targets, for all without any.
@@ -67,6 +68,8 @@ class Costs:
             if name != CPU:
                 with self._noted(name):
                     rows += list(self._compiled(shipped(name)))
+        for reason, names in self._lacking.items():
+            self.note(f"own formulas have no cost on {', '.join(names)}: {reason}")
         return TABLES["costs"].frame(rows)
 
     @property
@@ -82,8 +85,8 @@ class Costs:
     def _compiled(self, table: CostTable) -> Iterator[dict[str, Any]]:
         """The rows of one target: a row for each formula and context."""
         codes = self._codes(table.target.language)
-        missing = [one for one in codes.values() if table.known(one) is None]
-        own = self._made_now(table.target, missing) if missing else None
+        mine = [one for (f, _), one in codes.items() if self._own(f) and table.known(one) is None]
+        own = self._made_now(table.target, mine) if mine else None
         for (formula, alpha), one in codes.items():
             for source in filter(None, (table, own)):
                 if (cost := source.known(one)) is not None:
@@ -99,14 +102,21 @@ class Costs:
         return self._written[language]
 
     def _code(self, formula: Formula, alpha: float, language: str) -> Code | None:
-        if self.registry[formula.approximation] is REGISTRY.get(formula.approximation):
+        if not self._own(formula):
             return shipped_code(formula, alpha, language)  # which the report asks for again
         with suppress(InputError):
             return code(formula, alpha, language, self.registry)
         return None
 
+    def _own(self, formula: Formula) -> bool:
+        """Whether it is a formula of the user's."""
+        return self.registry[formula.approximation] is not REGISTRY.get(formula.approximation)
+
     def _made_now(self, target: Target, missing: Sequence[Code]) -> CostTable | None:
         """Costs of codes that no table holds, beside exact Phong by the same compiler; None where it is not here."""
+        if (reason := target.why_not()) is not None:
+            self._lacking.setdefault(reason, []).append(target.name)
+            return None
         with self._noted(target.name):
             return compiled(target, [code(Formula(), ALPHA, target.language), *missing])
         return None

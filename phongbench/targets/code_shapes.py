@@ -72,9 +72,12 @@ def _without_value(number: re.Match[str]) -> str:
     return str(value) if value in _SPECIAL else "#"
 
 
-def code(formula: Formula, alpha: float, language: str, registry: Registry = REGISTRY) -> Code:
-    """The code of a formula at an exponent; InputError for an exponent that it does not take."""
-    text = source(formula, alpha, language_named(language), registry)
+def code(formula: Formula, alpha: float, language: str, registry: Registry = REGISTRY, *, limited: bool = True) -> Code:
+    """The code of a formula at an exponent; InputError for an exponent that it does not take.
+
+    limited  whether over-long vectors give no more than 1, see `shader_code.export.source`
+    """
+    text = source(formula, alpha, language_named(language), registry, limited=limited)
     return Code(f"{formula.spelled(registry)} {alpha:g}", text, len(arguments(formula)))
 
 

@@ -101,8 +101,9 @@ def _told(counted: Sequence[Record]) -> str:
     for one, other in dict.fromkeys((record["formula"], record["against"]) for record in counted):
         mine = [record for record in counted if (record["formula"], record["against"]) == (one, other)]
         less, more = ([r for r in mine if r["cheaper"] is kind] for kind in (True, False))
-        told = [f"{word} on {_where(found)}" for word, found in (("less", less), ("no less", more)) if found]
-        parts.append(f"{one} costs {', '.join(told)} than {other}")
+        rest = f", not on {_where(more)}" if more else ""
+        where = f"{_where(less)}{rest}" if less else f"none of {_where(more)}"
+        parts.append(f"{one} costs at least {100 * (1 - FASTER):.0f} % less than {other} on {where}")
     return sentence("counted in machine code, " + "; ".join(parts))
 
 

@@ -87,7 +87,8 @@ class BodyWriter:
             case ast.UnaryOp(op=ast.USub(), operand=operand):
                 return self._negative(self.value(operand))
             case ast.UnaryOp(op=ast.Not(), operand=operand):
-                return Term(f"!{self.writer.within(self.value(operand), ATOM)}", SIGN, "bool")
+                word = self.writer.language.logic["not"]
+                return Term(f"{word}{self.writer.within(self.value(operand), ATOM)}", SIGN, "bool")
             case ast.BinOp(left=left, op=ast.Div(), right=ast.Call(func=ast.Name(id=name), args=[square])) if (
                 self.writer.language.gpu and self.callees.get(name) is elementary.square_root
             ):  # GPUs have the reciprocal of a root as one instruction
@@ -99,9 +100,7 @@ class BodyWriter:
             case ast.Compare(left=left, ops=ops, comparators=rest):
                 return self._comparison([self.value(part) for part in (left, *rest)], ops)
             case ast.BoolOp(op=op, values=values):
-                sign, binding = (("&&", AND), ("||", OR))[isinstance(op, ast.Or)]
-                parts = (self.writer.within(self.value(v), binding + 1) for v in values)
-                return Term(f" {sign} ".join(parts), binding, "bool")
+                return self._joined("or" if isinstance(op, ast.Or) else "and", [self.value(v) for v in values])
             case ast.Call(func=ast.Name(id=name), args=arguments):
                 return self._call(name, arguments)
         raise self._refusal(node)
@@ -155,11 +154,18 @@ class BodyWriter:
     # choices and calls
 
     def _comparison(self, parts: Sequence[Value], ops: Sequence[ast.cmpop]) -> Term:
-        pairs = [
+        texts = [
             f"{self.writer.within(left, SUM)} {_COMPARISONS[type(op)]} {self.writer.within(right, SUM)}"
             for left, op, right in zip(parts, ops, parts[1:], strict=False)
         ]
-        return Term(" && ".join(pairs), ORDER if len(pairs) == 1 else AND, "bool")
+        pairs = [Term(text, ORDER, "bool") for text in texts]
+        return pairs[0] if len(pairs) == 1 else self._joined("and", pairs)
+
+    def _joined(self, word: str, parts: Sequence[Value]) -> Term:
+        """All of them, or any, by the language's word."""
+        binding, language = AND if word == "and" else OR, self.writer.language
+        least = ATOM if language.tight else binding + 1
+        return Term(f" {language.logic[word]} ".join(self.writer.within(p, least) for p in parts), binding, "bool")
 
     def _choice(self, test: ast.expr, yes: Value, no: Value) -> Value:
         """yes if the test holds, else no; a minimum or maximum on GPUs, whose own ones are single instructions."""

@@ -4,7 +4,6 @@ What a device may return is found by running the emitted code on intervals, so o
 is proven of it. Constants are given in full; rounding them is left to the numbers.
 """
 
-import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
@@ -13,7 +12,7 @@ from typing import Any
 
 from phongbench.formulas.formula import Formula
 from phongbench.formulas.shader_code.function import written
-from phongbench.formulas.shader_code.languages import Language
+from phongbench.formulas.shader_code.language import Language
 from phongbench.formulas.spec import Approximation, Setting
 
 
@@ -32,19 +31,19 @@ _PYTHON = _Python(
     declared=lambda kind, name, value: f"{name} = {value}",
     header=lambda kind, name, arguments: f"def {name}({', '.join(argument for _, argument in arguments)}):",
     chosen=lambda condition, yes, no: f"chosen(lambda: {condition}, lambda: {yes}, lambda: {no})",
-    listed=lambda name, values: f"{name} = listed({', '.join(values)})",
+    listed=lambda _, name, values: f"{name} = listed({', '.join(values)})",
     names={"float": "to_float", "int": "to_int"},
     saturated="saturate({})".format,
     function=lambda header, lines: "\n    ".join([header, *lines]),
     returned="return {}".format,
+    logic={"and": "and", "or": "or", "not": "not ", "true": "True", "false": "False"},
 )  # fmt: skip
 
 
 @lru_cache(1024)
 def text(spec: Approximation, formula: Formula, setting: Setting, *, limited: bool = True) -> str:
     """The function as Python's text; `limited` as for `written`."""
-    code = written(spec, formula, setting, _PYTHON, limited=limited)
-    return re.sub(r"!(?!=)", "not ", code.replace("&&", "and").replace("||", "or"))
+    return written(spec, formula, setting, _PYTHON, limited=limited)
 
 
 @lru_cache(1024)

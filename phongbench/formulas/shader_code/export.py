@@ -1,86 +1,139 @@
-"""A formula as source text for a shader or a C program: what was measured, ready to be pasted."""
+"""A formula as source text for a shader or a program: what was measured, ready to be pasted."""
 
 import shlex
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, fields
 from typing import Any
 
-import numpy as np
-
 from phongbench import __version__
-from phongbench.compiler.precisions import FLOAT32
-from phongbench.errors import UnknownNameError
-from phongbench.formulas.curves import lobe
+from phongbench.errors import InputError, UnknownNameError
 from phongbench.formulas.formula import Formula, Registry
 from phongbench.formulas.recipes import PAIR
 from phongbench.formulas.registry import REGISTRY
 from phongbench.formulas.shader_code.function import written
-from phongbench.formulas.shader_code.languages import LANGUAGES, Language, language_named
+from phongbench.formulas.shader_code.language import FLOAT16, FLOAT32, MEDIUMP, Language
+from phongbench.formulas.shader_code.languages import LANGUAGES, language_named
+from phongbench.formulas.shader_code.measured import ANGLES, largest_error
 from phongbench.formulas.shader_code.raw_vectors import DIRECTIONS, FROM_N_L_V
 from phongbench.formulas.spec import Approximation, Setting
 
-__all__ = ["ANGLES", "LANGUAGES", "Shader", "language_named", "shader"]
+__all__ = ["ANGLES", "LANGUAGES", "Options", "Shader", "language_named", "shader"]
 
-#: angles at which the largest error is looked for; their squares are evenly spaced, since highlights are narrow
-ANGLES = 16_384
 #: what vectors longer than 1 give: no more than 1, or what the formula says
 OVER_LONG = ("clamp", "keep")
+#: lengths may be wrong by less than this
+LARGEST_LENGTH_ERROR = 0.5
+
+
+@dataclass(frozen=True)
+class Options:
+    """How code is written, and what is said of it.
+
+    language      one of LANGUAGES
+    precision     float32, float16 or mediump, if the language has it
+    over_long     of OVER_LONG: whether vectors longer than 1 give no more than 1 on GPUs, which limit a result for
+                  nothing, or as much as the formula says
+    length_error  how much longer or shorter than 1 the directions may be, relative
+    targets       whose costs are told, for the command in the comment at the top
+    files         that added the user's own formulas, likewise
+    """
+
+    language: str = "glsl"
+    precision: str = FLOAT32
+    over_long: str = OVER_LONG[0]
+    length_error: float = 0.0
+    targets: tuple[str, ...] = ()
+    files: tuple[str, ...] = ()
+
+    def checked(self) -> Language:
+        """The language in its precision; UnknownNameError or InputError for what there is not."""
+        language = language_named(self.language).in_precision(self.precision)
+        if self.over_long not in OVER_LONG:
+            raise UnknownNameError("way with over-long vectors", self.over_long, OVER_LONG, "over_long")
+        if not 0 <= self.length_error < LARGEST_LENGTH_ERROR:
+            fix = f"give a number from 0 to below {LARGEST_LENGTH_ERROR}, e.g. 0.01 for 1 %"
+            raise InputError(f"lengths cannot be wrong by {self.length_error}", "length_error", fix)
+        return language
+
+    def command(self, spelling: str, alpha: float) -> str:
+        """The command that makes the same again."""
+        words = ["phongbench", "shader", spelling, "--alpha", repr(alpha).removesuffix(".0")]
+        words += [word for file in self.files for word in ("--with", file)]
+        words += ["--language", self.language]
+        words += [] if self.precision == FLOAT32 else ["--precision", self.precision]
+        words += [] if self.over_long == OVER_LONG[0] else ["--over-long", self.over_long]
+        words += ["--length-error", f"{self.length_error:g}"] if self.length_error else []
+        words += ["--target", ",".join(self.targets)] if self.targets else []
+        return shlex.join(words)
 
 
 @dataclass(frozen=True)
 class Shader:
     """A formula in a language.
 
-    text       its source: functions, the last of which is `highlight`, of two directions
-    max_error  its largest error against exact Phong on unit vectors up to 90 degrees, at ANGLES angles, in float32
-    bound      what no pair of directions made unit in float32 errs beyond; None where nothing is promised
+    text       its source: functions, the last of which is `highlight`, of two directions or of n, l and v
+    max_error  the largest error of this code against exact Phong up to 90 degrees, at ANGLES angles, in its precision
+    bound      what no directions made unit in float32, but for the lengths' error, err beyond on a device that rounds
+               as kernels do; None where nothing is promised
+    contract   the same on every device that keeps to what WGSL and Vulkan state; None likewise
+    precision  of its floats
+    costs      what it takes on the targets that were asked for
     """
 
     language: str
     text: str
     max_error: float
     bound: float | None = None
+    contract: float | None = None
+    precision: str = FLOAT32
+    costs: tuple[Mapping[str, Any], ...] = ()
 
     def as_dict(self) -> dict[str, Any]:
         """For JSON."""
-        return {"language": self.language, "text": self.text, "max_error": self.max_error, "bound": self.bound}
+        return {field.name: getattr(self, field.name) for field in fields(self)} | {"costs": [*map(dict, self.costs)]}
 
 
 def shader(
     formula: Formula,
     alpha: float,
-    language: str = "glsl",
+    options: Options = Options(),
     *,
-    files: Iterable[str] = (),
     registry: Registry = REGISTRY,
     bound: float | None = None,
-    over_long: str = OVER_LONG[0],
+    contract: float | None = None,
+    costs: Sequence[Mapping[str, Any]] = (),
+    notes: Iterable[str] = (),
 ) -> Shader:
-    """The source of a function `highlight` of two directions, and of what it calls.
+    """The source of a function `highlight` of two directions, or of n, l and v, and of what it calls.
 
     formula, alpha  what it computes
-    language        one of LANGUAGES
-    files           names of files that added the user's own formulas, for the command in the comment at the top
     registry        the approximations that the formula may name
     bound           of the kernels' error, from which the comment at the top promises one; without it, it tells
                     samples and promises nothing
-    over_long       of OVER_LONG: whether vectors longer than 1 give no more than 1 on GPUs, which limit a result for
-                    nothing, or as much as the formula says
-    returns         Shader; float32 throughout. It computes what the kernels compute, with its constants folded; powers,
-                    exponentials, roots and arc cosines are the language's own
+    contract        the bound on every device that keeps to what WGSL and Vulkan state, kept and told at the top
+    costs, notes    likewise
+    returns         Shader. It computes what the kernels compute, with its constants folded; powers, exponentials, roots
+                    and arc cosines are the language's own
     Raises UnknownNameError or InputError for what does not exist, KernelError for a body that has no spelling.
     """
-    chosen = language_named(language)
-    if over_long not in OVER_LONG:
-        raise UnknownNameError("way with over-long vectors", over_long, OVER_LONG, "--over-long")
-    text = source(formula, alpha, chosen, registry, limited=over_long == OVER_LONG[0])
-    spec = formula.spec(registry)
-    error = _largest_error(spec, formula, formula.setting(alpha))
-    made_by = _command(formula.spelled(registry), alpha, chosen.name, files)
-    made_by += "" if over_long == OVER_LONG[0] else f" --over-long {over_long}"
-    bound = None if bound is None else bound + folding(formula.setting(alpha))
-    head = _head(spec, formula, alpha, _error(spec, formula, error, bound), made_by)
-    return Shader(chosen.name, f"{head}\n\n{text}\n", error, bound)
+    language, limited = options.checked(), options.over_long == OVER_LONG[0]
+    text = source(formula, alpha, language, registry, limited=limited)
+    spec, setting, wrong = formula.spec(registry), formula.setting(alpha), options.length_error
+    error = largest_error(spec, formula, setting, language, limited=limited, length_error=wrong)
+    if options.precision != FLOAT32:
+        bound = None  # it is one of float32
+    if bound is not None:
+        bound += folding(setting) * (1 + wrong) ** 2
+        bound = min(bound, 1.0) if limited and language.gpu and formula.lambda_form in ("none", "dot") else bound
+    told = [_error(spec, formula, error, bound, options)]
+    if contract is not None:
+        held = "float32" if options.precision == FLOAT32 else "float16"
+        device = f"on devices that are as accurate in {held} as WGSL and Vulkan state"
+        told.append(f"errs by at most {contract:.3g} {device}: proven")
+    told += [*notes, *([language.note] if language.note else [])]
+    head = _head(spec, formula, alpha, told, options.command(formula.spelled(registry), alpha))
+    top = "\n".join(f"{language.comment} {line}" for line in head)
+    return Shader(language.name, f"{top}\n\n{text}\n", error, bound, contract, options.precision, tuple(costs))
 
 
 def source(
@@ -102,42 +155,31 @@ def folding(setting: Setting) -> float:
     return (2.0 * (setting.exponent + (setting.gamma or 1)) + 0.5) * 2.0**-24
 
 
-def _largest_error(spec: Approximation, formula: Formula, setting: Setting) -> float:
-    degrees = 90.0 * np.linspace(0.0, 1.0, ANGLES) ** 2
-    value, exact = lobe(spec, formula.lambda_form, setting, degrees, precision=FLOAT32, normalise=formula.normalise)
-    return float(np.abs(value - exact).max())
-
-
-def _command(spelling: str, alpha: float, language: str, files: Iterable[str]) -> str:
-    """The command that makes the same again."""
-    words = ["phongbench", "shader", spelling, "--alpha", repr(alpha).removesuffix(".0")]
-    words += [word for file in files for word in ("--with", file)]
-    return shlex.join([*words, "--language", language])
-
-
-def _error(spec: Approximation, formula: Formula, sampled: float, bound: float | None) -> str:
+def _error(spec: Approximation, formula: Formula, sampled: float, bound: float | None, options: Options) -> str:
     """What is promised of the error, or what was sampled."""
+    wrong = f", lengths wrong by up to {options.length_error:.4g}" if options.length_error else ""
     if bound is None:
+        held = {FLOAT32: "", FLOAT16: " in float16", MEDIUMP: " in float16, the least that mediump is"}
         plane = " of coplanar vectors" if formula.recipe == "halfway" else ""
-        return f"largest error against exact Phong at {ANGLES} angles{plane}: {sampled:.3g}; sampled, not promised"
+        where = f"{ANGLES} angles{plane}{wrong}{held[options.precision]}"
+        return f"largest error against exact Phong at {where}: {sampled:.3g}; sampled, not promised"
     terms = " if powers and arcs err by at most 1e-6" if spec.cost.transcendentals else ""
     plane = "coplanar directions" if formula.space == "half" else "directions"
-    where = "on vectors of lengths from 0.001 to 1000" if formula.raw else f"on {plane} made unit in float32"
+    where = "on vectors of lengths from 0.001 to 1000" if formula.raw else f"on {plane} made unit in float32{wrong}"
     most = f"errs by at most {bound:.3g}, {255 * bound:.2g} of 255, {where}: proven{terms}"
     return f"{most}; {sampled:.3g} was sampled"
 
 
-def _head(spec: Approximation, formula: Formula, alpha: float, error: str, made_by: str) -> str:
+def _head(spec: Approximation, formula: Formula, alpha: float, told: Sequence[str], made_by: str) -> list[str]:
     words = [f"alpha = {alpha:g}"]
     words += [f"gamma = {formula.gamma}"] if formula.gamma is not None else []
     words += [f"lambda form {formula.lambda_form}"] if formula.lambda_form != "none" else []
     words += [f"slope {formula.slope}"] if formula.slope != "none" else []
-    lines = [
+    return [
         f"{spec.title}: {spec.formula}",
         ", ".join(words),
-        error,
+        *told,
         DIRECTIONS[formula.space][2] if formula.recipe == PAIR else FROM_N_L_V,
         spec.source.citation,
         f"phongbench {__version__}: {made_by}",
     ]
-    return "\n".join(f"// {line}" for line in lines)

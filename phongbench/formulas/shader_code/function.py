@@ -11,21 +11,21 @@ from phongbench.formulas import lambda_forms
 from phongbench.formulas.formula import Formula
 from phongbench.formulas.kernel import known_values, needs_gate
 from phongbench.formulas.normalising import NORMALISE
-from phongbench.formulas.shader_code.languages import Language
+from phongbench.formulas.shader_code.language import Language
 from phongbench.formulas.shader_code.raw_vectors import Pair, arguments, prepared
 from phongbench.formulas.shader_code.values import Affine, Term, Value
 from phongbench.formulas.shader_code.writer import Writer
 from phongbench.formulas.spec import Approximation, Setting
 
 #: lambda form -> (type, name, expression) of the variables that lead to a quantity, of which lambda is the half, from
-#: directions {a} and {b}; as in lambda_forms.py
+#: directions {a} and {b}, by its {dot} and {cross}; as in lambda_forms.py
 _FORMS: dict[str, tuple[tuple[str, str, str], ...]] = {
-    "difference": (("direction", "d", "{a} - {b}"), ("float", "squared_distance", "dot(d, d)")),
-    "cross": (("direction", "c", "cross({a}, {b})"), ("float", "squared_sine", "dot(c, c){squares}")),
-    "tan2": (("direction", "c", "cross({a}, {b})"), ("float", "squared_tangent", "dot(c, c) / (cosine * cosine)")),
+    "difference": (("direction", "d", "{a} - {b}"), ("float", "squared_distance", "{dot}(d, d)")),
+    "cross": (("direction", "c", "{cross}({a}, {b})"), ("float", "squared_sine", "{dot}(c, c){squares}")),
+    "tan2": (("direction", "c", "{cross}({a}, {b})"), ("float", "squared_tangent", "{dot}(c, c) / (cosine * cosine)")),
 }
 #: the product of both squared lengths, which a pair that is normalised as a whole is divided by
-_SQUARES = "dot({a}, {a}) * dot({b}, {b})"
+_SQUARES = "{dot}({a}, {a}) * {dot}({b}, {b})"
 #: what nobody sees: half a step of float32 at 1, and half of the least subnormal float16
 INVISIBLE = 2.0**-25
 
@@ -46,13 +46,14 @@ def written(
     if gated:
         dark, value = writer.term(0.0).text, writer.named("value", value)
         value = Term(language.chosen(f"cosine > {dark}", writer.term(value).text, dark))
-    lines = [*writer.lines, language.returned(writer.term(value).text)]
+    lines = [*language.unpacked(list(arguments(formula))), *writer.lines, language.returned(writer.term(value).text)]
     kind, name = language.direction
     taken = [(kind, name.format(direction)) for direction in arguments(formula)]
     header = language.header(language.float_type, "highlight", taken)
     parts = [language.preamble] if language.preamble else []
     if table is not None:
-        parts.append(language.listed("TABLE", [language.number(float(entry)) for entry in table]))
+        values = [language.number(float(entry)) for entry in table]
+        parts.append(language.listed(language.float_type, language.function_name("TABLE"), values))
     return "\n\n".join([*parts, *writer.helpers.values(), language.function(header, lines)])
 
 
@@ -111,13 +112,14 @@ def _cosine(writer: Writer, value: Value, *, unit: bool) -> Term:
 
 def _coordinate(writer: Writer, formula: Formula, pair: Pair, *, gated: bool, unit: bool) -> Value:
     """Statements that make the cosine, where it is needed, and what the kernel takes: the cosine, or lambda."""
-    language, form, ab = writer.language, formula.lambda_form, {"a": pair.a, "b": pair.b}
+    language, form = writer.language, formula.lambda_form
+    ab = {"a": pair.a, "b": pair.b, "dot": language.function_name("dot"), "cross": language.function_name("cross")}
     whole, squares = formula.normalise in ("once", "squared"), _SQUARES.format(**ab)
     if gated or form in ("none", "dot", "tan2"):
-        root = language.names.get("inversesqrt", "inversesqrt")
+        root = language.function_name("inversesqrt")
         scale = f" * {root}({squares})" if formula.normalise == "once" and form in ("none", "dot") else ""
         cosine = _cosine(
-            writer, Term("dot({a}, {b})".format(**ab) + scale), unit=unit and formula.normalise != "squared"
+            writer, Term("{dot}({a}, {b})".format(**ab) + scale), unit=unit and formula.normalise != "squared"
         )
     if formula.normalise == "squared":
         return writer.named("ratio", Term(f"cosine * cosine / ({squares})", low=0.0, high=1.0))

@@ -20,11 +20,11 @@ DIRECTIONS = {
 }
 #: what is said of the directions of a recipe
 FROM_N_L_V = "n is the normal, l points to the light, v to the viewer; of any length where the formula removes lengths"
-#: a recipe's statements in a language with vectors: (name, text); {rsqrt} is the language's reciprocal root
+#: a recipe's statements in a language with vectors: (name, text), by its own words for dot and the like
 _MADE = {
-    "reflect": (("m", "n * {rsqrt}(dot(n, n))"), ("r", "2.0 * dot(m, l) * m - l")),
-    "lengthwise": (("r", "2.0 * dot(n, l) * n - dot(n, n) * l"),),
-    "halfway": (("h", "l * {rsqrt}(dot(l, l)) + v * {rsqrt}(dot(v, v))"),),
+    "reflect": (("m", "n * {rsqrt}({dot}(n, n))"), ("r", "{two} * {dot}(m, l) * m - l")),
+    "lengthwise": (("r", "{two} * {dot}(n, l) * n - {dot}(n, n) * l"),),
+    "halfway": (("h", "l * {rsqrt}({dot}(l, l)) + v * {rsqrt}({dot}(v, v))"),),
 }
 _PAIR_OF = {"reflect": ("r", "v"), "lengthwise": ("r", "v"), "halfway": ("n", "h")}
 
@@ -53,22 +53,30 @@ def prepared(writer: Writer, formula: Formula) -> Pair:
         fix = f"write {formula.approximation}/each: the language's own root is what a GPU has"
         raise InputError(f"{formula.normalise} is a trick of processors", str(formula), fix)
     writer.reserve(*arguments(formula), "m", "r", "h", "a", "b", "c", "d")
+    writer.reserve(*(name + axis for name in arguments(formula) for axis in writer.language.components or ()))
     return (_in_components if writer.language.components else _in_vectors)(writer, formula)
+
+
+def _given(writer: Writer, name: str) -> list[Value]:
+    """Components of an argument, in a language without vectors."""
+    return [Term(name + axis) for axis in writer.language.components or ()]
 
 
 def _in_vectors(writer: Writer, formula: Formula) -> Pair:
     language = writer.language
-    root = language.names.get("inversesqrt", "inversesqrt")
+    words = {"rsqrt": language.function_name("inversesqrt"), "dot": language.function_name("dot")}
+    words["two"] = language.number(2.0)
 
     def declare(name: str, text: str) -> str:
         writer.lines.append(language.declared(language.direction[0], name, text))
         return name
 
     for name, text in _MADE.get(formula.recipe, ()):
-        declare(name, text.format(rsqrt=root))
+        declare(name, text.format(**words))
     a, b = DIRECTIONS[formula.space][:2] if formula.recipe == PAIR else _PAIR_OF[formula.recipe]
     if formula.normalise == "each":
-        a, b = (declare(name, f"{of} * {root}(dot({of}, {of}))") for name, of in (("a", a), ("b", b)))
+        unit = "{of} * {rsqrt}({dot}({of}, {of}))"
+        a, b = declare("a", unit.format(of=a, **words)), declare("b", unit.format(of=b, **words))
     return Pair(a, b)
 
 
@@ -76,21 +84,18 @@ def _in_components(writer: Writer, formula: Formula) -> Pair:
     def named(name: str, values: Sequence[Value]) -> list[Value]:
         return [writer.named(f"{name}{axis}", value) for axis, value in zip("xyz", values, strict=True)]
 
-    def given(name: str) -> list[Value]:
-        return [Term(name + axis) for axis in writer.language.components or ()]
-
     def unit(name: str, of: Sequence[Value]) -> list[Value]:
         scale = writer.named(f"{name}_scale", writer.call(normalising.reciprocal_length, of))
         return named(name, [writer.product(part, scale) for part in of])
 
-    first, second = (given(name) for name in DIRECTIONS[formula.space][:2])
+    first, second = (_given(writer, name) for name in DIRECTIONS[formula.space][:2])
     if formula.recipe == "halfway":
-        light, view = given("l"), given("v")
+        light, view = _given(writer, "l"), _given(writer, "v")
         p, q = (writer.named("scale", writer.call(normalising.reciprocal_length, v)) for v in (light, view))
         made = [writer.call(recipes.halfway, [x, p, y, q]) for x, y in zip(light, view, strict=True)]
-        first, second = given("n"), named("h", made)
+        first, second = _given(writer, "n"), named("h", made)
     elif formula.recipe != PAIR:
-        normal, light, more = given("n"), given("l"), list[Value]()
+        normal, light, more = _given(writer, "n"), _given(writer, "l"), list[Value]()
         body: Body = recipes.mirrored
         if formula.recipe == "reflect":
             normal = unit("m", normal)
@@ -98,7 +103,7 @@ def _in_components(writer: Writer, formula: Formula) -> Pair:
             body, more = recipes.mirrored_lengthwise, [writer.named("square", writer.call(dot, normal + normal))]
         twice = writer.named("twice", writer.call(recipes.doubled_cosine, normal + light))
         made = [writer.call(body, [x, y, twice, *more]) for x, y in zip(normal, light, strict=True)]
-        first, second = named("r", made), given("v")
+        first, second = named("r", made), _given(writer, "v")
     if formula.normalise == "each":
         first, second = unit("a", first), unit("b", second)
-    return Pair("", "", first + second)
+    return Pair("", "", [*first, *second])

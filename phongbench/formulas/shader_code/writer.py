@@ -9,6 +9,7 @@ import ast
 import inspect
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from functools import lru_cache
 from itertools import chain, count
 from typing import Any
@@ -19,7 +20,7 @@ from phongbench.compiler import elementary
 from phongbench.compiler.lowering import FLOAT32, Body, lower
 from phongbench.errors import KernelError
 from phongbench.formulas.shader_code.body import BodyWriter
-from phongbench.formulas.shader_code.languages import BUILT_IN, Language
+from phongbench.formulas.shader_code.language import BUILT_IN, HELD, Language
 from phongbench.formulas.shader_code.spellings import ON_GPU, PRIMITIVES
 from phongbench.formulas.shader_code.values import ATOM, PRODUCT, SIGN, SUM, Affine, Term, Value, high_of, low_of
 
@@ -121,7 +122,7 @@ class Writer:
         if isinstance(value, Term):
             return value
         if isinstance(value, bool):
-            return Term(str(value).lower(), ATOM, "bool")
+            return Term(self.language.logic["true" if value else "false"], ATOM, "bool")
         if isinstance(value, int):
             return Term(str(value), ATOM if value >= 0 else SIGN, "int")
         if isinstance(value, float):
@@ -134,8 +135,12 @@ class Writer:
         return term.text if term.binding >= binding else f"({term.text})"
 
     def _number(self, value: float) -> Term:
-        if not np.isfinite(np.float32(value)):
-            raise KernelError(f"the constant {value} is not a finite float32", None, "shading languages have no other")
+        with np.errstate(over="ignore"):
+            finite = np.isfinite(HELD[self.language.precision](value))
+        if not finite:
+            held = HELD[self.language.precision].__name__
+            fix = "shading languages have no other" if held == "float32" else "write it in float32, or lower alpha"
+            raise KernelError(f"the constant {value:.8g} is not a finite {held}", None, fix)
         return Term(self.language.number(value), ATOM if value >= 0 else SIGN, low=value, high=value)
 
     def _multiple(self, value: Affine) -> Term:
@@ -146,6 +151,9 @@ class Writer:
         part = value.base.text if size == 1 else f"{self._number(size).text} * {value.base.text}"
         if value.offset == 0:
             return Term(part if value.scale > 0 else f"-{part}", PRODUCT, low=value.low, high=value.high)
+        if self.language.fused and size != 1:
+            called = self.function("multiply_add", [value.scale, value.base, value.offset])
+            return replace(called, low=value.low, high=value.high)
         if value.scale < 0:
             text = f"{self._number(value.offset).text} - {part}"
         else:
@@ -178,7 +186,7 @@ class Writer:
         kind = "int" if name in ("int", "float_bits") else "float"
         low = {"max": max, "min": min}[name](map(low_of, arguments)) if name in ("max", "min") else -math.inf
         high = {"max": max, "min": min}[name](map(high_of, arguments)) if name in ("max", "min") else math.inf
-        return Term(f"{self.language.names.get(name, name)}({passed})", ATOM, kind, low, high)
+        return Term(f"{self.language.function_name(name)}({passed})", ATOM, kind, low, high)
 
 
 @lru_cache(1024)

@@ -30,7 +30,8 @@ def fronts(study: Rows) -> pd.DataFrame:
     frames = [frame for frame in frames if len(frame)]
     panels: dict[object, list[str]] = {}
     for frame in frames:
-        shape = tuple(zip(map(label, records(frame)), frame["ratio"].round(3), strict=True)), frame["unit"].iloc[0]
+        best = frame[frame["state"] == "on"]
+        shape = tuple(zip(map(label, records(best)), best["ratio"].round(3), strict=True)), frame["unit"].iloc[0]
         panels.setdefault(shape, []).append(str(frame["target"].iloc[0]))
     named = {target: ", ".join(group) for group in panels.values() for target in group}
     data = pd.concat(frames, ignore_index=True) if frames else pd.DataFrame()
@@ -68,8 +69,8 @@ def draw(study: Rows) -> Plate | Absent:
     for axes in panels[len(shown) :]:
         axes.set_axis_off()
     rows = at(study.highlight, space="reflect", precision=PRECISION, alpha=study.alpha)
-    source = f"{basis(rows)}; cost with the dot product, over exact Phong's on the same target"
-    footnote(figure, f"{PRECISION}, {alpha_is(study.alpha)}, unit vectors; error ≤ 10⁻⁷ at the left edge; {source}")
+    source = f"{basis(rows)}; cost with the dot product, over exact Phong's there; of like fronts the first target's"
+    footnote(figure, f"{PRECISION}, {alpha_is(study.alpha)}, unit vectors; {source}")
     command = f"phongbench run --alpha {study.alpha:g} --precision {PRECISION}"
     return Plate(figure, data.drop(columns="cost_alone", errors="ignore"), _sentence(data), _alt(data), source, command)
 

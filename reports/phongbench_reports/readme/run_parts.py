@@ -6,11 +6,10 @@ from typing import Any
 from phongbench.analysis.by_target import targets_of
 from phongbench.analysis.claims import judge
 from phongbench.analysis.claims.claim import UNMEASURED
-from phongbench.analysis.promises import bound_at
+from phongbench.analysis.ready_code import ready_code
 from phongbench.analysis.rows import Rows, at, nearest
 from phongbench.errors import InputError
 from phongbench.formulas.formula import Formula
-from phongbench.formulas.shader_code import export
 from phongbench.inputs.plan import preset
 from phongbench.results.runs import Run
 from phongbench.results.schema import BASELINE, CEILINGS, TWIN
@@ -72,8 +71,7 @@ def shader(study: Rows) -> str:
     if not best.get("approximation"):
         return f"No formula is within {BUDGETS[0][1]} at {alpha_is(study.alpha)}."
     formula = Formula.of_row(best)
-    written = export.shader(formula, study.alpha, bound=bound_at(formula, study.alpha))
-    return f"```glsl\n{written.text}```"
+    return f"```glsl\n{ready_code(formula, study.alpha).text}```"
 
 
 def claims(run: Run) -> str:

@@ -79,41 +79,59 @@ def test_the_processor_has_its_times_as_costs() -> None:
     assert pd.isna(row["fp32"])
 
 
-def test_own_formulas_are_compiled_beside_exact_phong_where_the_tools_are(monkeypatch: pytest.MonkeyPatch) -> None:
-    own = replace(REGISTRY["schlick"], name="own")
-    mine = [Cell(Formula("own"), 50.0, "float32")]
-    asked, table = [], shipped("rdna2")
+@pytest.fixture
+def own(monkeypatch: pytest.MonkeyPatch) -> Costs:
+    """Costs of a formula of the user's, with a body that no table knows, and its notes in `.notes`."""
+    spec = replace(REGISTRY["schlick"], name="own", kernel=unheard_of)
+    notes: list[str] = []
+    made = Costs([Cell(Formula("own"), 50.0, "float32")], {**REGISTRY, "own": spec}, notes.append)
+    object.__setattr__(made, "notes", notes)
+    for target in TARGETS.values():
+        monkeypatch.setattr(type(target), "why_not", lambda self: None)
+    return made
+
+
+def unheard_of(cosine: float, alpha: float) -> float:
+    return cosine / (alpha * alpha * alpha * alpha * alpha - cosine)
+
+
+def test_own_formulas_are_compiled_beside_exact_phong(own: Costs, monkeypatch: pytest.MonkeyPatch) -> None:
+    asked = []
 
     def answered(target, codes):
         asked.append([one.name for one in codes])
+        table = shipped(target.name)
         rows = {one.shape: (one.name, table.baseline) for one in codes}
         return shipped_costs.CostTable(target, "another compiler", table.dot, rows)
 
     monkeypatch.setattr(target_costs, "compiled", answered)
-    monkeypatch.setattr(shipped_costs.CostTable, "known", lambda self, one: None if "own" in one.name and self is table
-                        else self.rows.get(one.shape, (None, None))[1])  # fmt: skip
-    rows = Costs(mine, {**REGISTRY, "own": own}, pytest.fail).frame(("rdna2",), TIMING.frame())
+    rows = own.frame(("rdna2",), TIMING.frame())
     assert asked == [["phong 50", "own 50"]]
+    assert set(rows["approximation"]) == {"own"}
     assert set(rows["tool_version"]) == {"another compiler"}
     assert set(rows["ratio"]) == {1.0}
+    assert own.notes == []
 
 
-def test_a_compiler_that_is_missing_is_told_and_the_others_go_on(monkeypatch: pytest.MonkeyPatch) -> None:
-    def absent(target, codes):
-        raise InputError("cannot compile here", target.name, "install it")
+def test_targets_without_a_compiler_share_a_note_and_one_that_refuses_has_its_own(
+    own: Costs, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refused(target, codes):
+        raise InputError("the code is refused", target.name, "write another")
 
-    def unknown(name):
-        table = shipped(name)
-        return replace(table, rows={}) if name == "gcn4" else table
+    monkeypatch.setattr(target_costs, "compiled", refused)
+    assert own.frame(("gcn4",), TIMING.frame()).empty
+    assert [note for note in own.notes if "gcn4" in note and "refused" in note] == own.notes
+    own.notes.clear()
+    monkeypatch.setattr(type(TARGETS["gcn4"]), "why_not", lambda self: "apt has it")
+    own.frame(("gcn4", "rdna2"), TIMING.frame())
+    assert own.notes == ["own formulas have no cost on gcn4, rdna2: apt has it"]
 
-    monkeypatch.setattr(target_costs, "compiled", absent)
-    monkeypatch.setattr(target_costs, "shipped", unknown)
-    notes: list[str] = []
-    rows = Costs(cells(50.0), REGISTRY, notes.append).frame(("gcn4", "rdna2"), TIMING.frame())
-    assert set(rows["target"]) == {"rdna2"}
-    assert len(notes) == 1
-    assert "gcn4" in notes[0]
-    assert "install it" in notes[0]
+
+def test_what_ships_is_never_compiled_in_a_study(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(target_costs, "shipped", lambda name: replace(shipped(name), rows={}))
+    monkeypatch.setattr(target_costs, "compiled", lambda *_: pytest.fail("a study of shipped formulas compiles"))
+    assert made("rdna2").empty
 
 
 def test_an_unknown_target_is_refused_before_anything_is_measured() -> None:
