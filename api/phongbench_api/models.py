@@ -12,6 +12,8 @@ from phongbench.formulas import slopes
 from phongbench.formulas.fresnel.catalogue import KINDS
 from phongbench.formulas.fresnel.spec import ReflectanceFormula
 from phongbench.formulas.lambda_forms import LAMBDA_FORMS
+from phongbench.formulas.normalising import NORMALISE
+from phongbench.formulas.recipes import PAIR, RECIPES
 from phongbench.formulas.registry import REGISTRY
 from phongbench.formulas.shader_code.export import LANGUAGES, OVER_LONG
 from phongbench.formulas.shader_code.language import HELD
@@ -153,7 +155,9 @@ class FrontParameters(Parameters):
 
     alpha: Alphas = Field(description="one exponent, several, or a range: errors are the worst over them")
     metric: Annotated[str, OneOf(ERROR_METRICS)] = Field("max_abs", description="column of the accuracy rows")
-    stratum: Annotated[str, OneOf(STRATUM_NAMES)] = Field("highlight", description="which inputs")
+    stratum: Annotated[str, OneOf(STRATUM_NAMES)] | None = Field(
+        None, description="which inputs; left out: highlight, and of formulas of (N, H) configurations"
+    )
     precision: PrecisionName = "float32"
     working_set: Annotated[str, OneOf(WORKING_SETS)] = Field("l1", description="whose times")
     space: SpaceName = "reflect"
@@ -198,6 +202,8 @@ _PARTS: dict[str, Any] = {
     "lambda": {"type": ["string", "null"], "enum": [*LAMBDA_FORMS, "none", None]},
     "gamma": {"type": ["integer", "null"], "minimum": int(GAMMA.low), "maximum": int(GAMMA.high)},
     "beta": {"type": ["string", "number", "null"], "description": "a policy, or the slope itself"},
+    "recipe": {"type": ["string", "null"], "enum": [PAIR, *RECIPES, None]},
+    "normalise": {"type": ["string", "null"], "enum": [*NORMALISE, None]},
 }
 FORMULA_SCHEMA = {"anyOf": [SPELLING_SCHEMA, object_schema(_PARTS)]}
 

@@ -6,10 +6,12 @@ from typing import Any
 
 from phongbench.compiler.lowering import Precision, precision_named
 from phongbench.compiler.precisions import Array
+from phongbench.formulas.formula import Formula
 from phongbench.formulas.lambda_forms import cutoff_deficit
 from phongbench.formulas.normalising import NORMALISE
 from phongbench.formulas.recipes import PAIR, RECIPES
 from phongbench.formulas.spec import Approximation
+from phongbench.inputs import raw_formulas
 from phongbench.inputs.configurations import configurations
 from phongbench.inputs.length_errors import ANY
 from phongbench.inputs.pairs import HOSTILE_PAIRS, pairs
@@ -23,7 +25,7 @@ class Batch:
 
     cells              positions in the plan's list of cells
     scale              what the stratum's deficits are scaled by
-    recipe, normalise  of the cells' formulas
+    recipe, normalise  of the cells' formulas; those of (N, H) see configurations by MADE_UNIT
     """
 
     index: int
@@ -79,7 +81,8 @@ def batches(plan: Plan, cells: Sequence[Cell], registry: Mapping[str, Approximat
                 if scale is not None:
                     f = cell.formula
                     places = (plan.precisions.index(cell.precision), plan.spaces.index(f.space))
-                    raw = (list(RECIPES).index(f.recipe) + 1 if f.recipe != PAIR else 0, _WAYS.index(f.normalise))
+                    recipe, way = (f.recipe, f.normalise) if not _made(f, stratum) else MADE_UNIT
+                    raw = (list(RECIPES).index(recipe) + 1 if recipe != PAIR else 0, _WAYS.index(way))
                     groups.setdefault((*places, *raw, order, scale), []).append(position)
     return [
         Batch(
@@ -98,6 +101,8 @@ def batches(plan: Plan, cells: Sequence[Cell], registry: Mapping[str, Approximat
 
 
 _WAYS = tuple(NORMALISE)
+#: how N and H of a configuration are made for formulas that are given them: H = L/|L| + V/|V|, and both made unit
+MADE_UNIT = ("halfway", "each")
 #: the share of a plan's samples that raw formulas get: where lengths are removed, little is left that varies
 RAW_SHARE = 1 / 32
 
@@ -114,8 +119,12 @@ def _sees(plan: Plan, cell: Cell, stratum: Stratum) -> bool:
 
     Ungated ones only where the gate matters, lengths only in the spaces asked for; what starts from N, L and V only in
     configurations, and what removes lengths only where there are highlights, wrong lengths or hostile vectors.
+    Formulas of (N, H) see coplanar pairs, whose angle tells that of (R, V), and configurations, where it does not.
     """
     formula = cell.formula
+    if _made(formula, stratum):
+        told = stratum.perturbation == "none" and cell.gated and cell.precision in raw_formulas.precisions(plan)
+        return told and stratum.name in plan.strata
     if stratum.name not in plan.strata or (formula.recipe != PAIR) != (stratum.name == "configurations"):
         return False
     if stratum.perturbation == ANY.name and formula.normalise == "none":
@@ -127,6 +136,11 @@ def _sees(plan: Plan, cell: Cell, stratum: Stratum) -> bool:
     if not (cell.gated or stratum.reaches_back):
         return False
     return stratum.name != "lengths" or cell.formula.space in plan.length_spaces
+
+
+def _made(formula: Formula, stratum: Stratum) -> bool:
+    """True of a formula of (N, H) in configurations: its pair is made there, though it is given one."""
+    return stratum.name == "configurations" and formula.space == "half" and not formula.raw
 
 
 def _scale(cell: Cell, stratum: Stratum, spec: Approximation) -> float | None:

@@ -9,7 +9,7 @@ import pandas as pd
 
 from phongbench.analysis.error_budget import Budget
 from phongbench.analysis.front import records
-from phongbench.analysis.promises import Promise, promise
+from phongbench.analysis.promises import Promise, promise, promise_half
 from phongbench.analysis.target_costs import TIE
 from phongbench.formulas.formula import Formula
 from phongbench.formulas.registry import REGISTRY
@@ -51,6 +51,9 @@ def promised(
         if seen > budget.max_error and not sharp:
             return Promise(seen, "sampled")  # no need to prove that it may be worse
         formula = Formula.of_row(row)
+        if formula.space == "half":
+            kept = promise_half(formula, budget, registry)
+            return Promise(max(kept.bound, seen), kept.coverage)
         kept = promise(formula, budget, registry, sharp=sharp, search=search)
         if budget.alpha.continuous and not sharp and kept.bound <= budget.max_error:
             # room for what lies between two exponents is known of sharp bounds only

@@ -68,6 +68,8 @@ def _number(value: Any) -> float | None:
 
 
 def _beyond(miss: Mapping[str, Any], budget: Budget) -> str:
+    if miss["max_abs"] > budget.max_error:
+        return f"beyond {budget.max_error:.4g} by a factor of {miss['max_abs'] / budget.max_error:.3g} at least"
     if miss["bound"] is None:
         return f"not known to be within {budget.max_error:.4g}"
     return f"beyond {budget.max_error:.4g} by a factor of {miss['bound'] / budget.max_error:.3g}"

@@ -19,7 +19,7 @@ class Budget:
     max_error     largest absolute error allowed, > 0; 1/255 is one 8-bit code
     length_error  how wrong the vectors' lengths may be, relative, >= 0: 0.01 is up to 1 % too long or too short
     precision     a name that `precision_named` knows
-    space         reflect (R, V), or half (N, H), which agrees with Phong on coplanar vectors only
+    space         reflect (R, V), or half (N, H), which is judged over all configurations of N, L and V
     working_set   whose times count: l1, l2 or memory
     contract      whether it must hold on every device that keeps the accuracies of WGSL and Vulkan, not just here
     """

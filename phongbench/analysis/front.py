@@ -17,6 +17,7 @@ from phongbench.analysis.kernel_times import WHOLE_POWER, timed, timed_precision
 from phongbench.analysis.target_costs import CPU, checked, own_prices, priced, same_cost, unit_of
 from phongbench.errors import UnknownNameError
 from phongbench.formulas.formula import Formula
+from phongbench.inputs.strata import CONFIGURATIONS
 from phongbench.results.provenance import fingerprint_machine
 from phongbench.results.runs import DEFAULT_ROOT, Run, as_given, intact, strongest
 from phongbench.results.schema import CELL, ERROR_METRICS, INPUT, KERNEL
@@ -140,7 +141,7 @@ def points(
     *,
     alpha: float | str | Exponents,
     metric: str = "max_abs",
-    stratum: str = "highlight",
+    stratum: str | None = None,
     precision: str = "float32",
     working_set: str = "l1",
     space: str = "reflect",
@@ -151,9 +152,10 @@ def points(
     """The front of a stored run as plain data: what was requested, and `points`, fastest first.
 
     alpha  one exponent, several, or a range, as `Exponents.of` reads them
-    metric, stratum, precision, working_set   as for `front`
+    metric, precision, working_set   as for `front`
+    stratum  as for `front`; None: highlight, and of (N, H) configurations where the run has them
     ns     None in every point where the run was timed on another kind of machine
-    space  reflect, or half: formulas of (N, H) agree with Phong on coplanar vectors only, where they were measured
+    space  reflect, or half: formulas of (N, H), of which the stratum highlight holds coplanar vectors only
     target, short_of   whose costs count, and which unit's: another target's stand instead of the run's times
     root   the folder of the runs, in which measured targets were added
     Raises CorruptRunError for a run whose bytes have changed, and InputError for one that is partial or was not timed;
@@ -163,8 +165,11 @@ def points(
     known = sorted(accuracy["space"].astype(str).unique())
     if space not in known:
         raise UnknownNameError("space", space, known)
-    question = {"metric": metric, "stratum": stratum, "precision": precision, "working_set": working_set}
     accuracy = accuracy[accuracy["space"] == space]
+    stratum = stratum or usual_stratum(accuracy, space, precision)
+    question = {"metric": metric, "stratum": stratum, "precision": precision, "working_set": working_set}
+    if space == "half" and stratum != CONFIGURATIONS:
+        notes.append(f"the stratum {stratum} holds coplanar vectors only, where N.H tells the angle of R and V")
     if checked(target, short_of, root) == CPU:
         cells = front(accuracy, timed(run), alpha=exponents, **question)
         cells = cells if of_this_machine(run) else cells.assign(ns=np.nan)
@@ -185,6 +190,14 @@ def points(
         "notes": notes,
         "points": [{"name": str(Formula.of_row(row)), **row} for row in records(cells)],
     }
+
+
+def usual_stratum(accuracy: pd.DataFrame, space: str, precision: str) -> str:
+    """The stratum of unit vectors that a formula's error is told of: that where its highlight is; of (N, H)
+    configurations of N, L and V, since it is no function of the angle between R and V.
+    """
+    measured = as_given(accuracy[(accuracy["precision"] == precision) & (accuracy["space"] == "half")])
+    return CONFIGURATIONS if space == "half" and (measured["stratum"] == CONFIGURATIONS).any() else "highlight"
 
 
 def records(cells: pd.DataFrame) -> list[dict[str, Any]]:

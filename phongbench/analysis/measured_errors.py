@@ -1,8 +1,8 @@
 """What a stored run says about an error budget: each formula's largest error where it must hold, and its time.
 
-Errors are taken on unit vectors (strata highlight, uniform and peak, and what a search has found) and, where wrong
-lengths are allowed, on every kind of them up to that size, against Phong of the true angle. They are lower bounds of
-what may happen: what a budget is compared with is in `promises`.
+Errors are taken on unit vectors (strata highlight, uniform and peak, what a search has found, and of formulas of (N, H)
+configurations of N, L and V) and, where wrong lengths are allowed, on every kind of them up to that size, against Phong
+of the true angle. They are lower bounds of what may happen: what a budget is compared with is in `promises`.
 """
 
 import math
@@ -18,6 +18,7 @@ from phongbench.analysis.exponents import Exponents
 from phongbench.errors import InputError
 from phongbench.formulas.formula import Formula
 from phongbench.formulas.registry import REGISTRY
+from phongbench.inputs.strata import CONFIGURATIONS
 from phongbench.results import runs
 from phongbench.results.runs import Run, as_given
 from phongbench.results.schema import CELL, INPUT, TWIN
@@ -103,10 +104,14 @@ def _without_cells(run: Run, budget: Budget) -> InputError:
 
 def _on_inputs(run: Run, rows: pd.DataFrame, budget: Budget, notes: list[str]) -> pd.DataFrame:
     """The rows of unit vectors, and of wrong lengths up to the smallest measured one that covers the budget's."""
-    unit = rows["stratum"].isin(STRATA)
+    unit = rows["stratum"].isin((*STRATA, CONFIGURATIONS))
     if not unit.any():
         fix = 'measure them: phongbench run with a plan whose strata include "highlight"'
         raise InputError(f"the run holds none of the strata {', '.join(STRATA)}", run.id, fix)
+    if budget.space == "half" and not (rows["stratum"] == CONFIGURATIONS).any():
+        notes.append(
+            "this run measured formulas of (N, H) on coplanar vectors only: a new one measures all configurations"
+        )
     if not budget.length_error:
         return rows[unit]
     wrong = (rows["stratum"] == "lengths") & rows["perturbation"].isin(_ANY_LENGTHS)
@@ -154,6 +159,4 @@ def _caveats(run: Run, timing: pd.DataFrame, budget: Budget) -> list[str]:
         )
     if not front.of_this_machine(run):
         notes.append("the run was timed on another kind of machine: its ratios hold there, nanoseconds are left out")
-    if budget.space == "half":
-        notes.append("formulas of (N, H) were measured on coplanar vectors, and agree with Phong only there")
     return notes

@@ -13,7 +13,7 @@ import pandas as pd
 from phongbench.analysis.rows import Rows
 from phongbench.compiler.lowering import FLOAT32
 from phongbench.formulas.formula import Formula
-from phongbench.results.schema import BASELINE
+from phongbench.results.schema import BASELINE, DISTANT
 from phongbench.timing.statistics import Interval, verdict
 
 PLACES = ("l1", "l2", "memory")
@@ -138,8 +138,9 @@ def _interval(row: Any) -> Interval:
 
 
 def _of(spelling: str) -> Key:
-    f = Formula.parse(spelling)
-    return f.approximation, f.lambda_form, f.space, f.gamma, f.recipe, f.normalise
+    far = DISTANT * spelling.startswith(DISTANT)
+    f = Formula.parse(spelling.removeprefix(DISTANT))
+    return far + f.approximation, f.lambda_form, f.space, f.gamma, f.recipe, f.normalise
 
 
 def _key(row: Any) -> Key:

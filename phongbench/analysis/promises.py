@@ -36,6 +36,7 @@ SECONDS = 0.1
 DEVICES = "on every device that keeps the accuracies of WGSL and Vulkan"
 UNIT_ON_DEVICES = "all pairs of vectors made unit there, v * inversesqrt(v.v)"
 DOMAIN = "all pairs of vectors made unit as shaders do it, v * (1 / sqrt(v.v)) or v / sqrt(v.v), fused or not"
+_HALF_DOMAIN = "all N, L and V, at every incidence and azimuth, against Phong of the angle between R and V"
 
 
 @dataclass(frozen=True)
@@ -96,6 +97,30 @@ def promise(
             return Promise(bound, coverage)
     room = _between(bounds, budget.precision) if ranged and sharp else 0.0
     return Promise(max(bounds) + room, coverage)
+
+
+def promise_half(formula: Formula, budget: Budget, registry: Mapping[str, Approximation] = REGISTRY) -> Promise:
+    """What may be promised of a formula of (N, H) over all configurations of N, L and V: that both it and Phong lie
+    between 0 and 1, and no less than that.
+
+    Where N is tilted by p out of the plane of L and V, at incidence i, R.V = 1 - 2 cos^2(i) sin^2(p) and N.H = cos(p):
+    towards grazing incidence Phong stays near 1 at every tilt, where N.H has fallen to nothing. On coplanar vectors,
+    where N.H is the cosine of half the angle, `promise` says more.
+    """
+    if (
+        formula.approximation not in REGISTRY
+        or registry.get(formula.approximation) is not REGISTRY[formula.approximation]
+    ):
+        return UNPROMISED
+    if formula.raw or budget.length_error or budget.contract or not isinstance(formula.slope, str):
+        return UNPROMISED
+    room = max(rounding_bound(formula.gamma, alpha, budget.precision, "half") for alpha in budget.alpha.values)
+    return Promise(1.0 + room, "certified")
+
+
+def domain(space: str) -> str:
+    """The vectors that a promise holds for, in words."""
+    return _HALF_DOMAIN if space == "half" else DOMAIN
 
 
 def promise_raw(

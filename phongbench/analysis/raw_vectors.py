@@ -19,8 +19,10 @@ from phongbench.analysis.error_budget import Budget
 from phongbench.analysis.promises import DEVICES, Promise, promise_raw
 from phongbench.errors import InputError
 from phongbench.formulas.formula import Formula, Registry
+from phongbench.formulas.recipes import PAIR
 from phongbench.formulas.user_files import installed
 from phongbench.inputs.length_errors import ANY
+from phongbench.inputs.strata import CONFIGURATIONS
 from phongbench.results import runs
 from phongbench.results.runs import Run
 from phongbench.results.schema import BASELINE, CELL, DOT, INPUT
@@ -36,6 +38,7 @@ STEPS = (
     ("bit trick", f"{BASELINE}/fast", BASELINE, "two roots by the bit trick with a Newton step"),
     ("normalise N, then R", f"{BASELINE}@reflect", BASELINE, "one root and one division, R = 2(N.L)N - L"),
     ("R at any length", f"{BASELINE}@lengthwise", BASELINE, "R = 2(N.L)N - (N.N)L"),
+    ("H", "blinn@halfway/once", f"{BASELINE}/once", "two roots and two divisions, H = L/|L| + V/|V|"),
 )
 
 
@@ -75,7 +78,8 @@ def cheapest(accuracy: pd.DataFrame, timing: pd.DataFrame, budget: Budget, name:
 
 def configurations(accuracy: pd.DataFrame, precision: str) -> pd.DataFrame:
     """The rows of recipes in a precision."""
-    rows: pd.DataFrame = accuracy[(accuracy["stratum"] == "configurations") & (accuracy["precision"] == precision)]
+    made = (accuracy["stratum"] == CONFIGURATIONS) & (accuracy["recipe"] != PAIR)
+    rows: pd.DataFrame = accuracy[made & (accuracy["precision"] == precision)]
     return rows
 
 

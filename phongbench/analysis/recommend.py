@@ -16,7 +16,7 @@ from phongbench.analysis.choice import as_given, choose, promised
 from phongbench.analysis.choice_words import answered
 from phongbench.analysis.error_budget import Budget, length_error_of
 from phongbench.analysis.exponents import Exponents
-from phongbench.analysis.promises import DEVICES, DOMAIN, UNIT_ON_DEVICES
+from phongbench.analysis.promises import DEVICES, UNIT_ON_DEVICES, domain
 from phongbench.analysis.target_costs import CPU, checked, own_prices, priced
 from phongbench.compiler.precisions import precision_named
 from phongbench.errors import InputError
@@ -51,7 +51,7 @@ def recommend(
     max_error            largest absolute error allowed, above 0; text may be a fraction such as 1/255
     length_error         how wrong vector lengths may be, relative, >= 0: 0.01 is up to 1 %; None for unit vectors
     precision            a name that `precision_named` knows
-    space                reflect (R, V), or half (N, H), whose errors hold for coplanar vectors only
+    space                reflect (R, V), or half (N, H), judged over all configurations of N, L and V
     working_set          whose times count: l1, l2 or memory
     target, short_of     where the formula will run, as `targets` lists it, and the unit that is scarce there
     search               False: what cannot be proven is not searched either, which takes seconds; nothing is promised
@@ -91,7 +91,7 @@ def _where(budget: Budget) -> str:
     """For which vectors, and on which machines, an answer holds."""
     if budget.contract:
         return f"{DEVICES}, running the code of `phongbench shader`, for {UNIT_ON_DEVICES}"
-    return f"for {'vectors rounded to it' if precision_named(budget.precision).saturates else DOMAIN}"
+    return f"for {'vectors rounded to it' if precision_named(budget.precision).saturates else domain(budget.space)}"
 
 
 def _asked(run: Run | None, budget: Budget) -> dict[str, Any]:

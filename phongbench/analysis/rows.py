@@ -15,6 +15,7 @@ from phongbench.analysis.front import front
 from phongbench.analysis.mesh_edges import lyon
 from phongbench.compiler.precisions import in_order
 from phongbench.formulas.user_files import installed
+from phongbench.inputs.strata import CONFIGURATIONS
 from phongbench.results.runs import as_given
 from phongbench.results.schema import CASE, EXACT, RAW, TABLES, TWIN
 
@@ -115,6 +116,12 @@ class Rows:
         return rows.reset_index(drop=True)
 
     @cached_property
+    def half_space(self) -> pd.DataFrame:
+        """Gated rows of formulas of (N, H) over all configurations of unit N, L and V, against Phong's true angle."""
+        rows = at(self.accuracy, stratum=CONFIGURATIONS, space="half", truth="angle", perturbation="none", gated=True)
+        return rows.reset_index(drop=True)
+
+    @cached_property
     def lengths(self) -> pd.DataFrame:
         """Rows on vectors of deliberately wrong length against the true angle, with unit ones at length error 0."""
         return at(self.accuracy, stratum="lengths", truth="angle").reset_index(drop=True)
@@ -183,8 +190,7 @@ class Rows:
     def front(self, alpha: float, precision: str) -> pd.DataFrame:
         """The error/time front of formulas of (R, V) at one exponent in the smallest timed working set.
 
-        Formulas of (N, H) are left out: they agree with Phong on coplanar vectors only, where their errors were
-        measured.
+        Formulas of (N, H) are another lobe, and judged apart: see `half_space`.
         """
         key = (alpha, precision)
         if key not in self._fronts:

@@ -22,7 +22,7 @@ TARGET = click.option(
     help="Where it will run, e.g. rdna2,gcn4; see `phongbench targets`.",
 )
 SHORT_OF = click.option("--short-of", metavar="UNIT", help="What that shader lacks: issue or special.")
-_SPACE = "reflect (R, V), or half (N, H): the latter's errors hold for coplanar vectors only."
+_SPACE = "reflect (R, V), or half (N, H), judged over all configurations of N, L and V."
 
 
 def one_or_all(answers: list[dict[str, Any]]) -> dict[str, Any]:
@@ -36,7 +36,7 @@ def one_or_all(answers: list[dict[str, Any]]) -> dict[str, Any]:
 @click.argument("run_name", metavar="RUN")
 @click.option("--alpha", required=True, metavar="A", help=_ALPHA)
 @click.option("--metric", default="max_abs", show_default=True, help="Column of the accuracy rows.")
-@click.option("--stratum", default="highlight", show_default=True, help="Which inputs.")
+@click.option("--stratum", help="Which inputs.  [default: highlight; of (N, H) configurations]")
 @click.option(
     "--precision", default="float32", show_default=True, help="float16, bfloat16, float32, float64, q1.15, ..."
 )
@@ -91,8 +91,8 @@ def recommend(run_name: str | None, as_json: bool, targets: tuple[str, ...], **o
     WGSL and Vulkan allow it to err.
 
     The newest run with times answers; where there is none, the closed-form laws do, and say so. Formulas of (N, H) are
-    left out unless --space half asks for them: their errors hold for coplanar vectors only. Exit 1 if nothing meets
-    the budget.
+    left out unless --space half asks for them: they are another lobe than Phong's, and err by most of it at grazing
+    incidence. Exit 1 if nothing meets the budget.
 
     \b
     Examples:

@@ -35,6 +35,7 @@ def pairs_kernel(
     gated: bool = True,
     normalise: str = "none",
     recipe: str = PAIR,
+    uniform: bool = False,
 ) -> Any:
     """A compiled loop out[i] = kernel(lambda form of the i-th pair) where a.b > 0, else 0; see `pairs_signature`.
 
@@ -43,10 +44,12 @@ def pairs_kernel(
     layout  "soa": a and b of shape (3, n), a row per component; "aos": of shape (n, 3), a row per vector
     gated   False where `needs_gate` says that the test of a.b changes nothing
     normalise, recipe  of the formula; with a recipe a is N, and b is V above L, (6, n) in layout "soa"
+    uniform  with a recipe: light and viewer are at infinity, so that L and V are those of the first triple for all
     """
     bound, coordinate, gate = bound_parts(spec, form, precision, known, normalise)
     if recipe != PAIR:
-        return _recipe_kernel(bound, coordinate, gate, recipe, precision, gated)
+        made = _uniform_kernel if uniform else _recipe_kernel
+        return made(bound, coordinate, gate, recipe, precision, gated)
     return _pairs_kernel(bound, coordinate, gate, precision, layout, gated)
 
 
@@ -95,6 +98,22 @@ def _recipe_kernel(bound: Body, coordinate: Body, gate: Body, recipe: str, preci
             out[i] = value if not gated or gate(ax, ay, az, bx, by, bz) > zero else zero
 
     return jit.elementwise(pairs_signature(precision.carrier), triples)
+
+
+@cache
+def _uniform_kernel(bound: Body, coordinate: Body, gate: Body, recipe: str, precision: Precision, gated: bool) -> Any:
+    pair, zero = pair_of(recipe, precision), precision.constant(0.0)
+
+    def normals(n: Array, vl: Array, coefficients: Array, table: Array, out: Array) -> None:
+        c0, c1, c2, c3 = coefficients[0], coefficients[1], coefficients[2], coefficients[3]
+        local, vx, vy, vz = intrinsics.on_stack(table), vl[0, 0], vl[1, 0], vl[2, 0]
+        lx, ly, lz = vl[3, 0], vl[4, 0], vl[5, 0]
+        for i in range(len(out)):  # what is made of L and V alone is lifted out of it
+            ax, ay, az, bx, by, bz = pair(n[0, i], n[1, i], n[2, i], lx, ly, lz, vx, vy, vz)
+            value = bound(coordinate(ax, ay, az, bx, by, bz), c0, c1, c2, c3, local)
+            out[i] = value if not gated or gate(ax, ay, az, bx, by, bz) > zero else zero
+
+    return jit.elementwise(pairs_signature(precision.carrier), normals)
 
 
 @jit.driver

@@ -87,7 +87,7 @@ class Plan:
     seed            any whole number >= 0
     raw             spellings of formulas that remove lengths or start from N, L and V, e.g. phong/each; those that the
                     axes above leave out are not measured
-    raw_precisions  in which they are measured, of the plan's; in all of these where it has none of them
+    raw_precisions  in which they and configurations are measured, of the plan's; in all of these where it has none
     timing          measure time too
     timing_budget   seconds the timing may take
     processes       fresh processes that share the timing; 1 for the study's own
@@ -215,8 +215,7 @@ class Plan:
                 yield Cell(formula, alpha, precision)
                 if formula.lambda_form != "none":
                     yield Cell(formula, alpha, precision, gated=False)
-        precisions = [name for name in self.precisions if name in self.raw_precisions] or self.precisions
-        for precision, formula in product(precisions, raw_formulas.of(self, registry)):
+        for precision, formula in product(raw_formulas.precisions(self), raw_formulas.of(self, registry)):
             if formula.normalises_in(precision):
                 spec = formula.spec(registry)
                 yield from (Cell(formula, a, precision) for a in self.alphas if spec.accepts(formula.setting(a)))

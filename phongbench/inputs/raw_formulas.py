@@ -112,6 +112,10 @@ class Axes(Protocol):
     def slopes(self) -> Sequence[str]: ...  # noqa: D102
     @property
     def spaces(self) -> Sequence[str]: ...  # noqa: D102
+    @property
+    def precisions(self) -> tuple[str, ...]: ...  # noqa: D102
+    @property
+    def raw_precisions(self) -> Sequence[str]: ...  # noqa: D102
 
 
 def of(plan: Axes, registry: Registry) -> list[Formula]:
@@ -125,6 +129,11 @@ def of(plan: Axes, registry: Registry) -> list[Formula]:
         and f.slope in ("none", *plan.slopes)
         and f.space in plan.spaces
     ]
+
+
+def precisions(plan: Axes) -> tuple[str, ...]:
+    """Those of a plan in which raw formulas, and configurations of N, L and V, are measured."""
+    return tuple(name for name in plan.precisions if name in plan.raw_precisions) or plan.precisions
 
 
 def check(spellings: Iterable[str], registry: Registry) -> None:

@@ -96,6 +96,8 @@ STRATA: tuple[Stratum, ...] = (
     Stratum("lengths", "alpha", ANY.name),
     *_configurations(),
 )
+#: where N, L and V are drawn, of which formulas of (N, H) see no angle between R and V
+CONFIGURATIONS = "configurations"
 STRATUM_NAMES = tuple(dict.fromkeys(s.name for s in STRATA))
 #: what a study measures that does not ask for more; what normalising adds to a largest error is proven without samples
 USUAL_STRATA = tuple(name for name in STRATUM_NAMES if name != "normalised")

@@ -16,7 +16,7 @@ from phongbench.results.formula_columns import CELL_COLUMNS as _CELL
 from phongbench.results.formula_columns import FORMULA as _FORMULA
 from phongbench.results.formula_columns import RATIO as _RATIO
 
-BASELINE, TWIN, LIBM = "phong", "aa-twin", "phong-libm"
+BASELINE, TWIN, LIBM, DISTANT = "phong", "aa-twin", "phong-libm", "far-"  # the last before a name: L and V at infinity
 #: timing rows that are no formulas: what the machine can do at best
 CEILINGS = COPY, TRIAD, DOT, FMA = "copy", "triad", "dot", "fma"
 #: how a largest error was found, the weaker first: in samples, by a search, over every input, bounded by a proof, or

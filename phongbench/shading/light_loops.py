@@ -10,13 +10,17 @@ from typing import Any
 import numpy as np
 
 from phongbench.compiler import intrinsics, jit
-from phongbench.compiler.lowering import Precision, lower
+from phongbench.compiler.lowering import Body, Precision, lower
 from phongbench.compiler.precisions import Array
 from phongbench.formulas import lambda_forms
+from phongbench.formulas.normalising import pair_bodies
+from phongbench.formulas.recipes import pair_of
 from phongbench.shading import tiles as at
 
 #: a light in a direction; the same, but its direction repeated in planes; a light at a position; one that fades
 KINDS = ("directional", "spread", "point", "fading")
+#: pairs that a recipe of formulas makes
+_MADE = {"unit": "reflect", "lengthwise": "lengthwise"}
 
 
 def loop_signature(dtype: Any) -> Any:
@@ -120,21 +124,62 @@ def glow_loop(fading: bool, precision: Precision) -> Any:
 
 
 @cache
+def _pair_maker(pair: str, precision: Precision) -> Body:
+    """From N, L and V, their components and N.L, to the six components of the formula's pair; L and V are unit.
+
+    pair  "reflect": R = 2 (N.L) N - L and V; "half": N and H = (L + V) / |L + V|; "halfway": N and L + V as it is;
+          "unit": as "reflect" of N / |N|; "lengthwise": R = 2 (N.L) N - (N.N) L, which no length of N turns, and V
+    """
+    _, one, two, tiny, _, nan = _numbers(precision)
+    dot, select, halved, made = lower(lambda_forms.dot, precision), intrinsics.select, pair == "half", _MADE.get(pair)
+    if made is not None:
+        recipe = pair_of(made, precision)
+
+        @jit.inline
+        def by_recipe(n: Any, l: Any, v: Any, cosine: Any) -> Any:  # noqa: E741  its name in texts
+            return recipe(n[0], n[1], n[2], l[0], l[1], l[2], v[0], v[1], v[2])
+
+        return by_recipe
+
+    @jit.inline
+    def mirrored(n: Any, l: Any, v: Any, cosine: Any) -> Any:  # noqa: E741
+        twice = two * cosine
+        return twice * n[0] - l[0], twice * n[1] - l[1], twice * n[2] - l[2], v[0], v[1], v[2]
+
+    @jit.inline
+    def middle(n: Any, l: Any, v: Any, cosine: Any) -> Any:  # noqa: E741
+        hx, hy, hz = l[0] + v[0], l[1] + v[1], l[2] + v[2]
+        if halved:
+            squared = dot(hx, hy, hz, hx, hy, hz)
+            inverse = select(squared > tiny, one / np.sqrt(squared), nan)
+            hx, hy, hz = hx * inverse, hy * inverse, hz * inverse
+        return n[0], n[1], n[2], hx, hy, hz
+
+    return mirrored if pair == "reflect" else middle
+
+
+@cache
 def coordinate_loop(
-    space: str, form: str, light_planes: bool, view_planes: bool, exact_tail: bool, precision: Precision
+    pair: str,
+    form: str,
+    light_planes: bool,
+    view_planes: bool,
+    exact_tail: bool,
+    precision: Precision,
+    normalise: str = "none",
 ) -> Any:
     """The loop over a tile that finds the formula's coordinate and its gate, and flags the blocks with a highlight.
 
-    space         "reflect": of R = 2 (N.L) N - L and V; "half": of N and H = (L + V) / |L + V|
+    pair          what it is a coordinate of, see `_pair_maker`
     form          a lambda form, or "none" for the cosine itself
     light_planes  whether L is a plane or the same everywhere; view_planes the same of V. What is the same everywhere is
                   computed once: the compiler lifts it out of the loop.
+    normalise     how the pair's lengths are removed. Where that leaves the precision's range, the gate is closed
     """
-    zero, one, two, tiny, _, nan = _numbers(precision)
-    dot, none = lower(lambda_forms.dot, precision), np.int32(0)
-    plain, half = form == "none", space == "half"
-    coordinate = dot if plain else lower(lambda_forms.LAMBDA_FORMS[form], precision)
-    sign = one if plain else -one
+    zero, one, _, _, most, _ = _numbers(precision)
+    none, removes = np.int32(0), normalise != "none"
+    coordinate, gate_of = pair_bodies(form, normalise, precision)
+    made, sign = _pair_maker(pair, precision), one if form == "none" else -one
     entry, put, select, three = intrinsics.entry, intrinsics.put, intrinsics.select, at.three
 
     def coordinates(s: Array, light: Array, flags: Array) -> None:
@@ -154,19 +199,13 @@ def coordinate_loop(
                     if view_planes:
                         vx, vy, vz = three(s, at.VIEW + i)
                     facing = entry(s, at.FACING + i)
-                    if half:
-                        hx, hy, hz = lx + vx, ly + vy, lz + vz
-                        squared = dot(hx, hy, hz, hx, hy, hz)
-                        inverse = select(squared > tiny, one / np.sqrt(squared), nan)
-                        ax, ay, az, bx, by, bz = nx, ny, nz, hx * inverse, hy * inverse, hz * inverse
-                    else:
-                        twice = two * facing
-                        ax, ay, az, bx, by, bz = twice * nx - lx, twice * ny - ly, twice * nz - lz, vx, vy, vz
-                    cosine = dot(ax, ay, az, bx, by, bz)
-                    value = cosine if plain else coordinate(ax, ay, az, bx, by, bz)
-                    gate = select(facing > zero, cosine, zero)
+                    ax, ay, az, bx, by, bz = made((nx, ny, nz), (lx, ly, lz), (vx, vy, vz), facing)
+                    value = coordinate(ax, ay, az, bx, by, bz)
+                    gate = select(facing > zero, gate_of(ax, ay, az, bx, by, bz), zero)
+                    if removes:
+                        gate = select(abs(value) <= most, gate, zero)
                     if exact_tail:
-                        gate = select(cosine > tail, gate, zero)
+                        gate = select(value > tail, gate, zero)
                     put(s, at.COORDINATE + i, value)
                     put(s, at.GATE + i, gate)
                     found = np.int32(found | np.int32((gate > zero) & (sign * value > dark)))

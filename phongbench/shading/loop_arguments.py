@@ -62,6 +62,7 @@ def loop_arguments(
     options = _options(numbers, viewer, skips, precision)
     options[at.NEEDS_VIEW] = highlights and view_planes
     options[at.FORMULA_LOOP] = term.kernel.address
+    options[at.KEEP_LENGTH] = term.keeps_view and material.fresnel is None
     if material.fresnel is not None and highlights:
         fresnel = material.fresnel.rows(precision).reshape(-1)
         options[[at.HAS_FRESNEL, at.FRESNEL_LOOP]] = True, jit.address(material.fresnel.loop(precision))

@@ -76,7 +76,7 @@ class PreparedShading:
         options = self._arguments.arrays[at.OPTIONS_ROW]
         options[[at.COLUMNS, at.NORMALISE]] = columns, normalise
         self.precision, self.boxes = precision, bool(options[at.BOXES])
-        self._lights, self._reason = len(lights), term.reason
+        self._lights, self._reason, self._half_left = len(lights), term.reason, term.pair == "halfway"
         self._nowhere = read_only(np.zeros(0, precision.carrier))
 
     @property
@@ -125,13 +125,16 @@ class PreparedShading:
 
     def skipped(self, points: int, counts: NDArray[np.int64]) -> dict[str, int]:
         """What was left out of so many points: the fields of `shade.Ledger`."""
+        pairs, unused = points * self._lights, points * self._arguments.left_out
+        built = pairs - unused - int(counts[[at.BEHIND, at.OUT, at.SHADE, at.UNBUILT]].sum())
         return {
-            "pairs": points * self._lights,
-            "zero_colours": points * self._arguments.left_out,
+            "pairs": pairs,
+            "zero_colours": unused,
             "out_of_reach": int(counts[at.OUT]),
             "in_shadow": int(counts[at.SHADE]),
             "lights_behind": int(counts[at.BEHIND]),
             "vectors_not_built": int(counts[at.UNBUILT]),
+            "vectors_not_normalised": int(counts[at.LEFT_LONG]) + (built if self._half_left else 0),
             "constant_directions": points * self._arguments.constant,
             self._reason: int(counts[at.UNLIT]),
         }

@@ -20,7 +20,7 @@ from phongbench.formulas.fresnel.reflectance import Fresnel
 from phongbench.formulas.registry import REGISTRY
 from phongbench.shading.lighting import BLACK, Light, Material, Viewer
 from phongbench.shading.shade import Shaded, shade
-from phongbench.shading.specular_term import EXACT, formula_for
+from phongbench.shading.specular_term import EXACT, check_precision, formula_for
 from phongbench.support.atomic_files import write_whole
 from phongbench.support.document_paths import DATA, Source
 from phongbench.support.documents import FINITE, Table
@@ -86,27 +86,32 @@ def shading_request(
         raise top.error(what, "normals", "give one normal for each point")
     with top.located():
         formula = formula_for(formula, arguments["material"], arguments["model"], registry)
+        check_precision(formula, points.dtype.name)
     return ShadingRequest(points, normals, {**arguments, "specular": formula, "registry": registry})
 
 
 def read_formula(top: Table, registry: Registry = REGISTRY) -> Formula:
-    """The formula under `specular`: a spelling, or an object of approximation, lambda, gamma and beta; exact Phong."""
+    """The formula under `specular`: a spelling, or an object of approximation, lambda, gamma, beta, recipe and
+    normalise; exact Phong.
+    """
     if not top.has("specular"):
         return EXACT
     if isinstance(top.value("specular"), str):
         with top.located("specular"):
             return Formula.parse(top.text("specular"), registry)
     table = top.table("specular")
-    given = {key for key in ("lambda", "gamma", "beta") if table.has(key) and table.data[key] is not None}
+    parts = ("lambda", "gamma", "beta", "recipe", "normalise")
+    given = {key for key in parts if table.has(key) and table.data[key] is not None}
     form = table.text("lambda") if "lambda" in given else None
     gamma = table.whole("gamma", low=1) if "gamma" in given else None
     slope: str | float | None = None
     if "beta" in given:
         slope = table.text("beta") if isinstance(table.value("beta"), str) else table.number("beta", None, 0.0, FINITE)
     name = table.text("approximation", "phong")
+    raw = {key: table.text(key) for key in ("recipe", "normalise") if key in given}
     table.finish()
     with table.located():
-        return Formula.of(name, form, gamma, slope, registry=registry)
+        return Formula.of(name, form, gamma, slope, **raw, registry=registry)
 
 
 def _vector(table: Table, key: str) -> Any:

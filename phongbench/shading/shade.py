@@ -45,6 +45,8 @@ class Ledger:
     beyond_support       the formula, and the reflectance: the block lies beyond the end of its support
     dark_tail            the formula, and the reflectance: exact Phong is below the threshold all over the block
     vectors_not_built    R or H, in a block that faces the light (in others none is built): no specular term asks for it
+    vectors_not_normalised  V of a point, or H: the formula removes its length by itself, as phong/once does, so no root
+                         is taken for it before
     constant_directions  L, or V: it is the same everywhere, and made unit once; counts each of the two
     The same for the same input, whatever the number of threads.
     """
@@ -57,6 +59,7 @@ class Ledger:
     beyond_support: int = 0
     dark_tail: int = 0
     vectors_not_built: int = 0
+    vectors_not_normalised: int = 0
     constant_directions: int = 0
 
     def as_dict(self) -> dict[str, int]:

@@ -156,12 +156,17 @@ def _ready(points: Any, normals: Any, s: Any, first: Any, used: Any, options: An
 
 
 @jit.inline
-def _look(s: Any, towards: Any, lights: Any, first: Any, used: Any, count: Any, options: Any, constants: Any) -> None:
+def _look(
+    s: Any, towards: Any, lights: Any, first: Any, used: Any, count: Any, options: Any, constants: Any, counts: Any
+) -> None:
     """Where each point of a tile is seen from: the given directions, or those to the viewer."""
     if len(towards):
         at.load(towards, s, at.VIEW, first, used, count, options[at.COLUMNS], constants[at.LARGEST])
+    elif options[at.KEEP_LENGTH] and options[at.EYE_PLACED]:
+        at.look(s, lights[0], used, True, constants[at.TINY], True)
+        counts[at.LEFT_LONG] += min(at.TILE, count - first)
     else:
-        at.look(s, lights[0], used, options[at.EYE_PLACED], constants[at.TINY])
+        at.look(s, lights[0], used, options[at.EYE_PLACED], constants[at.TINY], False)
 
 
 @jit.inline
@@ -213,7 +218,7 @@ def shade_tiles(prepared: Any, vectors: Any, tiles: Array, out: Array, counts: A
         if _ready(points, normals, s, first, used, options, constants):
             return _first_bad(points, normals, first, count, options, constants)
         if options[at.NEEDS_VIEW]:
-            _look(s, towards, lights, first, used, count, options, constants)
+            _look(s, towards, lights, first, used, count, options, constants, counts)
         if options[at.BOXES]:
             at.enclose(s, 0, used)
             reach_bounds.judge(s, spread, verdicts, room, constants[at.SLACK], constants[at.TINY])

@@ -43,13 +43,14 @@ NUMBERS = 22
 FACING_LOOP, COORDINATE_LOOP, HAS_LOOP, EVALUATES, ADDS_DIFFUSE, ADDS_SPECULAR, SEEN_ROW = range(7)
 GLOWS, GLOW_LOOP, INCIDENCE_LOOP = range(7, 10)
 PLAN = 10
-#: what is counted: pairs left out behind, out of reach, in shadow, in the dark; pairs whose R or H was not built
-BEHIND, OUT, SHADE, UNLIT, UNBUILT = range(5)
-COUNTS = 5
+#: what is counted: pairs left out behind, out of reach, in shadow, in the dark; pairs whose R or H was not built;
+#: points whose V was not made unit
+BEHIND, OUT, SHADE, UNLIT, UNBUILT, LEFT_LONG = range(6)
+COUNTS = 6
 #: entries of the options
 COLUMNS, NORMALISE, EYE_PLACED, NEEDS_VIEW, BOXES, KEEP_BEHIND, KEEP_UNLIT, LIMITED, REACH_LOOP = range(9)
-FORMULA_LOOP, HAS_FRESNEL, FRESNEL_LOOP = range(9, 12)
-OPTIONS = 12
+FORMULA_LOOP, HAS_FRESNEL, FRESNEL_LOOP, KEEP_LENGTH = range(9, 13)
+OPTIONS = 13
 #: a tile's flags: of each block how it faces the light, whether it has a highlight; then the number of its blocks
 FLAGS, LIT, USED = 0, BLOCKS, 2 * BLOCKS
 #: bits of a block's first flag: some point faces the light, lies within its reach, sees it
@@ -143,8 +144,11 @@ def unit_normals(s: Any, blocks: Any, tiny: Any) -> Any:
 
 
 @jit.inline
-def look(s: Any, light: Any, blocks: Any, placed: Any, tiny: Any) -> None:
-    """Directions to the viewer; NaN, and so no highlight, at the viewer's own place."""
+def look(s: Any, light: Any, blocks: Any, placed: Any, tiny: Any, keep: Any) -> None:
+    """Directions to the viewer; NaN, and so no highlight, at the viewer's own place.
+
+    keep  whether they stay as long as they are, for a formula that removes lengths by itself
+    """
     ex, ey, ez = light[EYE], light[EYE + 1], light[EYE + 2]
     one, nan = s.dtype.type(1), s.dtype.type(np.nan)
     for b in range(blocks):
@@ -155,7 +159,7 @@ def look(s: Any, light: Any, blocks: Any, placed: Any, tiny: Any) -> None:
                 x, y, z = three(s, POINT + i)
                 x, y, z = ex - x, ey - y, ez - z
                 squared = dot(x, y, z, x, y, z)
-                inverse = _select(squared > tiny, one / np.sqrt(squared), nan)
+                inverse = _select(squared > tiny, one if keep else one / np.sqrt(squared), nan)
                 x, y, z = x * inverse, y * inverse, z * inverse
             put_three(s, VIEW + i, x, y, z)
 

@@ -27,7 +27,7 @@ from phongbench.inputs import pairs
 from phongbench.inputs.configurations import normals_and_lights
 from phongbench.inputs.plan import Cell
 from phongbench.inputs.strata import STRATA
-from phongbench.results.schema import BASELINE, COPY, DOT, FMA, LIBM, TRIAD, TWIN
+from phongbench.results.schema import BASELINE, COPY, DISTANT, DOT, FMA, LIBM, TRIAD, TWIN
 
 #: fused multiply-adds of the row `fma`, one after the other for each element: as much arithmetic as a short formula has
 CHAIN = 8
@@ -42,10 +42,12 @@ BEYOND_FIRST_CACHE = (
     "phong@lengthwise/once",
     "lyon:cross:8@lengthwise",
 )
+#: of recipes those that are timed for a light and a viewer at infinity, too: Blinn's promise is about these
+AT_INFINITY = ("phong@reflect", "phong@lengthwise/once", "blinn@halfway/once")
 #: the shininess at which kernels are timed, and a second one for integer powers, which alone depend on it
 ALPHA, FURTHER_ALPHAS = 50.0, (64.0, 1000.0)
-#: rows of the arrays a formula reads and writes; from N, L and V
-ROWS, ROWS_OF_RECIPES = 7, 10
+#: rows of the arrays a formula reads and writes; from N, L and V; from N where L and V are the same for all
+ROWS, ROWS_OF_RECIPES, ROWS_AT_INFINITY = 7, 10, 4
 #: what tells rows apart: name, lambda form, space, gamma, precision, recipe, normalise
 Key = tuple[str, str, str, int | None, str, str, str]
 
@@ -72,6 +74,7 @@ class TimedFormula:
 
     spec   its entry in the registry
     label  name in the table, where it is not the formula's own
+    far    whether light and viewer are at infinity: its rows are named DISTANT + name
     """
 
     formula: Formula
@@ -79,6 +82,7 @@ class TimedFormula:
     precision: Precision
     alpha: float = ALPHA
     label: str = ""
+    far: bool = False
 
     @classmethod
     def of(
@@ -91,7 +95,7 @@ class TimedFormula:
     @property
     def name(self) -> str:
         """What the row is called."""
-        return self.label or self.spec.name
+        return DISTANT * self.far + (self.label or self.spec.name)
 
     @property
     def setting(self) -> Setting:
@@ -119,7 +123,8 @@ def timed_formulas(cells: Iterable[Cell], registry: Registry = REGISTRY) -> tupl
             alpha = ALPHA if spec.accepts(formula.setting(ALPHA)) else cell.alpha
             timed = TimedFormula(formula, spec, precision, alpha)
             chosen.setdefault(timed.key, timed)
-    return tuple(chosen.values())
+    far = [replace(timed, far=True) for timed in chosen.values() if str(timed.formula) in AT_INFINITY]
+    return (*chosen.values(), *far)
 
 
 @dataclass(frozen=True)
@@ -167,14 +172,14 @@ def compiled(timed: TimedFormula) -> TimedKernel:
     try:
         spec.check(setting)
         started = time.perf_counter()
-        raw = {"normalise": formula.normalise, "recipe": formula.recipe}
+        raw: dict[str, Any] = {"normalise": formula.normalise, "recipe": formula.recipe, "uniform": timed.far}
         kernel = Kernel.of_pairs(spec, formula.lambda_form, setting, precision, **raw)
         took = 1e3 * (time.perf_counter() - started)
     except (KernelError, jit.CompileError, ArithmeticError, LookupError, ValueError) as problem:
         raise MeasurementError(
             f"cannot be compiled: {problem}".splitlines()[0], timed.name, "fix its kernel"
         ) from problem
-    rows = ROWS if formula.recipe == PAIR else ROWS_OF_RECIPES
+    rows = ROWS if formula.recipe == PAIR else ROWS_AT_INFINITY if timed.far else ROWS_OF_RECIPES
     return TimedKernel(timed.key, kernel, _plain(timed), _tolerance(setting.exponent, precision), rows, took)
 
 
@@ -228,6 +233,7 @@ def _tolerance(exponent: float, precision: Precision) -> float:
 def _plain(timed: TimedFormula) -> Callable[[Array, Array], Array]:
     def values(a: Array, b: Array) -> Array:
         body, formula = timed.spec.bound(timed.setting), timed.formula
+        b = np.repeat(b[:, :1], b.shape[1], axis=1) if timed.far else b
         with np.errstate(all="ignore"):
             if formula.recipe != PAIR:
                 made = recipes.plain(formula.recipe)(*a, *b[3:], *b[:3])

@@ -4,7 +4,10 @@ import re
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
 import pytest
+
+from phongbench.inputs.optical_constants import GLASS
 
 LOBE, ERROR, SPHERES = "#lobe canvas", "#error canvas", ("#sphere-exact", "#sphere-value", "#sphere-error")
 #: everything that shows the highlight
@@ -116,6 +119,29 @@ def test_lengths_that_are_removed_change_nothing(visit: Visits, empty_server: st
     assert codes(page) > told + 1
 
 
+#: red, green and blue of the brightest pixel of the sphere in exact Phong
+PEAK = """() => {
+  const canvas = document.getElementById('sphere-exact');
+  const data = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height).data;
+  const sum = (c) => c[0] + c[1] + c[2];
+  let best = [0, 0, 0];
+  for (let i = 0; i < data.length; i += 4) if (sum(data.slice(i, i + 3)) > sum(best)) best = [...data.slice(i, i + 3)];
+  return best;
+}"""
+
+
+def test_a_reflectance_colours_the_highlight_by_its_incidence(visit: Visits, empty_server: str) -> None:
+    def peak(fresnel: str, light: str) -> list[int]:
+        return list(visit(f"{empty_server}/#fresnel={fresnel}&light={light}&alpha=20").page.evaluate(PEAK))
+
+    bare, copper = peak("", "0,0"), peak("copper", "0,0")
+    red, green, blue = (one - other for one, other in zip(bare, copper, strict=True))
+    assert 0 < red < green < blue
+    lost = [peak("", light)[0] - peak("glass", light)[0] for light in ("0,0", "0.96,0")]
+    kept = 1 - GLASS.at(np.array([1.0, 0.28]))[:, 0]  # of a normal so near to the rim
+    assert lost[1] / lost[0] == pytest.approx(kept[1] / kept[0], abs=0.05)
+
+
 def test_the_address_holds_all_that_is_shown(visit: Visits, empty_server: str) -> None:
     page = (seen := visit(empty_server + "/")).page
     page.select_option("#approximation", "gaussian")
@@ -123,6 +149,7 @@ def test_the_address_holds_all_that_is_shown(visit: Visits, empty_server: str) -
     page.locator('#beta input[value="minimax"]').check(force=True)
     page.locator('#precision input[value="float16"]').check(force=True)
     page.select_option("#material", "ruby")
+    page.select_option("#fresnel", "copper")
     page.locator("#alpha").fill("33.5")
     seen.slide("#length", -30)
     page.locator('#perturbation input[value="opposite"]').check(force=True)

@@ -1,6 +1,7 @@
 """Is the server there, is it ready, and what is it?"""
 
 from dataclasses import asdict
+from functools import cache
 from typing import Any
 
 from fastapi import APIRouter, Request
@@ -9,6 +10,7 @@ from starlette.responses import Response
 from phongbench import __version__
 from phongbench.compiler.lowering import PRECISIONS
 from phongbench.inputs.mtl_files import OPENGL
+from phongbench.inputs.optical_constants import EXACT
 from phongbench.results.provenance import versions
 from phongbench_api.http import arrays, media
 from phongbench_api.http.openapi import described
@@ -45,6 +47,15 @@ async def meta(request: Request) -> Response:
     return media.json(_meta(service(request).settings))
 
 
+@cache
+def _reflectances() -> dict[str, list[list[float]]]:
+    """What each material with known optical constants mirrors of red, green and blue, at V.H = 0, 1/128, .. 1."""
+    return {
+        name: [[float(exact.bound(channel)(i / 128)) for channel in range(3)] for i in range(129)]
+        for name, exact in EXACT.items()
+    }
+
+
 def _meta(settings: Settings) -> dict[str, Any]:
     values = asdict(settings)
     return {
@@ -52,6 +63,7 @@ def _meta(settings: Settings) -> dict[str, Any]:
         "versions": asdict(versions()),
         "precisions": list(PRECISIONS),
         "materials": [asdict(material) for material in OPENGL],
+        "reflectances": _reflectances(),
         "dtypes": list(arrays.DTYPES),
         "limits": {name: values[name] for name in _LIMITS},
         "cores": settings.cores,

@@ -14,7 +14,7 @@ const POINTS = 601;
 
 /** @type {import('./state.js').State} */
 let state = fromHash(location.hash);
-let offered = { registry: [], materials: [], precisions: [], targets: [] };
+let offered = { registry: [], materials: [], reflectances: {}, precisions: [], targets: [] };
 let past = {};
 
 const specOf = (name) => offered.registry.find((spec) => spec.name === name) ?? offered.registry.find((spec) => spec.name === DEFAULTS.approximation) ?? offered.registry[0];
@@ -24,6 +24,7 @@ const settled = (wished) => ({
   approximation: specOf(wished.approximation).name,
   precision: offered.precisions.includes(wished.precision) ? wished.precision : offered.precisions.find((one) => one === DEFAULTS.precision) ?? offered.precisions[0],
   material: offered.materials.some((one) => one.name === wished.material) ? wished.material : '',
+  fresnel: Object.hasOwn(offered.reflectances, wished.fresnel) ? wished.fresnel : '',
   target: offered.targets.some((one) => one.name === wished.target) ? wished.target : DEFAULTS.target,
 });
 const asked = () => formula(state, specOf(state.approximation));
@@ -107,6 +108,7 @@ function show() {
   showControls(state, specOf(state.approximation), offered, set);
   $('sphere-name').textContent = name;
   spheres.material = offered.materials.find((m) => m.name === state.material) ?? null;
+  spheres.reflectance = offered.reflectances[state.fresnel] ?? null;
   spheres.draw();
   reproduce(state, now, question());
   onChange('look', [state.theme, state.scale, state.range], () => { curves.draw(); if (past.theme !== state.theme) front.draw(); past.theme = state.theme; });
@@ -134,7 +136,7 @@ async function start() {
   busy('start')(true);
   try {
     const [meta, approximations, { targets }] = await Promise.all([get('/v1/meta'), get('/v1/approximations'), get('/v1/targets')]);
-    offered = { registry: approximations.approximations ?? approximations, materials: meta.materials ?? [], precisions: meta.precisions, targets: targets.filter((one) => one.available) };
+    offered = { registry: approximations.approximations ?? approximations, materials: meta.materials ?? [], reflectances: meta.reflectances ?? {}, precisions: meta.precisions, targets: targets.filter((one) => one.available) };
     $('versions').textContent = `phongbench ${meta.versions?.phongbench ?? meta.version ?? ''}`;
   } catch (problem) {
     tell($('problem'), problem, start);

@@ -55,13 +55,14 @@ function offerTargets(targets) {
 
 /**
  * Wires the controls once.
- * @param {{registry: any[], materials: any[], precisions: string[], targets: any[]}} offered
+ * @param {{registry: any[], materials: any[], reflectances: Object<string, number[][]>, precisions: string[], targets: any[]}} offered
  * @param {(patch: Partial<import('./state.js').State>) => void} set
  */
 export function wire(offered, set) {
   offerApproximations(offered.registry);
   offerTargets(offered.targets);
   $('material').append(...offered.materials.map((m) => make('option', { value: m.name }, `${m.name.replaceAll('-', ' ')}, α ${number(m.shininess)}`)));
+  $('fresnel').append(...Object.keys(offered.reflectances).map((name) => make('option', { value: name }, name)));
   $('budget').append(...BUDGETS.map((budget) => make('option', { value: budget }, budgetName(budget))));
   const on = (id, event, change) => $(id).addEventListener(event, ({ target }) => change(target));
   on('approximation', 'change', ({ value }) => set({ approximation: value }));
@@ -78,6 +79,7 @@ export function wire(offered, set) {
     const material = offered.materials.find((m) => m.name === value);
     set({ material: value, ...(material ? { alpha: Number(material.shininess.toPrecision(4)) } : {}) });
   });
+  on('fresnel', 'change', ({ value }) => set({ fresnel: value }));
   on('theme', 'click', () => set((state) => ({ theme: { '': 'light', light: 'dark', dark: '' }[state.theme] })));
   on('reset', 'click', () => set((state) => ({ ...DEFAULTS, theme: state.theme })));
   $('controls').addEventListener('submit', (event) => event.preventDefault());
@@ -124,6 +126,7 @@ function showAlpha(state, bounds) {
   Object.assign($('alpha'), { min: bounds.low, max: bounds.high });
   if (document.activeElement !== $('alpha')) $('alpha').value = state.alpha;
   $('material').value = state.material;
+  $('fresnel').value = state.fresnel;
 }
 
 function showGamma(gamma, bounds) {

@@ -24,6 +24,17 @@ function lightAt(x, y) {
   return [2 * nz * nx, 2 * nz * ny, 2 * nz * nz - 1];
 }
 
+/**
+ * What a highlight keeps of red, green and blue. Light and viewer are far away, so V.H, the root of (1 + L.V) / 2, and
+ * with it the colour is the same on the whole sphere. @param {number[][]|null} table over V.H from 0 to 1 @param {number} lz L.V
+ */
+function mirroredAt(table, lz) {
+  if (!table) return [1, 1, 1];
+  const where = Math.sqrt(Math.max(0, (1 + lz) / 2)) * (table.length - 1);
+  const left = Math.min(Math.floor(where), table.length - 2);
+  return table[left].map((value, c) => value + (where - left) * (table[left + 1][c] - value));
+}
+
 /** What part of the disc is shown: its middle and half width. */
 function windowOf(state, reach) {
   if (!state.closeup) return { x: 0, y: 0, half: MARGIN };
@@ -42,6 +53,7 @@ export class Spheres {
     this.state = state;
     this.curve = null;
     this.material = null;
+    this.reflectance = null;
     this.ring = null;
     for (const canvas of this.canvases) this.#movable(canvas);
     new ResizeObserver(() => this.draw()).observe(this.canvases[0]);
@@ -77,6 +89,7 @@ export class Spheres {
     const { light, amplify } = this.state();
     const { ambient, diffuse, specular } = this.material ?? NEUTRAL;
     const [lx, ly, lz] = lightAt(...light);
+    const tint = mirroredAt(this.reflectance, lz);
     const images = IDS.map(() => new ImageData(size, size));
     const [exact, value, error] = images.map((image) => image.data);
     const [ofExact, ofValue, ofError] = this.tables;
@@ -100,8 +113,8 @@ export class Spheres {
         const hue = d > 0 ? BRIGHT : DARK;
         for (let c = 0; c < 3; c++) {
           const matt = ambient[c] * AMBIENT_LIGHT + diffuse[c] * Math.max(facing, 0);
-          exact[at + c] = 255 * (matt + specular[c] * e);
-          value[at + c] = 255 * (matt + specular[c] * v);
+          exact[at + c] = 255 * (matt + specular[c] * tint[c] * e);
+          value[at + c] = 255 * (matt + specular[c] * tint[c] * v);
           error[at + c] = FLAT[c] + share * (hue[c] - FLAT[c]);
         }
         exact[at + 3] = value[at + 3] = error[at + 3] = 255 * cover;

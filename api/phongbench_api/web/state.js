@@ -15,6 +15,7 @@ import { spelling } from './format.js';
  * @property {string} normalise     how wrong lengths are removed; a wish, as lambda is
  * @property {string} precision
  * @property {string} material      name of a material, or ''
+ * @property {string} fresnel       whose reflectance colours the highlight by incidence, or '' for a constant
  * @property {string} scale         of the error plot: linear or log
  * @property {string} range         angles shown: lobe or all
  * @property {number} amplify       of the difference, 1 to 1000
@@ -28,7 +29,7 @@ import { spelling } from './format.js';
 /** @type {Readonly<State>} */
 export const DEFAULTS = Object.freeze({
   approximation: 'lyon', lambda: 'cross', beta: 'taylor', space: 'reflect', gamma: 8, alpha: 50,
-  length_error: 0, perturbation: 'a', normalise: 'none', precision: 'float32', material: '', scale: 'linear', range: 'lobe', amplify: 20,
+  length_error: 0, perturbation: 'a', normalise: 'none', precision: 'float32', material: '', fresnel: '', scale: 'linear', range: 'lobe', amplify: 20,
   closeup: false, light: [-0.3, 0.32], budget: '1/255', target: 'cpu', theme: '',
 });
 
@@ -50,7 +51,7 @@ const name = (text) => (/^[a-z0-9-]{0,64}$/.test(text) ? text : undefined);
 
 /** How each field is read from text; undefined: not one of its values, so it is ignored. */
 const READ = {
-  approximation: name, lambda: name, beta: name, space: name, material: name, precision: name, target: name,
+  approximation: name, lambda: name, beta: name, space: name, material: name, fresnel: name, precision: name, target: name,
   gamma: (text) => { const value = inside(1, 256)(text); return Number.isInteger(Math.log2(value ?? 0)) ? value : undefined; },
   alpha: inside(1e-3, 1e5),
   length_error: inside(-LONGEST, LONGEST),

@@ -5,10 +5,12 @@ from collections.abc import Iterator
 from dataclasses import replace
 from importlib.util import find_spec
 
+from phongbench.formulas.formula import Formula
 from phongbench.formulas.registry import REGISTRY
 from phongbench.scenes.render import TILE
 from phongbench.scenes.requests import RenderRequest, render_request
 from phongbench.scenes.scene import Mesh, SurfaceMaterial
+from phongbench.shading.lighting import Material
 
 #: seconds on the machine they were measured on, which `measured` compares with the machine at hand:
 #: a picture of no pixels; a ray; a ray and an object; a ray and Embree; a ray and a light; one shadow ray beyond those
@@ -60,10 +62,15 @@ def kinds(request: RenderRequest) -> set[object]:
 
 
 def _formula(request: RenderRequest, material: SurfaceMaterial) -> object:
-    formula = material.specular or request.specular
-    exponent = material.reflection.highlight_exponent if _knows_exponent(formula.approximation) else None
     fresnel = material.reflection.fresnel and material.reflection.fresnel.kind
-    return formula.approximation, formula.lambda_form, formula.gamma, type(formula.slope) is float, exponent, fresnel
+    return loops_of(material.specular or request.specular, material.reflection), fresnel
+
+
+def loops_of(formula: Formula, material: Material) -> object:
+    """What decides which loops a formula's value and coordinate take for a material."""
+    exponent = material.highlight_exponent if _knows_exponent(formula.approximation) else None
+    pair = (formula.recipe, formula.normalise)
+    return formula.approximation, formula.lambda_form, formula.gamma, type(formula.slope) is float, exponent, pair
 
 
 def _knows_exponent(name: str) -> bool:

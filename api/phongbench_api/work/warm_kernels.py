@@ -31,8 +31,6 @@ MOVING = 4e-9
 _CALIBRATION_PAIRS = 1 << 15
 #: predicted seconds of compiling the loops of a shading request of a new kind
 SHADING_COMPILE_SECONDS = 1.0
-#: formulas whose exponent is known when compiling
-_COMPILED_EXPONENTS = tuple(spec.name for spec in REGISTRY.values() if set(spec.knowns) - {"n"})
 
 
 class Kernels:
@@ -65,7 +63,7 @@ class Kernels:
         """What one compiled loop over pairs serves."""
         s = lobe.setting
         gated = needs_gate(lobe.spec, lobe.form, s)
-        return (lobe.spec.name, lobe.form, precision.name, known_values(lobe.spec, s), gated)
+        return (lobe.spec.name, lobe.form, lobe.formula.normalise, precision.name, known_values(lobe.spec, s), gated)
 
     @staticmethod
     def curve_key(lobe: Lobe, precision: Precision = FLOAT64) -> object:
@@ -173,10 +171,9 @@ def shading_key(request: ShadingRequest) -> object:
     lights, fresnel = arguments["lights"], arguments["material"].fresnel
     kinds = frozenset((light.direction is None, max(light.ambient) > 0) for light in lights)
     specular, viewer = arguments["specular"], arguments["viewer"].direction is None
-    name = (specular.approximation, specular.lambda_form, specular.gamma, isinstance(specular.slope, float))
-    exponent = arguments["material"].highlight_exponent if specular.approximation in _COMPILED_EXPONENTS else None
+    name = render_cost.loops_of(specular, arguments["material"])
     kind = fresnel and fresnel.kind
-    return (name, exponent, arguments["model"], request.points.dtype.str, kinds, viewer, kind)
+    return (name, arguments["model"], request.points.dtype.str, kinds, viewer, kind)
 
 
 def shadings() -> Iterator[ShadingRequest]:

@@ -2,7 +2,8 @@
 
 Domain: pairs (a, b) of vectors that the precision holds, each with a length within one `eps` of 1, in the spaces in
 which the plan studies lengths; truth `angle`. Rounded unit vectors all lie in it, so the result is at least what any
-stratum of unit vectors shows by sampling.
+stratum of unit vectors shows by sampling. Of formulas that remove lengths: pairs of any lengths from 1/2 to 2, and
+from 0.001 to 1000, whose logarithms are two further sides of the boxes.
 
 The six components hardly form boxes: almost no point of one is a unit vector. So the search has two stages.
 
@@ -26,23 +27,22 @@ import numpy as np
 import pandas as pd
 
 from phongbench.accuracy.coordinates import coordinate_row
-from phongbench.accuracy.probes import search_rows
-from phongbench.accuracy.probes.consistency import VECTORS
-from phongbench.accuracy.probes.exhaustive import COSINES, exponents
+from phongbench.accuracy.probes import search_cells, search_rows
+from phongbench.accuracy.probes.exhaustive import exponents
 from phongbench.accuracy.probes.probe import ProbeContext
+from phongbench.accuracy.probes.search_cells import LONGEST, NOT_UNIT, Family, domains, key_of, wanted
 from phongbench.accuracy.probes.search_rows import Worst
 from phongbench.compiler import jit
-from phongbench.compiler.lowering import FLOAT32, FLOAT64, precision_named
+from phongbench.compiler.lowering import FLOAT64, precision_named
 from phongbench.compiler.precisions import Array
 from phongbench.formulas import coordinate_kernels
-from phongbench.formulas.coordinate_kernels import COORDINATE_ROWS, COSINE_ROW, coordinates_at, values_at
+from phongbench.formulas.coordinate_kernels import COORDINATE_ROWS, COSINE_ROW, OPEN_ROW, coordinates_at, values_at
 from phongbench.formulas.exact import truth_at, truth_kernel
 from phongbench.formulas.formula import Formula
 from phongbench.formulas.kernel import Kernel
 from phongbench.formulas.spec import Approximation
 from phongbench.inputs.pairs import hold
 from phongbench.inputs.plan import Cell, Plan
-from phongbench.results.runs import as_given
 
 #: boxes kept, points in each, and halvings
 BOXES, POINTS, LEVELS = 16, 128, 14
@@ -50,29 +50,34 @@ BOXES, POINTS, LEVELS = 16, 128, 14
 LEAVES, MOVES = 6, 12
 #: one step up, none, one step down, in each of six components
 NEIGHBOURS = 3**6
+#: of the logarithm of a length so much is left for the leaves to move in
+_INSIDE = 0.9999
 #: seconds a cell takes, for the forecast only
 SECONDS = 0.006
 
 
 def measure(context: ProbeContext) -> Mapping[str, pd.DataFrame]:
     """A searched row of accuracy and its worst input for every cell."""
-    families = _families(context)
+    families = search_cells.families(context)
     if not families:
         return {}
-    stored = _stored(context.worst)
-    random = np.random.default_rng(context.plan.seed).random((LEVELS, 4, BOXES * POINTS))
-    total = sum(map(len, families))
+    unit, any_length = (search_cells.stored(context.worst, but) for but in (NOT_UNIT, NOT_UNIT[1:]))
+    random = _random(context.plan.seed)
+    total = sum(len(positions) for _, positions in families)
 
-    def search(family: Sequence[int]) -> list[Worst]:
+    def search(family: Family) -> list[Worst]:
+        longest, positions = family
         results: list[Worst] = []
-        for position in family:
-            seeds = stored.get(_key(context.sweep.cells[position]), [])
-            results.append(_search(context, position, seeds, results[-1:], random))
+        for position in positions:
+            seeds = (unit if longest < LONGEST[-1] else any_length).get(key_of(context.sweep.cells[position]), [])
+            results.append(_search(context, position, longest, seeds, results[-1:], random[longest > 1]))
             context.advance(1 / total)
         return results
 
     with ThreadPoolExecutor(max_workers=context.jobs) as pool:
-        results = sorted((f for family in pool.map(search, families) for f in family), key=lambda f: f.position)
+        results = sorted(
+            (f for family in pool.map(search, families) for f in family), key=lambda f: (f.position, f.longest)
+        )
     return {"accuracy": search_rows.accuracy(context, results), "worst": search_rows.worst(context, results)}
 
 
@@ -85,8 +90,7 @@ def worst_error(spec: Approximation, formula: Formula, alpha: float, precision: 
     with np.errstate(all="ignore"):
         kernel = Kernel.of(spec, searched.setting, precision_named(precision))
     cell = _Cell(searched, kernel, reach)
-    random = np.random.default_rng(0).random((LEVELS, 4, BOXES * POINTS))
-    _, ends = _boxes(cell, None, random)
+    _, ends = _boxes(cell, None, _random(0)[False])
     _leaves(cell, ends)
     return float(cell.best[0])
 
@@ -94,61 +98,26 @@ def worst_error(spec: Approximation, formula: Formula, alpha: float, precision: 
 def seconds(plan: Plan, jobs: int) -> float:
     """What the searches take."""
     closely = exponents(plan)
-    return SECONDS * sum(1 for cell in plan.cells() if _wanted(plan, cell, closely)) / jobs
+    return SECONDS * sum(len(domains(plan, cell)) for cell in plan.cells() if wanted(plan, cell, closely)) / jobs
 
 
-def _wanted(plan: Plan, cell: Cell, closely: Sequence[float]) -> bool:
-    """False for ungated cells, and for float64, whose rounding is the truth's own; quick searches float32 if it can."""
-    only = FLOAT32.name if plan.preset == "quick" and FLOAT32.name in plan.precisions else cell.precision
-    chosen = cell.alpha in closely and cell.formula.space in plan.length_spaces and not cell.formula.raw
-    return chosen and cell.gated and cell.precision != FLOAT64.name and cell.precision == only
-
-
-def _families(context: ProbeContext) -> list[list[int]]:
-    """Positions of the cells that differ in alpha alone, ascending: each is seeded by the one before it."""
-    families: dict[tuple[Any, ...], list[int]] = {}
-    closely = exponents(context.plan)
-    for position, cell in enumerate(context.sweep.cells):
-        if _wanted(context.plan, cell, closely) and position not in context.sweep.failures:
-            key = (cell.formula, cell.precision)
-            families.setdefault(key, []).append(position)
-    return [sorted(family, key=lambda p: context.sweep.cells[p].alpha) for family in families.values()]
-
-
-def _key(cell: Cell) -> tuple[Any, ...]:
-    """What identifies a cell in the table of worst inputs."""
-    f = cell.formula
-    return f.approximation, f.lambda_form, f.space, f.slope, cell.alpha, f.gamma or 0, cell.precision, cell.gated
-
-
-def _stored(worst: pd.DataFrame) -> dict[tuple[Any, ...], list[Array]]:
-    """The stored worst inputs on unit vectors, by cell: (error, exact, value, a, b) each.
-
-    Those of the stratum `cosines` are none of the domain's, but near one: they seed, and count for nothing (-1).
-    """
-    if worst.empty:
-        return {}
-    worst = as_given(worst)
-    unit = worst[~worst["stratum"].isin(["lengths", "hostile", VECTORS]) & (worst["truth"] == "angle")]
-    names = ["approximation", "lambda_form", "space", "beta_policy", "alpha", "gamma", "precision", "gated"]
-    keys = zip(*(unit[n].fillna(0) if n == "gamma" else unit[n] for n in names), strict=True)
-    numbers = np.array(unit[["error", "exact", "value"]], float)
-    numbers[(unit["stratum"] == COSINES.name).to_numpy()] = -1.0
-    pairs = np.array([[float.fromhex(x) for x in unit[c]] for c in ("ax", "ay", "az", "bx", "by", "bz")]).T
-    inputs: dict[tuple[Any, ...], list[Array]] = {}
-    for key, number, pair in zip(keys, numbers, pairs.reshape(-1, 6), strict=True):
-        inputs.setdefault(tuple(key), []).append(np.concatenate([number, pair]))
-    return inputs
+def _random(seed: int) -> dict[bool, Array]:
+    """What boxes are sampled at, by whether lengths are two of their sides."""
+    sides = {False: np.random.default_rng(seed), True: np.random.default_rng([seed, 1])}
+    return {more: draw.random((LEVELS, 6 if more else 4, BOXES * POINTS)) for more, draw in sides.items()}
 
 
 class _Cell:
-    """One cell's errors, and the worst pair met so far; the domain are lengths within `reach` of 1."""
+    """One cell's errors, and the worst pair met so far; the domain are lengths within `reach` of 1, and, of a formula
+    that removes lengths, no shorter than 1 / (1 + reach).
+    """
 
     def __init__(self, cell: Cell, kernel: Kernel, reach: float) -> None:
         self.precision, self.exponent = precision_named(cell.precision), cell.setting.exponent
         self.kernel, self.row, self.reach = kernel, coordinate_row(cell), reach
+        self.gate = OPEN_ROW if cell.formula.raw else COSINE_ROW
         loops = (
-            coordinate_kernels.coordinates_kernel(self.precision),
+            coordinate_kernels.coordinates_kernel(self.precision, cell.formula.normalise),
             coordinate_kernels.coordinates_kernel(FLOAT64),
             truth_kernel(cell.formula.space == "half", both=False),
         )
@@ -162,47 +131,62 @@ class _Cell:
         held = np.ascontiguousarray(pairs.T, dtype=self.precision.carrier)
         hold(self.precision, held)
         out = np.empty((3, len(pairs)))
-        row, table = self.kernel.coefficients, self.kernel.table
-        _errors(self.addresses, self.alpha, row, table, self.row, self.reach, held[:3], held[3:], out)
+        row, table, rows = self.kernel.coefficients, self.kernel.table, (self.row, self.gate)
+        _errors(self.addresses, self.alpha, row, table, rows, self.reach, held[:3], held[3:], out)
         self.evaluations += len(pairs)
         worst = int(np.argmax(out[0]))
         if out[0, worst] > self.best[0]:
             self.best[:3], self.best[3:] = out[:, worst], held[:, worst]
         return np.asarray(out[0])
 
+    def pairs(self, points: Array) -> Array:
+        """The pairs (n, 6) of points in the unit cube: of four sides unit vectors; two more are lengths' logarithms."""
+        unit = _pairs(points[:4], self.exponent)
+        if len(points) == 4:
+            return unit
+        lengths = np.exp2(_INSIDE * math.log2(1 + self.reach) * (2 * points[4:] - 1))
+        return np.asarray(unit * np.repeat(lengths.T, 3, axis=1))
+
 
 def _search(
-    context: ProbeContext, position: int, stored: Sequence[Array], before: Sequence[Worst], random: Array
+    context: ProbeContext,
+    position: int,
+    longest: float,
+    stored: Sequence[Array],
+    before: Sequence[Worst],
+    random: Array,
 ) -> Worst:
     searched = context.sweep.cells[position]
-    cell = _Cell(searched, context.sweep.kernels(position)[0], precision_named(searched.precision).eps)
+    reach = longest - 1 if longest > 1 else precision_named(searched.precision).eps
+    cell = _Cell(searched, context.sweep.kernels(position)[0], reach)
     for candidate in stored:
         if candidate[0] > cell.best[0]:
             cell.best[:] = candidate
     place, ends = _boxes(cell, before[0].place if before else None, random)
     _leaves(cell, np.array([*ends, *(candidate[3:] for candidate in stored), *(f.pair for f in before)]))
     error, exact, value = (float(x) for x in cell.best[:3])
-    return Worst(position, error, exact, value, cell.best[3:].copy(), place, cell.evaluations)
+    return Worst(position, longest, error, exact, value, cell.best[3:].copy(), place, cell.evaluations)
 
 
 def _boxes(cell: _Cell, place: Array | None, random: Array) -> tuple[Array, Array]:
     """Stage 1: where the best point of the last boxes is, and the pairs of its best points."""
-    middles = np.full((4, BOXES), 0.5)
+    middles = np.full((random.shape[1], BOXES), 0.5)
     middles[0] = (np.arange(BOXES) + 0.5) / BOXES
     if place is not None:
         middles[:, -1] = place
-    width = np.array([[0.5 / BOXES], [0.5], [0.5], [0.5]])
+    width = np.full((len(middles), 1), 0.5)
+    width[0] = 0.5 / BOXES
     points = errors = np.empty(0)
     for level in random:
         points = np.repeat(middles, POINTS, axis=1) + width * (2 * level - 1)
         points = np.clip(points, 0.0, 1.0)
-        errors = cell.errors(_pairs(points, cell.exponent))
+        errors = cell.errors(cell.pairs(points))
         each = errors.reshape(BOXES, POINTS)
         best_two = (np.argpartition(-each, 1, axis=1)[:, :2] + POINTS * np.arange(BOXES)[:, None]).ravel()
         middles = points[:, best_two[np.argsort(-errors[best_two], kind="stable")[:BOXES]]]
         width = width / 2
     best = np.argsort(-errors, kind="stable")[:LEAVES]
-    return points[:, best[0]], _pairs(points[:, best], cell.exponent)
+    return points[:, best[0]], cell.pairs(points[:, best])
 
 
 def _leaves(cell: _Cell, pairs: Array) -> None:
@@ -247,14 +231,14 @@ def _pairs(points: Array, exponent: float) -> Array:
 # nine arguments, for compiled code takes no objects
 @jit.driver
 def _errors(
-    addresses: Any, alpha: Any, coefficients: Any, table: Any, form: int, reach: float, a: Any, b: Any, out: Any
+    addresses: Any, alpha: Any, coefficients: Any, table: Any, rows: Any, reach: float, a: Any, b: Any, out: Any
 ) -> None:
-    """Fill the rows of `out`: |value - exact| or -1, exact, value."""
+    """Fill the rows of `out`: |value - exact| or -1, exact, value. `rows` are those of the coordinate and the gate."""
     n = a.shape[1]
     held, unit = np.empty((COORDINATE_ROWS, n), a.dtype), np.empty((COORDINATE_ROWS, n))
     a64, b64, values = np.empty((3, n)), np.empty((3, n)), np.empty(n, a.dtype)
     coordinates_at(addresses[0], a)(a, b, held)
-    values_at(addresses[3], held)(held[form], held[COSINE_ROW], coefficients, table, values)
+    values_at(addresses[3], held)(held[rows[0]], held[rows[1]], coefficients, table, values)
     for i in range(n):
         length_a = np.sqrt(np.float64(a[0, i]) ** 2 + np.float64(a[1, i]) ** 2 + np.float64(a[2, i]) ** 2)
         length_b = np.sqrt(np.float64(b[0, i]) ** 2 + np.float64(b[1, i]) ** 2 + np.float64(b[2, i]) ** 2)

@@ -18,6 +18,7 @@ class Worst:
     """The worst pair of a cell.
 
     position     of the cell in the sweep
+    longest      how many times as long, or short, as 1 its vectors may be; 1 where they are nearly unit
     error        |value - exact|, with value and exact Phong beside it
     pair         float64 (6,), a then b
     place        where stage 1 ended: seeds the neighbour
@@ -25,6 +26,7 @@ class Worst:
     """
 
     position: int
+    longest: float
     error: float
     exact: float
     value: float
@@ -59,4 +61,6 @@ def worst(context: ProbeContext, results: Sequence[Worst]) -> pd.DataFrame:
 
 def _keys(context: ProbeContext, results: Sequence[Worst]) -> pd.DataFrame:
     frame = tables.of_cells(context.sweep, np.array([f.position for f in results]))
-    return frame.assign(stratum=VECTORS, perturbation="none", length_error=0.0, truth="angle", coverage="searched")
+    lengths = np.array([f.longest - 1 for f in results])
+    frame["perturbation"] = pd.Series(["any" if f.longest > 1 else "none" for f in results], dtype="str")
+    return frame.assign(stratum=VECTORS, length_error=lengths, truth="angle", coverage="searched")

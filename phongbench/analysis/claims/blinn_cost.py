@@ -4,13 +4,20 @@ import pandas as pd
 
 from phongbench.analysis.claims.claim import UNMEASURED, Claim, Finding, LackingRowsError, Record, grade
 from phongbench.analysis.claims.evidence import evidence
+from phongbench.analysis.claims.price import priced, told
 from phongbench.analysis.claims.quiet_times import FASTER, PLACES, quiet
 from phongbench.analysis.claims.target_prices import OnTargets
 from phongbench.analysis.claims.words import listed, sentence
+from phongbench.analysis.normalising_cost import races, timing_rows
 from phongbench.analysis.rows import Rows, at
 from phongbench.formulas.citations import WIKIPEDIA_BLINN
+from phongbench.results.schema import DISTANT
 from phongbench.timing import statistics
 from phongbench.timing.statistics import Interval
+
+#: with one root for N, Blinn's power and Phong's from a raw N: one H for all; and from raw N, L and V
+_BLINN, _PHONG = "blinn@halfway/once", ("phong@reflect", "phong@lengthwise/once")
+FROM_RAW, NEAR = [(DISTANT + _BLINN, DISTANT + name) for name in _PHONG], [(_BLINN, name) for name in _PHONG]
 
 
 def judge(rows: Rows) -> Finding:
@@ -18,11 +25,14 @@ def judge(rows: Rows) -> Finding:
     and viewer at infinity, where one H serves all points, and with both near; with the exact power, and with Lyon's few
     squarings in its place. Certainly faster: the whole interval of the ratio below 1, the ratio below 0.98. Holds if
     so at infinity for every measured exponent and both powers; holds under conditions if for some; else fails. Withheld
-    if the same code timed twice differed. Without such times: what a run's other times say of (N, H) once given.
+    if the same code timed twice differed. With normalising priced: from a raw N, H made once,
+    against each way from that N to R.V; unless that is certainly faster too, it holds under conditions at most. Without
+    times of shading those from a raw N decide by the same rule; without these, what a run says of (N, H) once given is
+    told.
     """
     shaded = at(rows.scene_times, kind="shading")
     if shaded.empty:
-        return _once_given(rows)
+        return _from_raw(rows) or _once_given(rows)
     if rows.twin_differs:
         quiet(rows)
     twins = at(shaded, name="phong again")
@@ -42,7 +52,24 @@ def judge(rows: Rows) -> Finding:
         for power in dict.fromkeys(one["power"] for one in records)
     ]
     certain = f"certainly faster at infinity in {len(faster)} of {len(far)} cases"
-    return Finding(verdict, sentence(*parts, certain), records, evidence("scene_times", "ratio", blinn), "timed")
+    found = Finding(verdict, sentence(*parts, certain), records, evidence("scene_times", "ratio", blinn), "timed")
+    return priced(found, rows, FROM_RAW)
+
+
+def _from_raw(rows: Rows) -> Finding | None:
+    """The verdict by times of kernels that are given a raw N, light and viewer at infinity; None without any."""
+    raced = races(rows, FROM_RAW)
+    if not raced:
+        return None
+    quiet(rows)
+    faster = [race for race in raced if race.ratio_high < 1 and race.ratio < FASTER]
+    near = races(rows, NEAR)
+    because = f"from a raw N, light and viewer at infinity: {told(raced)}"
+    beside = f" From raw N, L and V near: {told(near)}" if near else ""
+    records = tuple(race.as_dict() for race in (*raced, *near))
+    shown = evidence("timing", "ratio", timing_rows(rows, [*raced, *near]))
+    verdict = grade(len(faster) == len(raced), faster)
+    return Finding(verdict, f"{because[:1].upper()}{because[1:]}{beside}", records, shown, "timed")
 
 
 def _verdict(row: pd.Series) -> str:

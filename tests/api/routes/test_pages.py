@@ -3,11 +3,13 @@
 import re
 from typing import Any
 
+import numpy as np
 import pytest
 from starlette.testclient import TestClient
 
 from phongbench.formulas.registry import REGISTRY
 from phongbench.formulas.spec import ALPHA
+from phongbench.inputs.optical_constants import EXACT
 from phongbench_api.http import problems
 from phongbench_api.routes import pages
 
@@ -109,3 +111,13 @@ def test_meta_tells_versions_and_limits(client: TestClient) -> None:
     told = client.get("/v1/meta").json()
     assert told["limits"]["max_rows"] == 50_000
     assert told["versions"]["numpy"]
+
+
+def test_the_reflectances_that_the_page_reads_are_those_of_the_library(client: TestClient) -> None:
+    told = client.get("/v1/meta").json()["reflectances"]
+    assert set(told) == set(EXACT)
+    cosines = np.linspace(0, 1, 129)
+    for name, table in told.items():
+        np.testing.assert_allclose(table, EXACT[name].at(cosines), atol=1e-12)
+    assert told["glass"][0] == [1.0, 1.0, 1.0]
+    assert told["glass"][-1] == pytest.approx([0.04] * 3)

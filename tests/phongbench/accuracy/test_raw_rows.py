@@ -136,3 +136,31 @@ def test_formulas_of_n_h_are_another_lobe_off_the_plane(rows):
     phong = of(rows, approximation="phong", stratum="configurations", precision="float32", perturbation="none")
     assert (blinn["model_max"] > 0.3).all()
     assert (phong["model_max"] < 1e-12).all()
+
+
+def test_formulas_of_n_h_that_are_given_their_pair_are_judged_there_too(everything, rows):
+    """With H = L/|L| + V/|V| and both made unit, as a shader that hands them over does; on the same samples."""
+    given = of(as_given(everything), stratum="configurations")
+    assert set(given["space"]) == {"half"}
+    assert set(given["perturbation"]) == {"none"}
+    assert given["gated"].all()
+    assert set(given["approximation"]) == {"blinn", "lyon"}
+    mine = of(given, approximation="blinn", precision="float32").set_index("alpha")
+    once = of(rows, approximation="blinn", stratum="configurations", precision="float32", perturbation="none")
+    once = once.set_index("alpha")
+    assert np.allclose(mine["max_abs"], once["max_abs"], atol=1e-4)
+    assert np.allclose(mine["model_max"], once["model_max"], atol=1e-12)
+    coplanar = of(as_given(everything), approximation="blinn", stratum="highlight", precision="float32", truth="angle")
+    assert (mine["max_abs"] > 10 * coplanar.set_index("alpha")["max_abs"]).all()
+    assert (given["max_abs"] <= 1 + 64 * EPS["float16"] * given["alpha"]).all()
+
+
+def test_towards_grazing_incidence_n_h_says_nothing_of_r_v():
+    """R.V = 1 - 2 cos^2(i) sin^2(p) where N is tilted by p out of the plane of L and V, and N.H = cos(p)."""
+    for incidence, tilt in ((0.0, 0.3), (60.0, 0.3), (89.0, 0.6)):
+        i = np.radians(incidence)
+        light, view = np.array([np.sin(i), 0, np.cos(i)]), np.array([-np.sin(i), 0, np.cos(i)])
+        normal = np.array([0, np.sin(tilt), np.cos(tilt)])
+        mirror, half = 2 * (normal @ light) * normal - light, (light + view) / np.linalg.norm(light + view)
+        assert normal @ half == pytest.approx(np.cos(tilt), abs=1e-12)
+        assert mirror @ view == pytest.approx(1 - 2 * np.cos(i) ** 2 * np.sin(tilt) ** 2, abs=1e-12)

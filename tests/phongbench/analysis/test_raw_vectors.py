@@ -83,7 +83,7 @@ def test_steps_are_differences_of_times(run):
     assert once["share"] == pytest.approx(0.8)
     assert once["ns"] == pytest.approx(0.4)
     assert once["share_low"] < once["share"] < once["share_high"]
-    assert {name for name, *_ in STEPS} >= {"power", "normalise R and V", "one root"}
+    assert {name for name, *_ in STEPS} >= {"power", "normalise R and V", "one root", "H"}
 
 
 def configurations(random, count):

@@ -203,9 +203,43 @@ def test_cells_with_values_that_are_not_finite_never_qualify(stored: Stored, sma
 def test_half_space_formulas_are_chosen_only_when_asked_for(stored: Stored) -> None:
     run = stored(ratio=lambda row: 0.1 if row.space == "half" else 0.5)
     assert {c["space"] for c in recommend(run, alpha=50, max_error=0.2)["choices"]} == {"reflect"}
-    half = recommend(run, alpha=50, max_error=0.2, space="half")
+    half = recommend(run, alpha=50, max_error=1.1, space="half")
     assert {c["space"] for c in half["choices"]} == {"half"}
-    assert any("coplanar" in note for note in half["notes"])
+    assert all(1 < c["bound"] < 1.001 and c["coverage"] == "certified" for c in half["choices"])
+    assert any("at every incidence and azimuth" in note for note in half["notes"])
+
+
+def test_half_space_formulas_are_refused_by_what_they_err_over_all_configurations(
+    stored: Stored, small_rows: pd.DataFrame
+) -> None:
+    half = recommend(stored(), alpha=50, max_error=0.2, space="half")
+    miss = half["nearest_miss"]
+    assert not half["choices"]
+    rows = small_rows[(small_rows["stratum"] == "configurations") & (small_rows["space"] == "half")]
+    rows = rows[
+        (rows["alpha"] == 50) & (rows["precision"] == "float32") & (rows["approximation"] == miss["approximation"])
+    ]
+    assert miss["max_abs"] in set(rows["max_abs"])
+    assert miss["max_abs"] > 0.3
+    assert f"beyond 0.2 by a factor of {miss['max_abs'] / 0.2:.3g} at least" in miss["why"]
+    assert f"{miss['max_abs']:.3g} was the largest of" in miss["why"]
+
+
+def test_a_run_without_configurations_says_that_its_errors_hold_on_coplanar_vectors(
+    stored: Stored, small_rows: pd.DataFrame
+) -> None:
+    old = stored("20260102-000000-0123abcd", accuracy=small_rows[small_rows["stratum"] != "configurations"])
+    found = recommend(old, alpha=50, max_error=0.2, space="half")
+    assert not found["choices"]  # what is promised is so of every run
+    assert any("coplanar" in note for note in found["notes"])
+    told = points(old, alpha=50, space="half")
+    assert told["stratum"] == "highlight"
+    assert any("coplanar" in note for note in told["notes"])
+    run = stored()
+    new = points(run, alpha=50, space="half")
+    assert new["stratum"] == "configurations"
+    assert min(one["error"] for one in new["points"]) > 3 * min(one["error"] for one in told["points"])
+    assert points(run, alpha=50)["stratum"] == "highlight"
 
 
 def test_float16_is_ordered_by_the_times_of_float32_and_says_so(stored: Stored) -> None:

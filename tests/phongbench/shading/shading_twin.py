@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from phongbench.formulas.lambda_forms import LAMBDA_FORMS
+from phongbench.formulas import normalising, recipes
 from phongbench.shading.shade import Formula, Light, Material, Viewer
 
 Array = np.ndarray[Any, Any]
@@ -74,8 +74,11 @@ def twin(
                 continue
             total = total + att * (N @ L) * np.multiply(material.diffuse, light.diffuse)
             a, b = (2 * (N @ L) * N - L, V) if space == "reflect" else (N, unit(L + V))
-            if a @ b > 0:
-                x = float(a @ b) if form == "none" else float(LAMBDA_FORMS[form](*a, *b))
+            if specular.recipe != "pair":
+                six = recipes.plain(specular.recipe)(*N, *L, *V)
+                a, b = six[:3], six[3:]
+            x, gate = normalising.plain(form, specular.normalise)(a, b)
+            if gate > 0:
                 colour = np.multiply(material.specular, light.specular)
                 if material.fresnel is not None:
                     incidence = np.sqrt((1 + L @ V) / 2)

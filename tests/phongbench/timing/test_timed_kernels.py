@@ -4,6 +4,7 @@ from dataclasses import replace
 from itertools import product
 from typing import Any
 
+import numpy as np
 import pytest
 
 from phongbench.compiler import jit
@@ -66,6 +67,33 @@ def test_every_block_holds_the_exact_powers_and_the_ceilings() -> None:
     assert ("integer-power" in names) == ("integer-power" in REGISTRY)
     twin, phong = (next(c for c in timed_kernels.companions(FLOAT32) if c.name == n) for n in ("aa-twin", "phong"))
     assert twin.kernel.loop is phong.kernel.loop
+
+
+def test_recipes_are_timed_with_light_and_viewer_at_infinity_too() -> None:
+    """In the first cache, beside the same from N, L and V; and from their own rows: N alone."""
+    names = ("phong@reflect", "phong@lengthwise/once", "blinn@halfway/once", "phong@reflect/each", "phong/once")
+    timed = timed_formulas([Cell(Formula.parse(name), 50.0, "float32") for name in names])
+    far = [one for one in timed if one.far]
+    assert {(one.name, str(one.formula)) for one in far} == {
+        ("far-phong", "phong@reflect"),
+        ("far-phong", "phong@lengthwise/once"),
+        ("far-blinn", "blinn@halfway/once"),
+    }
+    assert len({one.key for one in timed}) == len(timed) == 8
+
+
+@compiled_only
+@pytest.mark.parametrize("spelling", timed_kernels.AT_INFINITY)
+def test_a_kernel_at_infinity_takes_the_first_l_and_v_for_all(spelling: str) -> None:
+    n, vl = np.random.default_rng(1).normal(size=(3, 200)), np.random.default_rng(2).normal(size=(6, 200))
+    n += 3 * vl[:3, :1] / np.linalg.norm(vl[:3, 0]) + 3 * vl[3:, :1] / np.linalg.norm(vl[3:, 0])
+    near = TimedFormula.of(spelling, FLOAT64, alpha=2.0)
+    found, same, out = timed_kernels.compiled(replace(near, far=True)), timed_kernels.compiled(near), np.empty((2, 200))
+    found.kernel.fill_pairs(n, vl, out[0])
+    same.kernel.fill_pairs(n, np.repeat(vl[:, :1], 200, axis=1), out[1])
+    assert (out[1] > 0.01).sum() > 50
+    np.testing.assert_allclose(out[0], out[1], rtol=1e-12)
+    np.testing.assert_allclose(out[0], found.plain(n, vl), atol=1e-12)
 
 
 @pytest.mark.parametrize("precision", [FLOAT32, FLOAT64])

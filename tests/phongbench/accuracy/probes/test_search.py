@@ -9,6 +9,7 @@ import pytest
 from phongbench.accuracy import sweep, tables
 from phongbench.accuracy.probes import consistency, search
 from phongbench.accuracy.probes.probe import ProbeContext
+from phongbench.accuracy.probes.search_cells import LONGEST, NOT_UNIT, key_of, stored
 from phongbench.compiler.lowering import precision_named
 from phongbench.inputs.plan import preset
 from phongbench.results.runs import as_given
@@ -45,7 +46,10 @@ def test_every_gated_cell_has_a_row_and_its_worst_input(context, found):
     accuracy, worst = found["accuracy"], found["worst"]
     assert list(accuracy.columns) == ACCURACY.names
     assert list(worst.columns) == WORST.names
-    assert len(accuracy) == len(worst) == sum(cell.gated and not cell.formula.raw for cell in context.sweep.cells)
+    plain = sum(cell.gated and not cell.formula.raw for cell in context.sweep.cells)
+    raw = sum(cell.formula.raw and cell.formula.recipe == "pair" for cell in context.sweep.cells)
+    assert len(as_given(accuracy)) == plain
+    assert len(accuracy) == len(worst) == plain + len(LONGEST) * raw
     assert set(accuracy["coverage"]) == {"searched"}
     assert not accuracy.duplicated(ACCURACY.key).any()
     assert (accuracy["samples"] > search.LEVELS * search.BOXES * search.POINTS).all()
@@ -56,8 +60,8 @@ def test_it_finds_no_less_than_the_samples(context, found):
     assert consistency.violations(whole) == []
     sampled = as_given(context.accuracy[context.accuracy["gated"].astype(bool)])
     sampled = sampled.groupby(CELL, dropna=False)["max_abs"].max().reset_index()
-    both = found["accuracy"].merge(sampled, on=CELL, suffixes=("", "_sampled"))
-    assert len(both) == len(found["accuracy"])
+    both = as_given(found["accuracy"]).merge(sampled, on=CELL, suffixes=("", "_sampled"))
+    assert len(both) == len(as_given(found["accuracy"]))
     # 4096 samples a stratum miss rounding's worst by far
     assert (both["max_abs"] > both["max_abs_sampled"]).mean() > 0.8
 
@@ -66,11 +70,30 @@ def test_every_find_reproduces_and_lies_in_the_domain(found, exact_angle):
     for _, row in found["worst"].iterrows():
         pair = np.array([float.fromhex(row[name]) for name in PAIR])
         np.testing.assert_array_equal(pair, pair.astype(np.float32))
-        assert abs(np.linalg.norm(pair[:3]) - 1) <= 2.0**-23
-        assert abs(np.linalg.norm(pair[3:]) - 1) <= 2.0**-23
+        for length in (np.linalg.norm(pair[:3]), np.linalg.norm(pair[3:])):
+            if row["normalise"] == "none":
+                assert abs(length - 1) <= 2.0**-23
+            else:
+                assert 1 / (1 + row["length_error"]) <= length <= 1 + row["length_error"]
         exact = float(exact_angle(pair[:3], pair[3:], row["alpha"]))
         assert row["exact"] == pytest.approx(exact, abs=1e-12)
         assert row["error"] == abs(row["value"] - row["exact"])
+
+
+def test_no_length_from_a_thousandth_to_a_thousand_does_more_than_round(found):
+    """Of each, once and squared the bar is 4 eps alpha; cheap roots leave what they err, at either end of the range."""
+    raw = found["accuracy"][found["accuracy"]["normalise"] != "none"]
+    assert set(raw["perturbation"]) == {"any"}
+    assert set(raw["length_error"]) == {1.0, 999.0}
+    assert set(raw["normalise"]) == {"each", "once", "squared", "fast", "estimate"}
+    phong = raw[raw["approximation"] == "phong"]
+    exact = phong[phong["normalise"].isin(["each", "once", "squared"])]
+    assert (exact["max_abs"] <= 4 * 2.0**-23 * exact["alpha"]).all()
+    for name, root in (("fast", 1.752e-3), ("estimate", 1.5 * 2.0**-12)):
+        cheap = phong[phong["normalise"] == name]
+        worst = np.maximum((1 + root) ** (2 * cheap["alpha"]) - 1, 1 - (1 - root) ** (2 * cheap["alpha"]))
+        assert (cheap["max_abs"] <= 1.01 * worst).all()
+        assert (cheap["max_abs"] > 0.5 * (1 - (1 - root) ** (2 * cheap["alpha"]))).all()
 
 
 def test_threads_change_no_bit(context, found):
@@ -91,10 +114,10 @@ def test_the_worst_cosine_seeds_the_search_but_counts_for_nothing(context):
     cosine = context.worst.query("gated and rank == 1").assign(stratum="cosines", coverage="exhaustive", error=7.0)
     worst = pd.concat([context.worst, cosine], ignore_index=True)
     cell = next(c for c in context.sweep.cells if c.gated)
-    kept = search._stored(worst)[search._key(cell)]
+    kept = stored(worst, NOT_UNIT)[key_of(cell)]
     assert sorted(candidate[0] for candidate in kept)[:1] == [-1.0]
     again = search.measure(replace(context, worst=worst))["accuracy"]
-    assert (again["max_abs"] < 1).all()
+    assert (as_given(again)["max_abs"] < 1).all()
 
 
 @pytest.mark.parametrize("form", ["dot", "difference", "cross"])

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from claim_tables import CODE, Tables, accuracy, judged, meshes, timing
+from claim_tables import CODE, Tables, accuracy, judged, meshes, table, timing
 
 from phongbench.analysis.normalising_cost import FROM_N_L_V, FROM_PAIR, answer, races, timing_rows
 from phongbench.analysis.rows import Rows
@@ -180,3 +180,39 @@ def test_a_power_is_replaced_where_lengths_are_removed_too() -> None:
         found = judged("h", accuracy=accuracy([{}]), timing=timing(plain + raw))
         assert found["verdict"] == verdict
         assert f"surely faster in {1 + (ratio < 0.9)} of 2 cases" in found["because"]
+
+
+# f: Blinn at infinity, from a raw normal
+
+
+def far(blinn: float, phong: float, **more: Any) -> list[dict[str, Any]]:
+    """Times of kernels with one L and V for all: of Blinn's power, and of Phong's in both ways."""
+    ratios = {"blinn@halfway/once": blinn, "phong@reflect": phong, "phong@lengthwise/once": phong + 0.2}
+    return [row | {"approximation": f"far-{row['approximation']}"} for row in times(ratios, **more)]
+
+
+@pytest.mark.parametrize(
+    ("blinn", "phong", "verdict"),
+    [
+        (1.0, 1.5, "holds"),
+        (1.0, 0.9, "holds under conditions"),
+        (1.0, 0.7, "fails"),
+        (1.0, 1.01, "holds under conditions"),
+    ],
+)
+def test_blinn_from_a_raw_normal_is_judged_against_each_way_to_phong(blinn: float, phong: float, verdict: str) -> None:
+    near = times({"blinn@halfway/once": 3.0, "phong@reflect": 2.0, "phong": 1.0})
+    found = judged("f", timing=timing([*far(blinn, phong), *near]), accuracy=accuracy([{}]))
+    assert found["verdict"] == verdict
+    assert f"far-blinn@halfway/once takes {blinn / phong:.3g}" in found["because"]
+    assert "blinn@halfway/once takes 1.5" in found["because"]  # near, from raw N, L and V
+    assert {row["approximation"] for row in found["evidence"]} == {"far-blinn", "far-phong", "blinn", "phong"}
+
+
+def test_normalising_limits_what_shading_at_infinity_says() -> None:
+    from test_speed import shaded
+
+    for phong, verdict in ((1.5, "holds"), (0.8, "holds under conditions")):
+        rows = timing(far(1.0, phong))
+        found = judged("f", timing=rows, scene_times=table("scene_times", shaded(0.9, 1.1)), accuracy=accuracy([{}]))
+        assert found["verdict"] == verdict
