@@ -17,7 +17,8 @@ from typing import Any
 import numpy as np
 
 from phongbench.accuracy.enclosures.coordinates import Lengths, coordinates, end_of_deficits, normalised
-from phongbench.accuracy.enclosures.spans import Ends, enclosed
+from phongbench.accuracy.enclosures.ends import Ends
+from phongbench.accuracy.enclosures.spans import enclosed
 from phongbench.compiler.precisions import Precision
 from phongbench.formulas.spec import Approximation, Setting
 

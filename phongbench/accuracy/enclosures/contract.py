@@ -17,7 +17,8 @@ from phongbench.accuracy.enclosures.bounds import NotEnclosedError, Problem
 from phongbench.accuracy.enclosures.coordinates import Lengths
 from phongbench.accuracy.enclosures.devices import PRECISIONS, AnyLength, Device
 from phongbench.accuracy.enclosures.emitted import Direction, words
-from phongbench.accuracy.enclosures.spans import Ends, Span, enclosed
+from phongbench.accuracy.enclosures.ends import Ends
+from phongbench.accuracy.enclosures.spans import Span, enclosed
 from phongbench.compiler.precisions import Precision
 from phongbench.errors import InputError, KernelError
 from phongbench.formulas.formula import Formula

@@ -24,7 +24,8 @@ from typing import Any
 
 import numpy as np
 
-from phongbench.accuracy.enclosures.spans import Arithmetic, Ends, Span, outwards
+from phongbench.accuracy.enclosures.ends import Ends, outwards
+from phongbench.accuracy.enclosures.spans import Arithmetic, Span
 from phongbench.compiler.precisions import FLOAT32, Precision
 
 #: precisions that the standards speak of: ULP of exp2 at 0, log2's absolute error near 1, atan2's ULP, acos's error

@@ -19,7 +19,8 @@ from phongbench.accuracy.enclosures.coordinates import (
     squared_length,
 )
 from phongbench.accuracy.enclosures.devices import Device
-from phongbench.accuracy.enclosures.spans import Arithmetic, Ends, Span
+from phongbench.accuracy.enclosures.ends import Ends
+from phongbench.accuracy.enclosures.spans import Arithmetic, Span
 
 #: a conversion to whole numbers with more possible results than this is not followed one by one
 FEW = 400
