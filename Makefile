@@ -48,11 +48,11 @@ docs: $(TEST) ## fill the generated parts of README.md; the only way a number ge
 	$(PY) -m phongbench_reports.readme
 
 # `pip list` and not `pip freeze`: freeze writes the address of anything that came from a file.
-lock: ## rewrite constraints.txt from a fresh resolution of runtime, test and dev
+lock: ## rewrite constraints.txt from a fresh resolution of runtime, test, dev and targets
 	@$(RECENT)
 	@box=$$(mktemp -d) && trap 'rm -rf "$$box"' EXIT && set -e && \
 	$(PYTHON) -m venv "$$box" && \
-	"$$box/bin/python" -m pip --disable-pip-version-check --no-input install --quiet -e ".[test,dev]" && \
+	"$$box/bin/python" -m pip --disable-pip-version-check --no-input install --quiet -e ".[test,dev,targets]" && \
 	"$$box/bin/python" -m pip --disable-pip-version-check list --format=freeze \
 	    --exclude phongbench --exclude pip --exclude setuptools >"$$box/pins" && \
 	{ echo '# The exact releases the tests run with. Written by `make lock`; the ranges are in pyproject.toml.'; \

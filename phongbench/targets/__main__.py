@@ -1,6 +1,7 @@
 """Write the shipped costs of the targets whose compilers are here: `python -m phongbench.targets [NAME..]`."""
 
 import sys
+from functools import cache
 from pathlib import Path
 
 from phongbench.errors import PhongbenchError
@@ -13,10 +14,13 @@ from phongbench.targets.target import Target
 
 def write(target: Target, folder: Path = FOLDER) -> Path:
     """Compile every formula of the full study for the target and write its costs; the file."""
-    text = as_text(compiled(target, catalogue(target.language)))
+    text = as_text(compiled(target, _codes(target.language)))
     path = folder / f"{target.name}.json"
     write_whole(path, lambda file: write_text(file, text))
     return path
+
+
+_codes = cache(catalogue)
 
 
 def main(names: list[str]) -> int:

@@ -4,10 +4,11 @@ from collections.abc import Mapping
 from types import MappingProxyType
 
 from phongbench.errors import UnknownNameError
-from phongbench.targets import radv
+from phongbench.targets import clang_mca, nvidia, radv
 from phongbench.targets.target import Target
 
-TARGETS: Mapping[str, Target] = MappingProxyType({target.name: target for target in (*radv.TARGETS,)})
+_FAMILIES = (radv.TARGETS, nvidia.TARGETS, clang_mca.TARGETS)
+TARGETS: Mapping[str, Target] = MappingProxyType({target.name: target for family in _FAMILIES for target in family})
 
 
 def target_named(name: str) -> Target:

@@ -46,7 +46,7 @@ def _compiled(target: Target) -> dict[str, Any]:
     table = shipped(target.name) if here else None
     return _row(
         target.name,
-        target.title,
+        f"{target.title}, scheduled as {target.model}" if target.model else target.title,
         "compiled",
         target.tool,
         why_not=None if here else lacking,

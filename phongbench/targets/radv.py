@@ -9,7 +9,7 @@ import sys
 import tempfile
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
@@ -19,7 +19,7 @@ from phongbench.errors import InputError
 from phongbench.support.process import cores
 from phongbench.targets.code_shapes import Code
 from phongbench.targets.harness import NAMES, indented, steps
-from phongbench.targets.target import Counts, Target
+from phongbench.targets.target import Counts, Gpu
 
 #: where the loader looks for drivers, and the name of RADV's manifest
 _MANIFESTS = (Path("/usr/share/vulkan/icd.d"), Path("/usr/local/share/vulkan/icd.d"), Path("/etc/vulkan/icd.d"))
@@ -32,7 +32,7 @@ _PATIENCE = 600
 
 
 @dataclass(frozen=True)
-class Radv(Target):
+class Radv(Gpu):
     """An AMD GPU.
 
     issue_cycles, special_cycles   that an instruction takes of the unit that issues it, a wave of 64: arithmetic's,
@@ -49,10 +49,17 @@ class Radv(Target):
         """This module."""
         return "radv"
 
-    @property
-    def multiply_add(self) -> float:
-        """Cycles of a wave."""
-        return self.issue_cycles
+    def surrounded(self, counts: Counts, multiply_adds: int) -> Counts:
+        """Of the same program with more of them: they only add to what is issued."""
+        more = self.issue_cycles * multiply_adds
+        issue = counts.issue if counts.special > counts.issue else counts.cycles
+        return replace(
+            counts,
+            cycles=max(issue + more, counts.special),
+            issue=counts.issue + more,
+            instructions=counts.instructions + multiply_adds,
+            arithmetic=counts.arithmetic + multiply_adds,
+        )
 
     def why_not(self) -> str | None:
         """The package that is missing, or None."""

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 from phongbench.errors import InputError
 from phongbench.targets.code_shapes import Code
+from phongbench.targets.harness import UNROLLED, WITH_TABLE
 
 #: what limits a program: the issue of instructions, or the unit of logarithms, exponentials and roots
 UNITS = ISSUE, SPECIAL = "issue", "special"
@@ -26,16 +27,18 @@ class Counts:
     specials      those of the special unit
     latency       cycles until one wave or thread alone is done; 0 where the compiler does not say
     registers     vector registers, or floating-point ones; 0 where the compiler does not say
+    half_rate     of the arithmetic, those on a unit that takes twice as long, where a chip has one
     """
 
     cycles: float
     issue: float
     special: float
-    instructions: int
-    arithmetic: int
-    specials: int
+    instructions: float
+    arithmetic: float
+    specials: float
     latency: float
     registers: int
+    half_rate: int = 0
 
 
 @dataclass(frozen=True)
@@ -66,11 +69,9 @@ class Target(ABC):
     def family(self) -> str:
         """The module that compiles for it: radv, nvidia, clang_mca."""
 
-    @property
-    def multiply_add(self) -> float | None:
-        """What a multiply-add takes of the unit that issues it, where that unit only adds up; None where it must be
-        compiled in every context."""
-        return None
+    def calls(self, code: Code) -> int:
+        """How often a program calls it."""
+        return WITH_TABLE if code.has_table else UNROLLED
 
     @abstractmethod
     def why_not(self) -> str | None:
@@ -79,6 +80,33 @@ class Target(ABC):
     @abstractmethod
     def tool_version(self) -> str:
         """The compiler's release; InputError where there is none."""
+
+    @abstractmethod
+    def counted(self, programs: Sequence[tuple[Code, int]], contexts: Sequence[int]) -> list[list[Counts]]:
+        """What the compiler says of programs, each in every context.
+
+        programs  a code, and how often its program calls it on vectors that change, adding its values up
+        contexts  numbers of multiply-adds around each call
+        Raises InputError, with the compiler's message, for code that it refuses.
+        """
+
+    def checked(self) -> "Target":
+        """Itself; InputError, with the package that is missing, where it cannot compile here."""
+        if (missing := self.why_not()) is not None:
+            raise InputError(f"cannot compile for {self.name} here: {missing}", self.name, "shipped formulas need none")
+        return self
+
+
+class Gpu(Target):
+    """A target on which multiply-adds only add to what is issued, so that one program tells of every context."""
+
+    def counted(self, programs: Sequence[tuple[Code, int]], contexts: Sequence[int]) -> list[list[Counts]]:
+        """By compiling each program alone."""
+        found = self.compile([self.program(code, calls, 0) for code, calls in programs])
+        return [
+            [self.surrounded(counts, context * calls) for context in contexts]
+            for counts, (_, calls) in zip(found, programs, strict=True)
+        ]
 
     @abstractmethod
     def program(self, code: Code, calls: int, context: int) -> str:
@@ -92,8 +120,6 @@ class Target(ABC):
     def compile(self, programs: Sequence[str]) -> list[Counts]:
         """What the compiler says of each program; InputError, with the compiler's message, for one it refuses."""
 
-    def checked(self) -> "Target":
-        """Itself; InputError, with the package that is missing, where it cannot compile here."""
-        if (missing := self.why_not()) is not None:
-            raise InputError(f"cannot compile for {self.name} here: {missing}", self.name, "shipped formulas need none")
-        return self
+    @abstractmethod
+    def surrounded(self, counts: Counts, multiply_adds: int) -> Counts:
+        """Counts of the same program with so many more multiply-adds."""

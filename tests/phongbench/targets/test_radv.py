@@ -10,7 +10,7 @@ from phongbench.targets import radv
 from phongbench.targets.chips import target_named
 from phongbench.targets.code_shapes import Code, code
 from phongbench.targets.harness import UNROLLED
-from phongbench.targets.measure import CONTEXTS, bare, costs, surrounded
+from phongbench.targets.measure import CONTEXTS, bare, costs
 from phongbench.targets.target import Counts
 
 HEAD = "float highlight(vec3 a, vec3 b) {{ float d = dot(a, b); {} }}"
@@ -40,20 +40,24 @@ def test_costs_are_instructions_times_cycles(target: str, power: float, gaussian
 
 @pytest.mark.parametrize("target", ["rdna3", "gcn5"])
 def test_what_multiply_adds_around_change_is_computed_as_compiled(target: str) -> None:
-    chip = target_named(target)
-    assert chip.multiply_add is not None
-    power, dot = (
-        chip.compile([chip.program(one, UNROLLED, context) for context in CONTEXTS])
-        for one in (Code("", POWER), bare("glsl", 2, dot=True))
-    )
-    predicted = zip(surrounded(power[0], chip.multiply_add), surrounded(dot[0], chip.multiply_add), strict=True)
-    compiled = [more.cycles - less.cycles for more, less in zip(power, dot, strict=True)]
-    assert compiled == [more.cycles - less.cycles for more, less in predicted]
+    chip, every = target_named(target), (Code("", POWER), bare("glsl", 2, dot=True))
+    assert isinstance(chip, radv.Radv)
+    power, dot = (chip.compile([chip.program(one, UNROLLED, context) for context in CONTEXTS]) for one in every)
+    computed = [[chip.surrounded(found[0], context * UNROLLED) for context in CONTEXTS] for found in (power, dot)]
+    predicted = [more.cycles - less.cycles for more, less in zip(*computed, strict=True)]
+    assert [more.cycles - less.cycles for more, less in zip(power, dot, strict=True)] == predicted
 
 
 def test_a_special_unit_hides_behind_enough_other_work() -> None:
     alone = Counts(cycles=640, issue=320, special=640, instructions=1, arithmetic=1, specials=1, latency=0, registers=1)
-    assert [one.cycles for one in surrounded(alone, 2.0)] == [640, 320 + 8 * 64, 320 + 32 * 64, 320 + 128 * 64]
+    chip = target_named("rdna2")
+    assert isinstance(chip, radv.Radv)
+    assert [chip.surrounded(alone, context * UNROLLED).cycles for context in CONTEXTS] == [
+        640,
+        320 + 8 * 64,
+        320 + 32 * 64,
+        320 + 128 * 64,
+    ]
 
 
 def test_instructions_that_the_disassembler_abbreviates_count() -> None:
@@ -75,7 +79,7 @@ def test_code_that_is_none_is_refused_with_the_compilers_words() -> None:
 
 def test_a_driver_that_fails_is_told_and_takes_nothing_with_it() -> None:
     with pytest.raises(InputError, match="RADV failed for NOCHIP"):
-        replace(target_named("rdna2"), chip="NOCHIP").compile([])
+        costs(replace(target_named("rdna2"), chip="NOCHIP"), [])
 
 
 @pytest.mark.parametrize(
@@ -87,7 +91,7 @@ def test_what_is_missing_is_named_with_its_package(gone: str, said: str, monkeyp
     chip = target_named("gcn4")
     assert said in str(chip.why_not())
     with pytest.raises(InputError, match="cannot compile for gcn4"):
-        chip.compile([])
+        costs(chip, [])
 
 
 CROSS = """float highlight(vec3 a, vec3 b) {
