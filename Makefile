@@ -44,7 +44,7 @@ bench-api: $(TEST) ## the service over loopback: against an echo, against /healt
 targets: $(TEST) ## the shipped costs of formulas, on every target whose compiler is here
 	$(PY) -m phongbench.targets
 
-docs: $(TEST) ## fill the generated parts of README.md; the only way a number gets in there
+docs: $(TEST) ## fill the generated parts of README.md and reports/docs; the only way a number gets in there
 	$(PY) -m phongbench_reports.readme
 
 # `pip list` and not `pip freeze`: freeze writes the address of anything that came from a file.

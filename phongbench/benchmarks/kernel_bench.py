@@ -1,8 +1,9 @@
 """Our kernels against other people's tools: the same work on the same vectors, interleaved in one run.
 
 Everybody is called from Python, once a pass, and computes exact Phong and Lyon gamma 8 in float32 from two arrays of
-vectors, on one thread: ours pays for its call like the others. Passes are repeated to fill epochs, epochs are taken in
-Latin squares, ratios are within rounds, and every result is checked against float64.
+vectors, on one thread: ours pays for its call like the others. Beside C, a Gaussian and Lyon's cross form are timed
+too. Passes are repeated to fill epochs, epochs are taken in Latin squares, ratios are within rounds, and every result
+is checked against float64.
 
 Known biases: the arrays are laid out for us, components in rows, which suits everybody here; a peer that allocates its
 result pays for that, because its users do; ours needs a gate on a.b > 0 that the others' formulas do not.
@@ -20,7 +21,7 @@ import numpy as np
 
 from phongbench import __version__
 from phongbench.benchmarks import kernel_peers, numpy_sweep, subnormals
-from phongbench.benchmarks.kernel_peers import ALPHA, GAMMA, LYON, PHONG, WORKS, Peer
+from phongbench.benchmarks.kernel_peers import ALL_WORKS, ALPHA, FORMULAS, GAMMA, WORKS, Peer, exact_values
 from phongbench.compiler import jit
 from phongbench.compiler.lowering import FLOAT32
 from phongbench.compiler.precisions import Array
@@ -40,7 +41,6 @@ from phongbench.timing.statistics import LEVEL_TEXT, MIN_ROUNDS
 from phongbench.timing.timed_kernels import TimedFormula, TimedKernel
 
 OURS, TWIN = "phongbench", "phongbench again"
-_OURS = {PHONG: "phong", LYON: f"lyon:dot:{GAMMA}"}
 #: in cache, yet large enough for the cost of a call from Python not to decide; and beyond cache
 WORKING_SETS = ("l2", "memory")
 #: an epoch of a call from Python: longer than a compiled one, since the clock is read by Python too
@@ -134,7 +134,7 @@ def bench(
     absent, notes = dict[str, str](), list[str]()
     with machine_lock():
         progress.stage("compiling")
-        ours = {work: timed_kernels.compiled(TimedFormula.of(spelling, FLOAT32)) for work, spelling in _OURS.items()}
+        ours = {work: timed_kernels.compiled(TimedFormula.of(spelling, FLOAT32)) for work, spelling in FORMULAS.items()}
         contests = [_Contest(name, ours, names, seed, absent, notes) for name in working_sets]
         rounds = _affordable(budget_seconds, sum(contest.round_seconds for contest in contests))
         progress.stage("timing", rounds * len(contests))
@@ -209,7 +209,13 @@ class _Contest:
                 absent[name] = peer
             else:
                 peers[name] = peer
-        entrants = [Entrant(w, by, peer.version, peer.passes[w]) for w in WORKS for by, peer in peers.items()]
+        others = {work for by, peer in peers.items() if peer is not us for work in peer.passes}
+        entrants = [
+            Entrant(work, by, peer.version, peer.passes[work])
+            for work in ALL_WORKS
+            for by, peer in peers.items()
+            if work in peer.passes and (work in others or work in WORKS)
+        ]
         self.entrants = [entrant for entrant in entrants if self._right(entrant)]
         step = tick()
         for entrant in self.entrants:
@@ -220,9 +226,7 @@ class _Contest:
         """Whether its values are right to float32's rounding; a wrong one gets no row, but a note."""
         self.arena.out.fill(np.nan)
         values = np.asarray(entrant.once())
-        x = (self.arena.a.astype(np.float64) * self.arena.b).sum(axis=0)
-        base = x if entrant.work == PHONG else 1 - ALPHA / GAMMA * (1 - x)
-        exact = np.maximum(base, 0) ** (ALPHA if entrant.work == PHONG else GAMMA)
+        exact = exact_values(entrant.work, self.arena.a, self.arena.b)
         entrant.error = float(np.abs(values - exact).max()) if values.shape == exact.shape else math.nan
         if values.dtype == np.float32 and entrant.error <= TOLERANCE:
             return True

@@ -1,8 +1,9 @@
-"""The same two formulas by other people's tools: what `phongbench bench` compares our kernels with.
+"""The same formulas by other people's tools: what `phongbench bench` compares our kernels with.
 
 Each peer is written as its users would write it when they want speed: compiled once where it compiles, without
 temporaries where it can write into given arrays, on one thread. The exponent is a value at run time for all of them,
-so that none replaces the power by the multiplications of one exponent. Imported only when asked for.
+so that none replaces the power by the multiplications of one exponent. Imported only when asked for. Hand-written C is
+one of them, and does more kinds of work than the others.
 """
 
 import os
@@ -16,14 +17,33 @@ from typing import Any
 
 import numpy as np
 
+from phongbench.benchmarks import c_loops
 from phongbench.compiler.precisions import Array
 from phongbench.errors import UnknownNameError
 
 #: exact Phong max(0, a.b)^alpha, and Lyon's max(0, 1 - beta (1 - a.b))^8
 PHONG, LYON = "exact Phong", "Lyon gamma 8"
 WORKS = (PHONG, LYON)
+#: exp(-alpha (1 - a.b)) and max(0, 1 - beta |a x b|^2 / 2)^8, both 0 where a.b is not positive: what C does besides
+GAUSSIAN, CROSS = "Gaussian", "Lyon gamma 8, cross"
 ALPHA, GAMMA = 50.0, 8
 BETA = ALPHA / GAMMA
+#: every kind of work -> the formula by which our kernels do it
+FORMULAS = {PHONG: "phong", LYON: f"lyon:dot:{GAMMA}", GAUSSIAN: "gaussian:dot", CROSS: f"lyon:cross:{GAMMA}"}
+ALL_WORKS = tuple(FORMULAS)
+
+
+def exact_values(work: str, a: Array, b: Array) -> Array:
+    """What a kind of work gives, in float64: (n,) from (3, n)."""
+    a, b = a.astype(np.float64), b.astype(np.float64)
+    x = (a * b).sum(axis=0)
+    if work == GAUSSIAN:
+        return np.where(x > 0, np.exp(ALPHA * (x - 1)), 0.0)
+    if work == CROSS:
+        sines = np.square(np.cross(a, b, axis=0)).sum(axis=0)
+        return np.where(x > 0, np.maximum(1 - ALPHA / GAMMA * sines / 2, 0) ** GAMMA, 0.0)
+    base = x if work == PHONG else 1 - ALPHA / GAMMA * (1 - x)
+    return np.asarray(np.maximum(base, 0) ** (ALPHA if work == PHONG else GAMMA))
 
 
 @dataclass(frozen=True)
@@ -31,7 +51,7 @@ class Peer:
     """A tool ready to work on given arrays.
 
     version  its release
-    passes   work -> one pass over all elements; what it returns becomes an array of its values by np.asarray
+    passes   of ALL_WORKS -> one pass over all elements; what it returns becomes an array of its values by np.asarray
     """
 
     version: str
@@ -182,9 +202,16 @@ def _taichi(a: Array, b: Array, out: Array) -> Peer:
     return Peer(".".join(map(str, ti.__version__)), {work: passing(work) for work in WORKS})
 
 
+def _c(a: Array, b: Array, out: Array) -> Peer:
+    """Loops written by hand and compiled by the system's C compiler."""
+    version, passes = c_loops.compiled(a, b, out, ALPHA)
+    loops = {PHONG: "phong", LYON: "lyon", GAUSSIAN: "gaussian", CROSS: "lyon_cross"}
+    return Peer(version, {work: passes[loop] for work, loop in loops.items()})
+
+
 #: name -> (a, b, out) -> Peer; a and b are float32 of shape (3, n), out float32 of shape (n,)
 PEERS: Mapping[str, Callable[[Array, Array, Array], Peer]] = MappingProxyType(
-    {"numpy": _numpy, "numexpr": _numexpr, "jax": _jax, "torch": _torch, "taichi": _taichi}
+    {"numpy": _numpy, "numexpr": _numexpr, "jax": _jax, "torch": _torch, "taichi": _taichi, "c": _c}
 )
 
 

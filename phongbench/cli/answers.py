@@ -137,12 +137,14 @@ def claims(run_name: str, as_json: bool) -> None:
     show(judged, as_json, lambda: claims_table(judged))
 
 
-@click.command(short_help="Time our kernels against NumPy, numexpr, JAX, PyTorch, Taichi.")
-@click.option("--peers", "names", type=CommaList("names"), help="numpy,numexpr,jax,torch,taichi  [default: all]")
+@click.command(short_help="Time our kernels against NumPy, numexpr, JAX, PyTorch, Taichi and C.")
+@click.option("--peers", "names", type=CommaList("names"), help="numpy,numexpr,jax,torch,taichi,c  [default: all]")
 @click.option("--budget", type=float, default=10.0, show_default=True, metavar="SECONDS", help="For the rounds.")
 @JSON
 def bench(names: tuple[str, ...] | None, budget: float, as_json: bool) -> None:
     """Time the same work, exact Phong and Lyon gamma 8 in float32, by our kernels and by every installed peer.
+
+    Beside loops written by hand in C, compiled here, a Gaussian and Lyon's cross form are timed too.
 
     All run interleaved on one thread over the same vectors, one Python call a pass, and their results are checked.
     Peers that are not installed are said to be absent; the extra `peers` brings them. The sweep's throughput against

@@ -129,8 +129,9 @@ def test_every_door_of_the_map_is_there(root: Path) -> None:
 
 
 def test_every_python_file_that_a_page_names_is_there(root: Path) -> None:
-    for page in ("CONTRIBUTING.md", "DECISIONS.md", "README.md"):
-        named = re.findall(r"`((?:phongbench|api|reports|tests)/[\w/]+\.py)`", (root / page).read_text())
+    pages = [root / page for page in ("CONTRIBUTING.md", "DECISIONS.md", "README.md")]
+    for page in (*pages, *(root / "reports" / "docs").glob("*.md")):
+        named = re.findall(r"`((?:phongbench|api|reports|tests)/[\w/]+\.py)`", page.read_text())
         assert [name for name in named if not (root / name).is_file()] == [], page
 
 

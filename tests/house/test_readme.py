@@ -1,4 +1,4 @@
-"""README and CONTRIBUTING keep their promises: commands and examples that run, numbers that a program wrote."""
+"""README, guide and CONTRIBUTING keep their promises: commands and examples that run, numbers that a program wrote."""
 
 import re
 import shlex
@@ -14,12 +14,12 @@ from phongbench.formulas.registry import specs_of
 from phongbench.formulas.spec import Approximation
 from phongbench.formulas.user_files import load_file
 from phongbench.testing import CHECKS
-from phongbench_reports.readme.parts import NAMES
+from phongbench_reports.readme import column_parts, parts
 
 ROOT = Path(__file__).resolve().parents[2]
 README, CONTRIBUTING = ROOT / "README.md", ROOT / "CONTRIBUTING.md"
-GENERATED = set(NAMES)
-MARKED = re.compile(r"<!-- generated: (\w+) -->(.*?)<!-- /generated: (\w+) -->", re.DOTALL)
+GUIDE = sorted((ROOT / "reports" / "docs").glob("*.md"))
+STUDIES = ROOT / "reports" / "docs" / "studies.md"
 TINY = ("--alpha", "10", "--gamma", "8", "--precision", "float32", "--samples", "2000")
 
 
@@ -34,7 +34,7 @@ def commands(program: str, *files: Path) -> list[str]:
     return [line.removeprefix("$ ") for line in lines if line.startswith(f"$ {program} ")]
 
 
-@pytest.mark.parametrize("command", commands("phongbench", README))
+@pytest.mark.parametrize("command", sorted(set(commands("phongbench", README, *GUIDE))))
 def test_a_command_shown_is_understood(command: str) -> None:
     # --help is answered only after every command and option of the line was found, and before anything runs.
     arguments = shlex.split(command, comments=True)[1:]
@@ -42,7 +42,7 @@ def test_a_command_shown_is_understood(command: str) -> None:
     assert result.exit_code == 0, result.output
 
 
-@pytest.mark.parametrize("command", commands("make", README, CONTRIBUTING))
+@pytest.mark.parametrize("command", sorted(set(commands("make", README, CONTRIBUTING, *GUIDE))))
 def test_a_goal_shown_exists(root: Path, command: str) -> None:
     goals = re.findall(r"^([a-z]+):.*## ", (root / "Makefile").read_text(), re.MULTILINE)
     assert shlex.split(command, comments=True)[1] in goals
@@ -54,26 +54,29 @@ def test_the_first_commands_are_run_and_test() -> None:
 
 def test_every_generated_part_is_there_once_and_filled() -> None:
     # An empty part means that `make docs` has not run.
-    parts = [(opened, body.strip(), closed) for opened, body, closed in MARKED.findall(README.read_text())]
-    assert sorted(opened for opened, _, _ in parts) == sorted(GENERATED)
-    assert all(opened == closed for opened, _, closed in parts)
-    assert [opened for opened, body, _ in parts if not body] == []
+    assert parts.problems(ROOT) == []
 
 
-@pytest.mark.parametrize("file", [README, CONTRIBUTING], ids=lambda file: file.name)
-def test_every_link_into_the_repository_leads_to_a_file_and_a_heading(root: Path, file: Path) -> None:
+def test_the_dictionary_of_columns_is_that_of_the_schema() -> None:
+    assert parts.parts_of(parts.read(ROOT))["columns"] == column_parts.columns()
+
+
+def test_the_readme_is_read_in_a_few_minutes() -> None:
+    assert len(README.read_text().splitlines()) <= 170
+
+
+def test_every_page_of_the_guide_is_named_in_the_readme() -> None:
+    assert [page.name for page in GUIDE if f"(reports/docs/{page.name}" not in README.read_text()] == []
+
+
+@pytest.mark.parametrize("file", [README, CONTRIBUTING, *GUIDE], ids=lambda file: file.name)
+def test_every_link_into_the_repository_leads_to_a_file_and_a_heading(file: Path) -> None:
     for target, anchor in re.findall(r"\]\((?!https?:)([^)#\s]*)#?([^)\s]*)\)", file.read_text()):
-        page = root / target if target else file
+        page = file.parent / target if target else file
         assert page.exists(), target
         if anchor:
             headings = re.findall(r"^#+ (.*)$", page.read_text(), re.MULTILINE)
             assert anchor in [heading.lower().replace(" ", "-") for heading in headings]
-
-
-def test_every_picture_shown_is_there_and_small(root: Path) -> None:
-    shown = re.findall(r'(?:src|srcset)="([^"]+)"', README.read_text())
-    assert shown
-    assert all((root / name).stat().st_size <= 100_000 for name in shown)
 
 
 def test_the_table_of_exit_codes_is_that_of_the_command() -> None:
@@ -98,12 +101,12 @@ def test_the_commands_of_the_readme_for_an_own_formula_run(call: Callable[..., R
     found = call(*measured, *TINY, "--timing-budget", "2", "--out", "study")
     assert found.exit_code == 0, found.stderr
     assert "rational" in (tmp_path / "study" / "report" / "index.html").read_text()
-    [script] = [block for block in blocks(README, "python") if "read_parquet" in block]
-    exec(compile(script, "README.md", "exec"), {})
+    [script] = [block for block in blocks(STUDIES, "python") if "read_parquet" in block]
+    exec(compile(script, "studies.md", "exec"), {})
 
 
-def test_the_plan_file_of_the_readme_is_taken(call: Callable[..., Result], tmp_path: Path) -> None:
-    (tmp_path / "plan.toml").write_text(blocks(README, "toml")[0] + 'approximations = ["lyon"]\n')
+def test_the_plan_file_of_the_guide_is_taken(call: Callable[..., Result], tmp_path: Path) -> None:
+    (tmp_path / "plan.toml").write_text(blocks(STUDIES, "toml")[0] + 'approximations = ["lyon"]\n')
     found = call("run", "plan.toml", *TINY, "--dry-run")
     assert found.exit_code == 0, found.stderr
 

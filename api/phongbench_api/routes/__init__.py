@@ -5,6 +5,7 @@ from phongbench_api.routes import (
     curve,
     files,
     formulas,
+    guide,
     health,
     pages,
     render,
@@ -18,4 +19,5 @@ from phongbench_api.routes import (
 ROUTERS = (
     health.router, formulas.router, targets.router, specular.router, shade.router, render.router, curve.router,
     shader.router, answers.router, runs.router, files.router, pages.router,
+    guide.router,
 )  # fmt: skip

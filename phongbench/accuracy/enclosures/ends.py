@@ -1,4 +1,4 @@
-"""Arithmetic of the ends of intervals, in float64."""
+"""Ends of intervals: float64 arrays, one for the lower ends and one for the upper."""
 
 from typing import Any
 

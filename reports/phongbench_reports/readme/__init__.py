@@ -1,1 +1,1 @@
-"""The generated parts of README.md."""
+"""The generated parts of README.md and of the pages of the guide, reports/docs."""

@@ -1,4 +1,4 @@
-"""`make docs`: fills the generated parts of README.md, the only way a number gets in there."""
+"""`make docs`: fills the generated parts of README.md and of the guide, the only way a number gets in there."""
 
 import sys
 import tempfile
@@ -11,7 +11,7 @@ from phongbench.results import runs
 from phongbench_reports.readme.fill import fill, write
 from phongbench_reports.readme.fill import of_run as parts_of_run
 from phongbench_reports.readme.measurements import Wall, load_programs, measure, study_as_command
-from phongbench_reports.readme.parts import NAMES, README, problems
+from phongbench_reports.readme.parts import NAMES, PAGES, problems
 
 CHECKOUT = Path(__file__).resolve().parents[3]
 
@@ -33,7 +33,7 @@ def _fill(root: Path, run_name: str | None) -> None:
         measured = measure(programs, _say, walls)
         _say("drawing")
         fill(root, run, measured)
-    _say(f"{README}: {', '.join(NAMES)}")
+    _say(f"{', '.join(PAGES)}: {', '.join(NAMES)}")
 
 
 @click.command()
@@ -42,7 +42,7 @@ def _fill(root: Path, run_name: str | None) -> None:
 @click.option("--check", is_flag=True, help="Only check that every generated part is there and filled; exit 1 if not.")
 @click.option("--root", type=click.Path(path_type=Path), default=CHECKOUT, help="The checkout.  [default: this one]")
 def main(run_name: str | None, of_run: bool, check: bool, root: Path) -> None:
-    """Fill the generated parts of README.md by measuring on this machine; let nothing else run meanwhile."""
+    """Fill the generated parts of README.md and of reports/docs by measuring here; let nothing else run meanwhile."""
     try:
         if of_run:
             write(root, *parts_of_run(runs.find(run_name or "latest", runs.DEFAULT_ROOT)))
@@ -52,7 +52,7 @@ def main(run_name: str | None, of_run: bool, check: bool, root: Path) -> None:
     except PhongbenchError as problem:
         raise click.ClickException(str(problem)) from problem
     for line in lacking:
-        _say(f"{README}: {line}; `make docs` fills it")
+        _say(f"{line}; `make docs` fills it")
     if lacking:
         sys.exit(1)
 

@@ -1,4 +1,4 @@
-"""The generated parts of README.md that no run holds: our kernels beside peers, and the timing beside itself."""
+"""The generated parts that no run holds: our kernels beside peers, and the timing beside itself."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any

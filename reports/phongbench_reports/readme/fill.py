@@ -1,4 +1,4 @@
-"""Fills README.md: every part is made first and all is written last, so a failure leaves README and pictures alone."""
+"""Fills the pages: every part is made first and all is written last, so a failure leaves pages and pictures alone."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -7,7 +7,7 @@ from phongbench.analysis.rows import Rows
 from phongbench.errors import InputError
 from phongbench.results.runs import Run
 from phongbench.support.atomic_files import write_bytes
-from phongbench_reports.readme import bench_parts, parts, raw_part, run_parts
+from phongbench_reports.readme import bench_parts, column_parts, parts, raw_part, run_parts
 from phongbench_reports.readme.markdown import PICTURES
 from phongbench_reports.readme.measurements import Measurements
 
@@ -30,6 +30,8 @@ def of_run(run: Run) -> tuple[dict[str, str], dict[str, bytes]]:
     study = Rows(run)
     front, files = run_parts.front(study)
     bodies = {
+        "targets": run_parts.by_target(study),
+        "columns": column_parts.columns(),
         "verdict": run_parts.verdict(study),
         "front": front,
         "shader": run_parts.shader(study),
@@ -47,8 +49,9 @@ def write(root: Path, bodies: Mapping[str, str], files: Mapping[str, bytes]) -> 
     large = [f"{name}: {len(content)} bytes" for name, content in files.items() if len(content) > most]
     if large:
         raise InputError(f"a picture is too large: {', '.join(large)}", str(PICTURES), f"at most {most}")
-    text = parts.read(root)
-    text = parts.filled(text, {**parts.parts_of(text), **bodies})
+    texts = parts.read(root)
+    texts = parts.filled(texts, {**parts.parts_of(texts), **bodies})
     for name, content in files.items():
         write_bytes(root / PICTURES / name, content)
-    write_bytes(root / parts.README, text.encode("utf-8"))
+    for page, text in texts.items():
+        write_bytes(root / page, text.encode("utf-8"))

@@ -1,4 +1,4 @@
-"""What the README tells beside a run: measured here, on this machine, while nothing else runs."""
+"""What the pages tell beside a run: measured here, on this machine, while nothing else runs."""
 
 import json
 import os

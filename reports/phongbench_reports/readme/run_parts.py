@@ -1,4 +1,4 @@
-"""The generated parts of README.md as Markdown: tables, picture and sentences of a run, by the report's own code."""
+"""Generated parts as Markdown: tables, picture and sentences of a run, by the report's own code."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -30,17 +30,12 @@ _CACHES = (("L1", "l1"), ("L2", "l2"), ("last level", "last"))
 _PACKAGES = ("Python", "NumPy", "numba", "llvmlite", "phongbench")
 
 
-def verdict(study: Rows) -> str:
-    """What to ship on a few targets within 1/255, and below it the report's verdict table of times on this machine."""
-    return "\n\n".join(part for part in (_by_target(study), _timed(study)) if part)
-
-
-def _by_target(study: Rows) -> str:
-    """The answer on TARGETS, as many as the run has costs of; "" where it has those of this machine alone."""
+def by_target(study: Rows) -> str:
+    """What to ship within 1/255 on TARGETS, as many as the run has costs of."""
     targets = [target for target in TARGETS if target in targets_of(study)]
     content = by_target_table(study, *BUDGETS[0], targets)
     if isinstance(content, Absent):
-        return ""
+        return f"{content.reason} {content.fix}"
     rows = [(alpha, *(_as_code(cell) for cell in cells)) for alpha, *cells in content.rows]
     return f"{table(content.headings, rows, right=content.numeric)}\n\n{content.takeaway}\n({content.basis}.)"
 
@@ -51,8 +46,8 @@ def _as_code(cell: str) -> str:
     return f"`{name}` {ratio}" if comma else cell
 
 
-def _timed(study: Rows) -> str:
-    """The report's verdict table, at a few exponents."""
+def verdict(study: Rows) -> str:
+    """The report's verdict table, times on this machine, at a few exponents."""
     budget, name = BUDGETS[0]
     content = verdict_table(study, study.precision, budget, name)
     if isinstance(content, Absent) or study.timing.empty:

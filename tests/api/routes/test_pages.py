@@ -11,7 +11,7 @@ from phongbench.formulas.registry import REGISTRY
 from phongbench.formulas.spec import ALPHA
 from phongbench.inputs.optical_constants import EXACT
 from phongbench_api.http import problems
-from phongbench_api.routes import pages
+from phongbench_api.routes import guide, pages
 
 
 def operations(client: TestClient) -> dict[tuple[str, str], dict[str, Any]]:
@@ -31,7 +31,7 @@ def outside(text: str) -> list[str]:
     return [address for address in fetched if "www.w3.org" not in address]
 
 
-@pytest.mark.parametrize("path", ["/", "/docs"])
+@pytest.mark.parametrize("path", ["/", "/docs", "/guide/", *(f"/guide/{name}" for name in guide.texts())])
 def test_a_page_fetches_nothing_from_outside_and_has_nothing_inline(client: TestClient, path: str) -> None:
     page = client.get(path)
     assert page.headers["content-type"] == "text/html; charset=utf-8"
@@ -39,6 +39,23 @@ def test_a_page_fetches_nothing_from_outside_and_has_nothing_inline(client: Test
     assert not re.search(r"<script(?![^>]*\bsrc=)|<style|\son\w+=|\sstyle=", page.text)
     for link in re.findall(r'(?:src|href)="(/[^"#]*)"', page.text):
         assert client.get(link).status_code == 200, link
+
+
+def test_the_guide_leads_to_every_page_and_every_heading_that_it_links_to(client: TestClient) -> None:
+    listed = re.findall(r'<li><a href="([^"]+)">', client.get("/guide/").text)
+    assert listed == list(guide.texts())
+    for name in listed:
+        text = client.get(f"/guide/{name}").text
+        assert "generated:" not in text
+        for page, _, anchor in (link.partition("#") for link in re.findall(r'href="(?!/|https?:|data:)([^"]+)"', text)):
+            led = client.get(f"/guide/{page or name}")
+            assert led.status_code == 200, (name, page)
+            assert not anchor or f'id="{anchor}"' in led.text, (name, anchor)
+
+
+@pytest.mark.parametrize("name", ["nothing.md", "..%2fREADME.md", "method", "%00"])
+def test_no_other_page_is_served(client: TestClient, name: str) -> None:
+    assert client.get(f"/guide/{name}").status_code == 404
 
 
 def test_every_file_of_the_page_is_served_with_its_type_and_tag(client: TestClient) -> None:

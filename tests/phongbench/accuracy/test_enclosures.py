@@ -6,6 +6,7 @@ from adversary import FORMULAS, WAYS, Attack, Machine, raw_pairs, worst
 
 from phongbench.accuracy.enclosures.bounds import largest
 from phongbench.accuracy.enclosures.coordinates import coordinates, end_of_deficits, normalised
+from phongbench.accuracy.enclosures.ends import outwards
 from phongbench.accuracy.enclosures.spans import POWERS, enclosed
 from phongbench.accuracy.probes.certify import bounds as certified
 from phongbench.compiler.precisions import precision_named
@@ -129,3 +130,14 @@ def test_compiled_powers_and_exponentials_err_as_little_as_is_assumed(precision:
             rate = float(format_.constant(alpha))
             true = exact**rate if spelling == "phong" else np.exp(-rate * exact)
             assert np.abs(value - true).max() <= off
+
+
+def test_intervals_are_widened_to_the_neighbours_of_their_ends() -> None:
+    generator = np.random.default_rng(1)
+    some = generator.normal(size=1000) * 10.0 ** generator.integers(-320, 300, 1000)
+    special = [0.0, -0.0, np.inf, -np.inf, 5e-324, -5e-324, np.finfo(float).max, -np.finfo(float).max]
+    ends = np.concatenate([some, special])
+    low, high = outwards(ends, ends)
+    with np.errstate(over="ignore"):
+        np.testing.assert_array_equal(low, np.where(ends == 0, ends, np.nextafter(ends, -np.inf)))
+        np.testing.assert_array_equal(high, np.where(ends == 0, ends, np.nextafter(ends, np.inf)))

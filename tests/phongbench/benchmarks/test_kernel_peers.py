@@ -1,6 +1,7 @@
 """The comparison with other tools: the same values, honest absences, and a table whatever is installed."""
 
 import itertools
+import shutil
 from importlib.util import find_spec
 from typing import Any
 
@@ -10,7 +11,19 @@ import pytest
 from phongbench.benchmarks import kernel_bench as bench_module
 from phongbench.benchmarks import kernel_peers
 from phongbench.benchmarks.kernel_bench import OURS, TOLERANCE, TWIN, Entrant, bench
-from phongbench.benchmarks.kernel_peers import ALPHA, BETA, GAMMA, LYON, PEERS, PHONG, WORKS, Peer
+from phongbench.benchmarks.kernel_peers import (
+    ALL_WORKS,
+    ALPHA,
+    BETA,
+    CROSS,
+    GAMMA,
+    GAUSSIAN,
+    LYON,
+    PEERS,
+    PHONG,
+    WORKS,
+    Peer,
+)
 from phongbench.compiler import jit
 from phongbench.compiler.lowering import FLOAT32
 from phongbench.errors import InputError, UnknownNameError
@@ -39,15 +52,22 @@ def quiet_lock(tmp_path: Any, monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.filterwarnings("ignore")  # other projects' warnings are theirs
 @pytest.mark.parametrize("name", PEERS)
 def test_a_peer_computes_the_same_values(name: str, vectors: tuple[Any, Any, Any]) -> None:
-    if find_spec(name) is None:
+    if name != "c" and find_spec(name) is None:
         pytest.skip(f"{name} is not installed")
     peer = kernel_peers.prepared(name, *vectors)
     if isinstance(peer, str):
         pytest.skip(peer)
     a, b, _ = vectors
     x = (a.astype(np.float64) * b).sum(axis=0)
-    exact = {PHONG: np.maximum(x, 0) ** ALPHA, LYON: np.maximum(1 - BETA * (1 - x), 0) ** GAMMA}
-    for work in WORKS:
+    across = np.cross(a.astype(np.float64), b, axis=0)
+    exact = {
+        PHONG: np.maximum(x, 0) ** ALPHA,
+        LYON: np.maximum(1 - BETA * (1 - x), 0) ** GAMMA,
+        GAUSSIAN: np.where(x > 0, np.exp(-ALPHA * (1 - x)), 0),
+        CROSS: np.where(x > 0, np.maximum(1 - BETA * (across**2).sum(axis=0) / 2, 0) ** GAMMA, 0),
+    }
+    assert set(WORKS) <= set(peer.passes)
+    for work in peer.passes:
         for _ in range(2):  # a pass leaves nothing behind that changes the next
             values = np.asarray(peer.passes[work]())
             assert values.dtype == np.float32
@@ -98,6 +118,29 @@ def test_everybody_gets_a_row_for_each_kind_of_work(monkeypatch: pytest.MonkeyPa
         assert row["error"] <= TOLERANCE
         assert row["rounds"] >= MIN_ROUNDS
     assert [r["ratio"] for r in rows if r["by"] == OURS] == [1.0, 1.0]
+
+
+@compiled_only
+@pytest.mark.usefixtures("quiet_lock")
+def test_c_meets_our_kernels_in_every_kind_of_work(monkeypatch: pytest.MonkeyPatch) -> None:
+    if shutil.which("cc") is None:
+        pytest.skip("no cc here")
+    monkeypatch.setattr(bench_module, "EPOCH_NS", 20_000)
+    found = bench(("c",), budget_seconds=30, working_sets=("l1",), sweep=lambda: SWEEP)
+    assert [(r["work"], r["by"]) for r in found["rows"]] == [(w, by) for w in ALL_WORKS for by in (OURS, TWIN, "c")]
+    assert all(row["error"] <= TOLERANCE for row in found["rows"])
+
+
+def test_without_a_compiler_c_is_absent_and_says_why(
+    vectors: tuple[Any, Any, Any], monkeypatch: pytest.MonkeyPatch, tmp_path: Any
+) -> None:
+    monkeypatch.setenv("CC", str(tmp_path / "none"))
+    assert "there is no C compiler" in str(kernel_peers.prepared("c", *vectors))
+    refuses = tmp_path / "refuses"
+    refuses.write_text("#!/bin/sh\necho 'no such processor' >&2; exit 1\n")
+    refuses.chmod(0o755)
+    monkeypatch.setenv("CC", str(refuses))
+    assert kernel_peers.prepared("c", *vectors) == "cannot be used here: refuses refuses: no such processor"
 
 
 @compiled_only

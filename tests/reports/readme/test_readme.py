@@ -1,4 +1,4 @@
-"""`make docs` fills the README's marked parts from rows, touches nothing else, and writes all of it or nothing."""
+"""`make docs` fills the marked parts of the pages from rows, touches nothing else, and writes all of it or nothing."""
 
 import re
 from dataclasses import replace
@@ -81,9 +81,10 @@ PICTURES = {
 }
 MEASURED = Measurements(COMPARED, ALARMS, PICTURES, "of the service")
 DOCUMENT = {"cells": 5000, "evaluations": 23_456_000_000, "seconds": {"accuracy": 30.04, "timing": 8, "report": 2.5}}
-EMPTY = (
-    "before\n" + "\n".join(f"<!-- generated: {n} -->\n<!-- /generated: {n} -->\nbetween" for n in parts.NAMES) + "\n"
-)
+EMPTY = {
+    page: "before\n" + "".join(f"<!-- generated: {n} -->\n<!-- /generated: {n} -->\nbetween\n" for n in names)
+    for page, names in parts.PAGES.items()
+}
 
 
 @pytest.fixture(scope="module")
@@ -98,8 +99,10 @@ def made(run: Any) -> Any:
 
 @pytest.fixture
 def checkout(tmp_path: Path) -> Path:
-    """A folder with a README whose parts are empty."""
-    (tmp_path / "README.md").write_text(EMPTY)
+    """A folder with pages whose parts are empty."""
+    for page, text in EMPTY.items():
+        (tmp_path / page).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / page).write_text(text)
     return tmp_path
 
 
@@ -111,11 +114,12 @@ def lines_of(part: str) -> list[list[str]]:
 def test_every_part_is_filled_and_the_rest_stays(made: Any, checkout: Path) -> None:
     walls = [Wall("cold", DOCUMENT, 45.0), Wall("warm", DOCUMENT, 25.0)]
     fill(checkout, made, replace(MEASURED, walls=walls))
-    text = (checkout / "README.md").read_text()
-    assert all(parts.parts_of(text).values())
-    assert "float highlight(vec3 r, vec3 v)" in parts.parts_of(text)["shader"]
+    texts = parts.read(checkout)
+    assert all(parts.parts_of(texts).values())
+    assert "float highlight(vec3 r, vec3 v)" in parts.parts_of(texts)["shader"]
     assert parts.problems(checkout) == []
-    assert re.sub(r"(?s)(<!-- generated: \w+ -->\n).*?(<!-- /)", r"\1\2", text) == EMPTY
+    for page, text in texts.items():
+        assert re.sub(r"(?s)(<!-- generated: \w+ -->\n).*?(<!-- /)", r"\1\2", text) == EMPTY[page]
 
 
 def test_the_same_rows_give_the_same_bytes(made: Any, checkout: Path) -> None:
@@ -129,14 +133,18 @@ def test_the_same_rows_give_the_same_bytes(made: Any, checkout: Path) -> None:
 def test_the_verdict_is_the_reports_at_a_few_exponents(made: Any) -> None:
     part = run_parts.verdict(Rows(made))
     headings, _, *rows = lines_of(part)
-    assert headings == ["α", "cpu", "gcn4", "rdna2"]
-    second = next(i for i, row in enumerate(rows) if row[:2] == ["α", "formula"])
-    for table in (rows[:second], rows[second + 2 :]):
-        assert [row[0] for row in table] == ["10", "20", "50", "128", "200"]
+    assert headings[:2] == ["α", "formula"]
+    assert [row[0] for row in rows] == ["10", "20", "50", "128", "200"]
     assert "within 1/255" in part.lower()
+
+
+def test_the_answer_by_target_names_formulas_as_they_are_typed(made: Any) -> None:
+    headings, _, *rows = lines_of(run_parts.by_target(Rows(made)))
+    assert headings[0] == "α"
+    assert {"cpu", "gcn4", "rdna2"} <= set(headings)
+    assert [row[0] for row in rows] == ["10", "20", "50", "128", "200"]
     assert rows[0][1].startswith("`lyon:")
-    alone = run_parts.verdict(Rows(replace(made, costs=made.costs.head(0))))
-    assert lines_of(alone)[0][:2] == ["α", "formula"]
+    assert "|" not in run_parts.by_target(Rows(replace(made, costs=made.costs.head(0))))
 
 
 def test_speed_shows_a_formula_once_and_the_twin(made: Any) -> None:
@@ -206,26 +214,28 @@ def test_a_run_without_timing_is_refused_and_changes_nothing(made: Any, checkout
     silent = replace(made, timing=pd.DataFrame(columns=made.timing.columns))
     with pytest.raises(InputError, match="no timing"):
         fill(checkout, silent, MEASURED)
-    assert [file.name for file in checkout.rglob("*")] == ["README.md"]
-    assert (checkout / "README.md").read_text() == EMPTY
+    assert sorted(file.name for file in checkout.rglob("*.*")) == sorted(Path(page).name for page in parts.PAGES)
+    assert parts.read(checkout) == EMPTY
 
 
-@pytest.mark.parametrize("text", ["", EMPTY.replace("<!-- /generated: speed -->", ""), EMPTY + EMPTY])
-def test_lost_or_doubled_marks_are_refused(text: str) -> None:
+@pytest.mark.parametrize("damaged", ["", EMPTY[parts.README].replace("<!-- /generated: front -->", ""), "twice"])
+def test_lost_or_doubled_marks_are_refused(damaged: str) -> None:
+    text = 2 * EMPTY[parts.README] if damaged == "twice" else damaged
     with pytest.raises(InputError, match="generated parts"):
-        parts.filled(text, dict.fromkeys(parts.NAMES, "new"))
+        parts.filled({**EMPTY, parts.README: text}, dict.fromkeys(parts.NAMES, "new"))
 
 
 def test_check_tells_what_is_empty_and_exits_with_1(checkout: Path) -> None:
     found = CliRunner().invoke(main, ["--check", "--root", str(checkout)])
     assert found.exit_code == 1
     assert found.stderr.count("is empty") == len(parts.NAMES)
-    assert (checkout / "README.md").read_text() == EMPTY
+    assert parts.read(checkout) == EMPTY
 
 
 def test_check_misses_a_picture_that_is_shown(checkout: Path) -> None:
-    (checkout / "README.md").write_text(parts.filled(EMPTY, dict.fromkeys(parts.NAMES, '<img src="gone.svg">')))
-    assert parts.problems(checkout) == ["gone.svg is shown but does not exist"]
+    for page, text in parts.filled(EMPTY, dict.fromkeys(parts.NAMES, '<img src="gone.svg">')).items():
+        (checkout / page).write_text(text)
+    assert set(parts.problems(checkout)) == {"gone.svg is shown but does not exist"}
 
 
 def test_a_folder_without_readme_is_refused_in_a_line(tmp_path: Path) -> None:
@@ -259,7 +269,7 @@ def test_a_stored_run_fills_the_readme(
     (load / "__main__.py").touch()
     found = CliRunner().invoke(main, ["--run", str(folder), "--root", str(checkout)])
     assert found.exit_code == 0, found.output
-    assert "lyon" in parts.parts_of((checkout / "README.md").read_text())["verdict"]
+    assert "lyon" in parts.parts_of(parts.read(checkout))["verdict"]
 
 
 def test_a_study_that_fails_is_told_with_its_exit_code(tmp_path: Path) -> None:

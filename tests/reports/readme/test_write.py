@@ -1,4 +1,4 @@
-"""Some parts of the README may be written without the others."""
+"""Some parts of the pages may be written without the others."""
 
 from pathlib import Path
 
@@ -10,7 +10,9 @@ ROOT = Path(__file__).parents[3]
 
 def test_parts_that_are_not_given_stay_as_they_are(tmp_path: Path) -> None:
     before = parts.read(ROOT)
-    (tmp_path / parts.README).write_text(before, encoding="utf-8")
+    for page, text in before.items():
+        (tmp_path / page).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / page).write_text(text, encoding="utf-8")
     write(tmp_path, {"raw": "Answered."}, {})
     old, new = parts.parts_of(before), parts.parts_of(parts.read(tmp_path))
     assert new.pop("raw") == "Answered."

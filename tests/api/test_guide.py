@@ -1,4 +1,4 @@
-"""The examples of README's chapter on the service, run against a server."""
+"""The examples of the guide's page on the service, run against a server."""
 
 import argparse
 import re
@@ -8,17 +8,12 @@ from pathlib import Path
 import httpx2 as httpx
 import pytest
 
-README = Path(__file__).resolve().parents[2] / "README.md"
+PAGE = Path(__file__).resolve().parents[2] / "reports" / "docs" / "service.md"
 HERE = "http://localhost:8000"
 
 
-def chapter() -> str:
-    """README's chapter on the service."""
-    return README.read_text().split("\n## The service\n")[1].split("\n## ")[0]
-
-
 def blocks(language: str) -> list[str]:
-    return re.findall(rf"^```{language}\n(.*?)^```$", chapter(), re.DOTALL | re.MULTILINE)
+    return re.findall(rf"^```{language}\n(.*?)^```$", PAGE.read_text(), re.DOTALL | re.MULTILINE)
 
 
 def curls() -> list[str]:
@@ -56,5 +51,5 @@ def test_there_are_examples_of_every_kind() -> None:
 @pytest.mark.parametrize("script", blocks("python"), ids=["specular", "shade"])
 def test_a_script_shown_runs(live: httpx.Client, script: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert HERE in script
-    exec(compile(script.replace(HERE, str(live.base_url).rstrip("/")), "README.md", "exec"), {})
+    exec(compile(script.replace(HERE, str(live.base_url).rstrip("/")), "service.md", "exec"), {})
     assert capsys.readouterr().out.startswith("(")
