@@ -15,6 +15,7 @@ from phongbench.results.formula_columns import BY_NAME as _BY_NAME
 from phongbench.results.formula_columns import CELL_COLUMNS as _CELL
 from phongbench.results.formula_columns import FORMULA as _FORMULA
 from phongbench.results.formula_columns import RATIO as _RATIO
+from phongbench.results.inverse_table import INVERSE
 
 BASELINE, TWIN, LIBM, DISTANT = "phong", "aa-twin", "phong-libm", "far-"  # the last before a name: L and V at infinity
 #: timing rows that are no formulas: what the machine can do at best
@@ -276,6 +277,7 @@ TABLES: Mapping[str, Table] = {
     "moments": MOMENTS,
     "cuts": CUTS,
     "costs": COSTS,
+    "inverse": INVERSE,
 }
 #: all metrics of accuracy rows
 METRICS = [column.name for column in (*_ERRORS, *_COUNTS)]

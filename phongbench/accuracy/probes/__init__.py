@@ -14,6 +14,7 @@ from phongbench.accuracy.probes import (
     exhaustive,
     hostile_inputs,
     incidence,
+    inverse,
     lobes,
     meshes,
     search,
@@ -64,6 +65,7 @@ PROBES: tuple[Probe, ...] = (
     Probe("smoothness", "smoothness of the lobes", smoothness.measure, smoothness.seconds),
     Probe("incidence", "reflectance against incidence", incidence.measure, incidence.seconds),
     Probe("lobes", "integrating the lobes", lobes.measure, lobes.seconds),
+    Probe("inverse", "inverting pictures", inverse.measure, inverse.seconds),
     Probe("scenes", "drawing scenes", _drawn, _drawing_seconds),
     # the last: it looks at the worst inputs that all others left
     Probe("recheck", "checking the truth at 50 digits", truth_check.measure, truth_check.seconds),
