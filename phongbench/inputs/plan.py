@@ -26,7 +26,7 @@ PROBE_NAMES: tuple[str, ...] = (
     "cosines", "search", "certify", "contract", "meshes", "hostile", "smoothness", "incidence", "lobes", "inverse",
     "scenes", "recheck",
 )  # fmt: skip
-#: those of a study that does not ask for others: pictures, inverted or drawn, take minutes, bounds by contract half a one
+#: those of a study that does not ask for others: pictures, inverted or drawn, and bounds by contract take minutes
 USUAL_PROBES = tuple(name for name in PROBE_NAMES if name not in ("contract", "inverse", "scenes"))
 #: what must not be empty
 _AXES = (
