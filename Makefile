@@ -5,6 +5,7 @@ VENV   := .venv
 # Tools are run as modules: the scripts in bin/ name a folder that may have moved.
 PY     := $(VENV)/bin/python
 PIP    := $(PY) -m pip --disable-pip-version-check --no-input
+RUN    := $(VENV)/.installed-run
 TEST   := $(VENV)/.installed-test
 DEV    := $(VENV)/.installed-dev
 RECENT  = { $(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
@@ -15,19 +16,19 @@ RECENT  = { $(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
 .PHONY: help run test soak check bench bench-api targets docs lock clean
 
 # An editable install points at the folder it was made in: in a moved or copied checkout the stamps do not count.
-$(shell test "$$(cat $(VENV)/.checkout 2>/dev/null)" = "$$(pwd -P)" || rm -f $(TEST) $(DEV))
+$(shell test "$$(cat $(VENV)/.checkout 2>/dev/null)" = "$$(pwd -P)" || rm -f $(RUN) $(TEST) $(DEV))
 
 help: ## show this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-9s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 
-run: $(TEST) ## a quick study on this machine; prints where its report is
+run: $(RUN) ## a quick study on this machine; prints where its report is
 	$(PY) -m phongbench run
 
 test: $(TEST) ## the tests, on all cores
 	$(PY) -m pytest --numprocesses=auto
 
 soak: $(TEST) ## a thousand error budgets, each answer attacked by a search
-	PHONGBENCH_SOAK=1000 $(PY) -m pytest --numprocesses=auto tests/phongbench/analysis/test_promise.py
+	PHONGBENCH_SOAK=1000 $(PY) -m pytest --numprocesses=auto tests/phongbench/analysis/test_promise.py tests/phongbench/analysis/test_raw_promise.py
 
 check: $(DEV) ## lint, format, types, layers
 	$(PY) -m ruff check .
@@ -63,12 +64,16 @@ clean: ## remove the environment, caches and build output (runs are kept)
 	rm -rf $(VENV) dist .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache
 	find phongbench api reports tests -name __pycache__ -type d -prune -exec rm -rf {} +
 
-# A usable .venv of any origin is kept; one that is broken, without pip or too old is made anew.
-$(TEST): pyproject.toml constraints.txt
+# A usable .venv of any origin is kept; one that is broken, without pip or too old is made anew. A run needs no test tools.
+$(RUN): pyproject.toml constraints.txt
 	@$(PY) -c 'import sys, pip; sys.exit(sys.version_info < (3, 11))' 2>/dev/null || \
 	    { $(RECENT) && $(PYTHON) -m venv --clear $(VENV); }
-	$(PIP) install --quiet -c constraints.txt -e ".[test]"
+	$(PIP) install --quiet -c constraints.txt -e ".[certify]"
 	@pwd -P >$(VENV)/.checkout
+	@touch $@
+
+$(TEST): $(RUN)
+	$(PIP) install --quiet -c constraints.txt -e ".[test]"
 	@touch $@
 
 $(DEV): $(TEST)

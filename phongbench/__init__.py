@@ -16,6 +16,7 @@ TYPE_CHECKING = (
 if TYPE_CHECKING:
     from phongbench.compiler import elementary
     from phongbench.face.highlight import curve, moments, shader, specular
+    from phongbench.face.inverse import inverse_line, inverse_photometric
     from phongbench.face.pictures import Picture, render, shade
     from phongbench.face.run import Run, front, load, recommend, run
     from phongbench.formulas.citations import Source
@@ -28,6 +29,7 @@ __version__ = "0.1.0"
 _OFFERED = {
     "compiler": ("elementary",),
     "face.highlight": ("curve", "moments", "shader", "specular"),
+    "face.inverse": ("inverse_line", "inverse_photometric"),
     "face.pictures": ("Picture", "render", "shade"),
     "face.run": ("Run", "front", "load", "recommend", "run"),
     "formulas.citations": ("Source",),
@@ -38,7 +40,8 @@ _OFFERED = {
 _HOME = {name: module for module, names in _OFFERED.items() for name in names}
 __all__ = [
     "ALPHA", "GAMMA", "Approximation", "Cost", "Formula", "Picture", "Run", "Source", "curve", "elementary", "front",
-    "load", "load_file", "moments", "recommend", "render", "run", "shade", "shader", "specular",
+    "inverse_line", "inverse_photometric", "load", "load_file", "moments", "recommend", "render",
+    "run", "shade", "shader", "specular",
 ]  # fmt: skip
 
 

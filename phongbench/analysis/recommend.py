@@ -11,7 +11,7 @@ from typing import Any
 
 import pandas as pd
 
-from phongbench.analysis import law_bounds, measured_errors, raw_vectors
+from phongbench.analysis import inverse_errors, law_bounds, measured_errors, raw_vectors
 from phongbench.analysis.choice import as_given, choose, promised
 from phongbench.analysis.choice_words import answered
 from phongbench.analysis.error_budget import Budget, length_error_of
@@ -40,6 +40,7 @@ def recommend(
     search: bool = True,
     raw: bool = False,
     mesh_angle: float | str | None = None,
+    inverse_error: float | str | None = None,
     contract: bool = False,
     root: Path = DEFAULT_ROOT,
 ) -> dict[str, Any]:
@@ -58,6 +59,7 @@ def recommend(
     raw                  True: choose among whole recipes from raw N, L and V, see `raw_vectors.recommend`
     mesh_angle           instead of length_error: degrees between the normals at the ends of an edge, which make the
                          normals between them shorter than 1 by up to 1 - cos(mesh_angle / 2)
+    inverse_error        how many degrees normals may be off that the formula gives back, see `inverse_errors`
     contract             True: what is within is so on every device that keeps the accuracies of WGSL and Vulkan, of the
                          emitted code; in float32 or float16
     root                 the folder of the runs, in which measured targets were added
@@ -76,9 +78,8 @@ def recommend(
             raise InputError("recipes are chosen by their times on this machine", "target", "leave raw or target out")
         return raw_vectors.recommend(run, budget, any_length=length_error is None)
     notes: list[str] = []
-    cells = _cells(run, budget, (checked(target, short_of, root), short_of, root), notes)
-    unknown = sorted(set(cells["approximation"]) - set(installed()))
-    if unknown:
+    cells = _cells(run, budget, (checked(target, short_of, root), short_of, root), inverse_error, notes)
+    if unknown := sorted(set(cells["approximation"]) - set(installed())):
         notes.append(f"{', '.join(unknown)}: only sampled, and the formula is not here, so nothing is promised of it")
     by_law = run is None and not contract
     judge = as_given if by_law else promised(budget, installed(), search=search, measured=run is not None)
@@ -109,17 +110,25 @@ def _asked(run: Run | None, budget: Budget) -> dict[str, Any]:
     }
 
 
-def _cells(run: Run | None, budget: Budget, where: tuple[str, str | None, Path], notes: list[str]) -> pd.DataFrame:
+def _cells(
+    run: Run | None,
+    budget: Budget,
+    where: tuple[str, str | None, Path],
+    inverse_error: float | str | None,
+    notes: list[str],
+) -> pd.DataFrame:
     """The formulas that apply, each with its error and its cost on the target.
 
     where  the target, the unit that is scarce there, and the folder of the runs
     """
     target, short_of, root = where
     if target == CPU:
-        return law_bounds.cells(budget, notes) if run is None else measured_errors.cells(run, budget, notes)
-    known = law_bounds.cells(budget, notes) if run is None else measured_errors.errors(run, budget, notes)
-    own = own_prices(None if run is None else run.costs, target, short_of)
-    return priced(known, budget.alpha.values, target, short_of, notes, root, own)
+        known = law_bounds.cells(budget, notes) if run is None else measured_errors.cells(run, budget, notes)
+    else:
+        known = law_bounds.cells(budget, notes) if run is None else measured_errors.errors(run, budget, notes)
+        own = own_prices(None if run is None else run.costs, target, short_of)
+        known = priced(known, budget.alpha.values, target, short_of, notes, root, own)
+    return known if inverse_error is None else inverse_errors.within(known, run, budget.alpha, inverse_error, notes)
 
 
 def elsewhere(run: Run | None, answer: Mapping[str, Any], **question: Any) -> list[dict[str, Any]]:

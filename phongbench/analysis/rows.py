@@ -50,6 +50,7 @@ class Rows:
     skips = _table("skips")
     scene_times = _table("scene_times")
     far = _table("far")
+    inverse = _table("inverse")
     incidence = _table("incidence")
     incidence_times = _table("incidence_times")
     moments = _table("moments")

@@ -62,13 +62,14 @@ def front(run_name: str, everything: bool, as_json: bool, targets: tuple[str, ..
     from phongbench.results import runs
 
     run = runs.find(run_name, ROOT)
-    answers = [points(run, target=target, root=ROOT, **options) for target in targets]
+    answers = [points(run, target=target, root=ROOT, **options) for target in dict.fromkeys(targets)]
     show(one_or_all(answers), as_json, *(partial(front_table, answer, everything=everything) for answer in answers))
 
 
 @click.command(short_help="The cheapest formula within an error budget.")
 @click.option("--alpha", required=True, metavar="A", help=_ALPHA)
-@click.option("--max-error", required=True, metavar="E", help="Largest absolute error allowed, e.g. 0.004 or 1/255.")
+@click.option("--max-error", metavar="E", help="Largest absolute error allowed, e.g. 0.004 or 1/255.")
+@click.option("--inverse-error", metavar="DEGREES", help="How far normals may be off that it gives back from pictures.")
 @click.option("--run", "run_name", metavar="RUN", help="Which run answers.  [default: the newest with times]")
 @click.option("--length-error", metavar="e", help="How wrong vector lengths may be: 0.01 is up to 1 %.")
 @click.option("--mesh-angle", metavar="DEGREES", help="Instead: between the normals at the ends of a mesh's edge.")
@@ -105,8 +106,12 @@ def recommend(run_name: str | None, as_json: bool, targets: tuple[str, ...], **o
     from phongbench.analysis.recommend import elsewhere, recommend, run_for
     from phongbench.cli.terminal import recommendation
 
+    if options["max_error"] is None:
+        if options["inverse_error"] is None:
+            raise click.UsageError("Missing option '--max-error'.")
+        options["max_error"] = 1
     run = run_for(run_name, ROOT)
-    answers = [recommend(run, target=target, root=ROOT, **options) for target in targets]
+    answers = [recommend(run, target=target, root=ROOT, **options) for target in dict.fromkeys(targets)]
     if targets == ("cpu",):
         options.pop("short_of")
         answers[0]["elsewhere"] = elsewhere(run, answers[0], **options)

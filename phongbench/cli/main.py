@@ -16,6 +16,7 @@ from phongbench import __version__
 from phongbench.cli.answers import bench, claims, front, recommend
 from phongbench.cli.common import JSON, PATH, ROOT, WITH, CommaList, facts, notes, show
 from phongbench.cli.installation import approximations, doctor
+from phongbench.cli.inverse import inverse
 from phongbench.cli.pictures import render
 from phongbench.cli.runs import compare, list_runs, show_run, verify
 from phongbench.cli.serving import serve
@@ -98,7 +99,7 @@ def main() -> None:
 
 for command in (
     list_runs, show_run, verify, compare, front, recommend, claims, approximations, targets, doctor, bench, shade,
-    shader, render, serve,
+    shader, render, inverse, serve,
 ):  # fmt: skip
     main.add_command(command)
 

@@ -122,3 +122,10 @@ JOHNSON_CHRISTY_1972 = Source(
 HYPERGRAPH = Source(
     "HYPERGRAPH", "G. S. Owen, HyperGraph, ACM SIGGRAPH Education Committee", 1999, "claims quoted from memory"
 )
+BOOM_2009 = Source(
+    "BOOM_2009",
+    "B. J. Boom, L. J. Spreeuwers and R. N. J. Veldhuis, Model-Based Illumination Correction for Face Images in "
+    "Uncontrolled Scenarios, Computer Analysis of Images and Patterns",
+    2009,
+    "normals from Phong's model; its text on lines and cylinders as the design quotes it",
+)

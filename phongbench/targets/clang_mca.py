@@ -65,12 +65,14 @@ class Processor(Target):
     width         elements in a vector; 1 where there are none
     divider       cycles that a division or a root keeps its unit, where the model forgets it: as long as they take; 0
                   where it does not
+    options       for clang, where the model is wrong of what it would choose
     """
 
     triple: str = ""
     multiply_add: tuple[str, str] = ("", "")
     width: int = 4
     divider: int = 0
+    options: tuple[str, ...] = ()
 
     @property
     def family(self) -> str:
@@ -156,7 +158,7 @@ class Processor(Target):
             starts.append(len(lines))
             lines += [f"namespace n{i} {{", *program.splitlines(), "}"]
         kind = "-march" if self.triple.startswith("x86") else "-mcpu"
-        given = [f"--target={self.triple}", f"{kind}={self.chip}", *_CLANG]
+        given = [f"--target={self.triple}", f"{kind}={self.chip}", *self.options, *_CLANG]
         text, said = _run("clang", given, "\n".join(lines), self.name)
         widths = {bisect_right(starts, int(line) - 1) - 1: int(width) for line, width in _VECTORISED.findall(said)}
         pieces = _FUNCTION.split(text)
@@ -241,6 +243,7 @@ TARGETS = (
     Processor(
         "zen4", "znver4", "AMD Zen 4, vectors of 512 bits", *_TOOL, triple=_X86,
         multiply_add=(_AVX[0].format("z"), _AVX[1]), width=16,
+        options=("-mno-gather",),  # LLVM 19 takes a gather for a plain load
     ),
     Processor(
         "sapphire-rapids", "sapphirerapids", "Intel Sapphire Rapids, vectors of 256 bits", *_TOOL, triple=_X86,

@@ -97,6 +97,10 @@ class MeasuredTable:
 
 def read(path: Path) -> MeasuredTable:
     """The measurement in a file; InputError names file, key and what is wrong."""
+    if path.suffix.lower() != ".json":
+        raise InputError("a measurement is a JSON file", str(path), _FIX)
+    with reading(path, "measurement", _FIX):
+        path.open("rb").close()
     table = load(path, "measurement", _FIX)
     schema = table.whole("schema", high=1 << 30)
     if schema != SCHEMA:

@@ -26,6 +26,8 @@ def answer(tool: str, command: Sequence[object], given: bytes = b"", *, chip: st
     said = done.stderr.decode(errors="replace")
     if done.returncode:
         complaints = [line.strip() for line in said.splitlines() if "error" in line.lower()]
-        first = complaints[0] if complaints else f"exit {done.returncode}"
-        raise InputError(f"{what} refuses the code: {first}", None, "see `phongbench shader`; other targets go on")
+        if not complaints:
+            raise InputError(f"{what} failed: exit {done.returncode}", None, "install it again; other targets go on")
+        fix = "see `phongbench shader`; other targets go on"
+        raise InputError(f"{what} refuses the code: {complaints[0]}", None, fix)
     return done.stdout, said

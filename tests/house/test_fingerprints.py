@@ -23,6 +23,7 @@ COMPILED = (
     "formulas/lambda_forms.py",
     "formulas/pair_kernels.py",
     "inputs/pairs.py",
+    "inverse/solver.py",
     "timing/epoch_loop.py",
     "shading/tile_loop.py",
     "scenes/ray_kernels.py",

@@ -43,6 +43,7 @@ class MadeUpRun:
     cuts: pd.DataFrame = field(default_factory=TABLES["cuts"].frame)
     incidence: pd.DataFrame = field(default_factory=TABLES["incidence"].frame)
     incidence_times: pd.DataFrame = field(default_factory=TABLES["incidence_times"].frame)
+    inverse: pd.DataFrame = field(default_factory=TABLES["inverse"].frame)
     scenes: pd.DataFrame = field(default_factory=TABLES["scenes"].frame)
     skips: pd.DataFrame = field(default_factory=TABLES["skips"].frame)
     scene_times: pd.DataFrame = field(default_factory=TABLES["scene_times"].frame)
@@ -53,7 +54,7 @@ class MadeUpRun:
     def frames(self) -> tuple[pd.DataFrame, ...]:
         """All tables, in the order of the fields."""
         first = self.accuracy, self.timing, self.worst, self.meshes, self.behaviour, self.smoothness
-        return *first, self.moments, self.cuts, self.incidence, self.incidence_times
+        return *first, self.moments, self.cuts, self.incidence, self.incidence_times, self.inverse
 
 
 #: a cause of wrong lengths -> the lengths |a| - 1 and |b| - 1 that it is taken to leave
@@ -343,6 +344,21 @@ def incidence_times() -> pd.DataFrame:
     return TABLES["incidence_times"].frame(rows)
 
 
+def inverse_rows(alphas: tuple[float, ...]) -> pd.DataFrame:
+    """Errors of normals that fall with the exponent, as much larger as their formulas stand later."""
+    models = (("phong", "none", "none", None), ("lyon", "dot", "taylor", 8), ("lyon", "dot", "minimax", 32))
+    models += (("gaussian", "dot", "taylor", None), ("schlick", "none", "none", None), ("matt", "none", "none", None))
+    rows = []
+    for (place, (name, form, slope, gamma)), alpha in product(enumerate(models), alphas):
+        lobe = {"approximation": name, "lambda_form": form, "space": "reflect", "beta_policy": slope}
+        key = lobe | {"alpha": alpha, "gamma": gamma, "surface": "sphere", "lights": 4, "noise": "none"}
+        mean = place / alpha
+        sizes = {"mean_degrees": mean, "median_degrees": 0.5 * mean, "max_degrees": 10 * mean, "far_share": 0.1}
+        more = {"depth_rmse": 0.01 * mean, "residual_rms": 0.001 * mean, "evaluations": 24.0}
+        rows.append(key | {"samples": 1384, "known": 1384} | sizes | more)
+    return TABLES["inverse"].frame(rows)
+
+
 def cost_rows(*targets: str) -> pd.DataFrame:
     """That the run has costs on these targets: exact Phong's; the others' are looked up in the tables that ship."""
     phong = {"approximation": "phong", "lambda_form": "none", "space": "reflect", "beta_policy": "none", "gamma": None}
@@ -381,7 +397,9 @@ def make_run(
     made = (worst_rows(accuracy), mesh_rows(accuracy), behaviour_rows(accuracy), smoothness_rows(accuracy))
     tables = (table.assign(**RAW) for table in made)
     lobes = (moment_rows(alphas, gammas), cut_rows(gammas))
-    return MadeUpRun(path, manifest, accuracy, timing, *tables, *lobes, incidence_rows(), incidence_times())
+    return MadeUpRun(
+        path, manifest, accuracy, timing, *tables, *lobes, incidence_rows(), incidence_times(), inverse_rows(alphas)
+    )
 
 
 @pytest.fixture(scope="session")

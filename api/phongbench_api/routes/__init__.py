@@ -7,6 +7,7 @@ from phongbench_api.routes import (
     formulas,
     guide,
     health,
+    inverse,
     pages,
     render,
     runs,
@@ -18,6 +19,5 @@ from phongbench_api.routes import (
 
 ROUTERS = (
     health.router, formulas.router, targets.router, specular.router, shade.router, render.router, curve.router,
-    shader.router, answers.router, runs.router, files.router, pages.router,
-    guide.router,
+    shader.router, inverse.router, answers.router, runs.router, files.router, pages.router, guide.router,
 )  # fmt: skip

@@ -10,9 +10,11 @@ from dataclasses import dataclass
 import pandas as pd
 
 from phongbench.accuracy.probes import (
+    contracts,
     exhaustive,
     hostile_inputs,
     incidence,
+    inverse,
     lobes,
     meshes,
     search,
@@ -57,11 +59,13 @@ PROBES: tuple[Probe, ...] = (
     Probe("cosines", "measuring every cosine", exhaustive.measure, exhaustive.seconds),
     Probe("search", "searching for worse", search.measure, search.seconds),
     Probe("certify", "proving bounds", bounds.measure, bounds.seconds),
+    Probe("contract", "bounding devices", contracts.measure, contracts.seconds),
     Probe("meshes", "measuring interpolated normals", meshes.measure, meshes.seconds),
     Probe("hostile", "hostile inputs", hostile_inputs.measure, hostile_inputs.seconds),
     Probe("smoothness", "smoothness of the lobes", smoothness.measure, smoothness.seconds),
     Probe("incidence", "reflectance against incidence", incidence.measure, incidence.seconds),
     Probe("lobes", "integrating the lobes", lobes.measure, lobes.seconds),
+    Probe("inverse", "inverting pictures", inverse.measure, inverse.seconds),
     Probe("scenes", "drawing scenes", _drawn, _drawing_seconds),
     # the last: it looks at the worst inputs that all others left
     Probe("recheck", "checking the truth at 50 digits", truth_check.measure, truth_check.seconds),

@@ -27,6 +27,8 @@ NAMES = (
     "mirror",
     "incidence",
     "reflections",
+    "two_normals",
+    "turning_normals",
     "cut_highlight",
 )
 CLAIMS: tuple[Claim, ...] = tuple(import_module(f"{__name__}.{name}").CLAIM for name in NAMES)

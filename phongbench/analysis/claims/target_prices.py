@@ -104,7 +104,7 @@ def _told(counted: Sequence[Record]) -> str:
         rest = f", not on {_where(more)}" if more else ""
         where = f"{_where(less)}{rest}" if less else f"none of {_where(more)}"
         parts.append(f"{one} costs at least {100 * (1 - FASTER):.0f} % less than {other} on {where}")
-    return sentence("counted in machine code, " + "; ".join(parts))
+    return sentence("counted in machine code in float32, " + "; ".join(parts))
 
 
 def _where(records: Sequence[Record]) -> str:

@@ -10,6 +10,7 @@ from phongbench_reports.figures import (
     ghost,
     heatmap,
     incidence,
+    inverse,
     meshes,
     moments,
     precision,
@@ -41,6 +42,7 @@ FIGURES = (
     Part("ghost", "The second highlight of the cross form", ghost.draw),
     Part("cut", "Where the highlight is cut off", cut.draw),
     Part("moments", "What a lobe sends where", moments.draw),
+    Part("inverse", "What a formula does to normals", inverse.draw),
     Part("split", "Where the error comes from", split.draw),
     Part("speed", "Time per element and working set", speed.draw),
 )

@@ -25,6 +25,8 @@ FUNCTIONS = (
     "front",
     "shader",
     "moments",
+    "inverse_line",
+    "inverse_photometric",
     "load_file",
 )
 OTHERS = ("Approximation", "Cost", "ALPHA", "GAMMA", "Source", "Formula", "Run", "Picture", "elementary")

@@ -3,18 +3,20 @@
 import json
 import re
 from dataclasses import astuple
+from functools import partial
 from pathlib import Path
 
 import pytest
 
 from phongbench.errors import CorruptRunError, InputError, UnknownNameError
 from phongbench.formulas.formula import Formula
+from phongbench.targets import __main__ as tables
 from phongbench.targets import costs as module
 from phongbench.targets.chips import TARGETS, target_named
 from phongbench.targets.code_shapes import code
-from phongbench.targets.costs import as_text, digest, shipped
+from phongbench.targets.costs import CostTable, as_text, digest, shipped
 from phongbench.targets.measure import CONTEXTS, costs, dot_cost
-from phongbench.targets.target import ISSUE, SPECIAL, UNITS
+from phongbench.targets.target import ISSUE, SPECIAL, UNITS, Target
 
 #: formulas that are compiled anew, of each kind
 SAMPLE = ("phong", "gaussian:dot", "lyon:dot:8", "lyon:cross:8", "lyon:difference:32", "lyon:tan2:8", "table-x")
@@ -92,6 +94,23 @@ def test_a_table_names_a_compiler_and_no_machine() -> None:
         assert "/" not in re.sub(r"@\w+/\w+|/(each|once|squared|fast|estimate)", "", text), path.name
 
 
+def test_a_target_that_cannot_be_compiled_stops_no_other_and_leaves_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def compiled(target: Target, codes: object) -> CostTable:
+        if target.name == "sm89":
+            raise InputError("NVRTC refuses the code", None, "see `phongbench shader`")
+        return shipped(target.name)
+
+    monkeypatch.setattr(tables, "compiled", compiled)
+    monkeypatch.setattr(tables, "_codes", lambda language: ())
+    monkeypatch.setattr(tables, "write", partial(tables.write, folder=tmp_path))
+    assert tables.main(["rdna2", "sm89", "cortex-m7"]) == 1
+    assert {path.name for path in tmp_path.iterdir()} == {"rdna2.json", "cortex-m7.json"}
+    assert "sm89: NVRTC refuses" in capsys.readouterr().err
+    assert tables.main(["rdna2"]) == 0
+
+
 def test_an_unknown_target_is_answered_with_those_there_are() -> None:
     with pytest.raises(UnknownNameError, match="rdna2"):
         target_named("rdna9")
@@ -150,3 +169,9 @@ def test_without_a_unit_for_them_powers_and_exponentials_are_polynomials_that_sq
     assert power.specials == gaussian.specials == chain.specials == 0
     assert power.cost > 1.5 * gaussian.cost > 1.5**2 * chain.cost
     assert shipped(target).of(Formula.parse("phong/each"), 50.0).specials > 0  # roots and divisions
+
+
+def test_a_table_is_no_bargain_where_a_vector_is_gathered_one_by_one() -> None:
+    for target in ("zen4", "cortex-a55", "cortex-a76", "cortex-m7"):
+        table, chain = (shipped(target).of(Formula.parse(name), 50.0).cost for name in ("table-x", "lyon:dot:8"))
+        assert table > 1.5 * chain, target

@@ -115,8 +115,9 @@ def test_what_cannot_be_is_refused_and_nothing_is_written(
 def test_a_file_that_is_no_measurement_is_refused(text: str, written, tmp_path: Path) -> None:
     with pytest.raises(InputError):
         measured.add(written(text), tmp_path / "runs")
-    with pytest.raises(InputError, match="measurement"):
-        measured.add(tmp_path / "absent.json", tmp_path / "runs")
+    for path in (tmp_path / "absent.json", tmp_path, tmp_path / "plan.toml"):
+        with pytest.raises(InputError, match="measure it again"):
+            measured.add(path, tmp_path / "runs")
 
 
 def test_one_that_was_changed_meanwhile_does_not_hide_the_others(document: Document, written, tmp_path: Path) -> None:

@@ -26,6 +26,7 @@ from phongbench_reports.build import csv_of
 from phongbench_reports.figures import FIGURES, cut, spheres
 from phongbench_reports.plots import Plate, ink
 from phongbench_reports.table import Absent
+from phongbench_reports.text import number
 
 PACKAGE = Path(phongbench_reports.__file__).parent
 
@@ -36,7 +37,7 @@ def study(run: Any) -> Rows:
 
 
 #: what several figures are made with, and figures of pictures that a run may have
-SHARED = ("lobe", "measured", "pictures", "scene_images", "spheres")
+SHARED = ("inverse_line", "lobe", "measured", "pictures", "scene_images", "spheres")
 
 
 #: figures of formulas that remove lengths or start from N, L and V
@@ -353,6 +354,20 @@ def test_the_sphere_of_phong_is_dark_where_that_of_the_half_vector_fades() -> No
     without = spheres.sphere(np.zeros_like)
     np.testing.assert_array_equal(by_angle[middle, edge], without[middle, edge])
     assert (by_half[middle, edge] > without[middle, edge] + 0.2).all()
+
+
+def test_normals_are_told_with_their_mean_and_largest_error(
+    plates: dict[str, Plate], study: Rows, made_up: Callable[..., Any], tmp_path: Path
+) -> None:
+    plate = plates["inverse"]
+    row = at(study.inverse, approximation="schlick", alpha=50.0).iloc[0]
+    assert f"schlick {number(row['mean_degrees'])}° ({number(row['max_degrees'])}°)" in plate.takeaway
+    assert "no highlight" in plate.takeaway
+    assert len(plate.data) == 5 * study.inverse["alpha"].nunique()
+    bare = Rows(replace(made_up(tmp_path), inverse=TABLES["inverse"].frame()))
+    absent = next(part for part in FIGURES if part.name == "inverse").make(bare)
+    assert isinstance(absent, Absent)
+    assert "--probe inverse" in absent.fix
 
 
 @pytest.mark.parametrize("name", ["moments", "cut"])

@@ -22,7 +22,7 @@ from phongbench.results.schema import TABLES
 
 
 def test_claims_are_lettered_in_order_and_describe_themselves() -> None:
-    assert [claim.key for claim in CLAIMS] == list("abcdefghijklo")
+    assert [claim.key for claim in CLAIMS] == list("abcdefghijklmno")
     for claim in CLAIMS:
         assert len(claim.rule_text) > 80
         assert claim.title
@@ -64,7 +64,7 @@ def engine_rows(swept: Callable[..., pd.DataFrame]) -> pd.DataFrame:
 
 def test_every_rule_judges_the_rows_of_the_engine(engine_rows: pd.DataFrame) -> None:
     found = {one.claim.key: one.as_dict() for one in judge(Tables(accuracy=engine_rows))}
-    assert list(found) == list("abcdefghijklo")
+    assert list(found) == list("abcdefghijklmno")
     for key in "abcegj":
         assert found[key]["verdict"] == "holds under conditions"
     assert found["a"]["conditions"][0]["gamma"] == 8
@@ -99,7 +99,7 @@ def test_the_answer_of_a_stored_run_is_strict_json(stored: Callable[..., Run]) -
     found = answer(stored())
     assert json.loads(json.dumps(found, allow_nan=False)) == found
     assert found["run"] == "20260101-000000-0123abcd"
-    assert {claim["key"] for claim in found["claims"]} == set("abcdefghijklo")
+    assert {claim["key"] for claim in found["claims"]} == set("abcdefghijklmno")
 
 
 def test_a_stored_run_that_is_partial_or_changed_is_refused(stored: Callable[..., Run]) -> None:

@@ -1,4 +1,4 @@
-"""Claim j, which follows from formulas alone, and claim k, which follows from the reflectance of two materials."""
+"""Claims j, m and n, which follow from formulas alone, and claim k, from the reflectance of two materials."""
 
 from typing import Any
 
@@ -23,6 +23,27 @@ def test_the_law_claim_is_judged_without_rows_and_says_that_it_follows_from_a_la
     found = judged("j")
     assert found["coverage"] == "law"
     assert found["verdict"] != "not measured"
+
+
+def test_two_normals_are_left_wherever_both_are_seen() -> None:
+    found = judged("m")
+    assert (found["verdict"], found["coverage"]) == ("holds", "law")
+    shares = {one["light_degrees"]: one["open_share"] for one in found["conditions"]}
+    # the second solution is the light's angle plus acos(i): it is seen up to 90 degrees
+    for degrees, share in shares.items():
+        assert share == pytest.approx(1 - np.cos(np.radians(90 - degrees)), abs=2e-3), degrees
+
+
+def test_normals_turn_around_the_light_and_not_around_the_view() -> None:
+    found = judged("n")
+    assert (found["verdict"], found["coverage"]) == ("holds under conditions", "law")
+    assert "cone around the light" in found["because"]
+    for one in found["conditions"]:
+        assert one["change_around_light"] < 1e-12
+        # turned by half, a normal 30 degrees from the viewer is that far on his other side; below 0 it is dark
+        slant = one["light_degrees"]
+        opposite = max(np.cos(np.radians(slant + 30)), 0) - np.cos(np.radians(slant - 30))
+        assert one["change_around_view"] == pytest.approx(abs(opposite), abs=1e-12)
 
 
 def reflectances(**within: float) -> pd.DataFrame:
