@@ -28,7 +28,7 @@ test: $(TEST) ## the tests, on all cores
 	$(PY) -m pytest --numprocesses=auto
 
 soak: $(TEST) ## a thousand error budgets, each answer attacked by a search
-	PHONGBENCH_SOAK=1000 $(PY) -m pytest --numprocesses=auto tests/phongbench/analysis/test_promise.py
+	PHONGBENCH_SOAK=1000 $(PY) -m pytest --numprocesses=auto tests/phongbench/analysis/test_promise.py tests/phongbench/analysis/test_raw_promise.py
 
 check: $(DEV) ## lint, format, types, layers
 	$(PY) -m ruff check .

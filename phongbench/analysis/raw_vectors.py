@@ -36,6 +36,7 @@ STEPS = (
     ("one root", f"{BASELINE}/once", BASELINE, "one root and one division for the pair"),
     ("no root", f"{BASELINE}/squared", BASELINE, "one division, the cosine squared"),
     ("bit trick", f"{BASELINE}/fast", BASELINE, "two roots by the bit trick with a Newton step"),
+    ("estimates", f"{BASELINE}/estimate", BASELINE, "two roots by the processor's 12-bit estimate alone"),
     ("normalise N, then R", f"{BASELINE}@reflect", BASELINE, "one root and one division, R = 2(N.L)N - L"),
     ("R at any length", f"{BASELINE}@lengthwise", BASELINE, "R = 2(N.L)N - (N.N)L"),
     ("H", "blinn@halfway/once", f"{BASELINE}/once", "two roots and two divisions, H = L/|L| + V/|V|"),

@@ -13,6 +13,7 @@ want.
 
 import hashlib
 import os
+import platform
 import shutil
 import sys
 import tempfile
@@ -57,6 +58,8 @@ from numba.core.compiler_lock import global_compiler_lock  # noqa: E402
 from numba.extending import register_jitable  # noqa: E402
 
 DISABLED = bool(numba.config.DISABLE_JIT)
+#: whether there is an instruction that estimates reciprocal roots, of 12 bits or a little more
+ESTIMATES_ROOTS = platform.machine().lower() in ("x86_64", "amd64")
 #: Fused multiply-adds are what every target has; nothing else may change the arithmetic of a formula.
 FORMULA_FLAGS = {"contract"}
 #: Sums may be reordered into vector lanes; values are finite by then.

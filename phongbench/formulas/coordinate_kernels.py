@@ -124,13 +124,19 @@ def _values_kernel(
 
 
 def bound_parts(
-    spec: Approximation, form: str, precision: Precision, known: tuple[tuple[str, int], ...], normalise: str = "none"
+    spec: Approximation,
+    form: str,
+    precision: Precision,
+    known: tuple[tuple[str, int], ...],
+    normalise: str = "none",
+    *,
+    timed: bool = False,
 ) -> tuple[Body, Body, Body]:
     """For loops of other shapes: the kernel as a function of (coordinate, c0, c1, c2, c3, table), and coordinate and
     gate as functions of the six components, all compiled into whatever calls them; the same for all formulas of a
     kernel.
     """
-    return _bound(spec.kernel, _wiring(spec), precision, known), *pair_bodies(form, normalise, precision)
+    return _bound(spec.kernel, _wiring(spec), precision, known), *pair_bodies(form, normalise, precision, timed)
 
 
 @cache

@@ -56,9 +56,10 @@ class Kernel:
         normalise: str = "none",
         recipe: str = PAIR,
         uniform: bool = False,
+        timed: bool = False,
     ) -> "Kernel":
         """The loop from pairs of vectors to values, see `pair_kernels.pairs_kernel`; gated where that is needed."""
-        raw: dict[str, Any] = {"normalise": normalise, "recipe": recipe, "uniform": uniform}
+        raw: dict[str, Any] = {"normalise": normalise, "recipe": recipe, "uniform": uniform, "timed": timed}
         known, gated = known_values(spec, setting), needs_gate(spec, form, setting)
         loop = pair_kernels.pairs_kernel(spec, form, precision, known, layout=layout, gated=gated, **raw)
         return cls(loop, coefficient_row(spec, setting, precision), table_row(spec, setting, precision))

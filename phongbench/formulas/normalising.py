@@ -36,6 +36,11 @@ def estimated_reciprocal_length(x: float, y: float, z: float) -> float:
     return reciprocal_roots.estimate(dot(x, y, z, x, y, z))
 
 
+def instructed_reciprocal_length(x: float, y: float, z: float) -> float:
+    """1 / |v| by the processor's own estimate, which differs among processors: timed, and no error is told of it."""
+    return reciprocal_roots.instruction(dot(x, y, z, x, y, z))
+
+
 def scaled(component: float, factor: float) -> float:
     """One component of a vector times a number."""
     return component * factor
@@ -68,18 +73,19 @@ def cosine_squared(ax: float, ay: float, az: float, bx: float, by: float, bz: fl
 class Normalise:
     """One way of removing lengths.
 
-    text        for people
-    reciprocal  1 / |v| of each vector's components, where each vector is made unit first
-    forms       lambda form (none: the cosine) -> the body that stands for it, where the pair is treated as a whole
-    precisions  in which it makes sense; empty for all
-    emulated    True if it stands for an instruction that compiled code cannot name: its time says nothing
+    text         for people
+    reciprocal   1 / |v| of each vector's components, where each vector is made unit first
+    forms        lambda form (none: the cosine) -> the body that stands for it, where the pair is treated as a whole
+    precisions   in which it makes sense; empty for all
+    instruction  what is timed where `reciprocal` stands for an instruction: that has the same values everywhere, but a
+                 table's time
     """
 
     text: str
     reciprocal: Body | None = None
     forms: tuple[tuple[str, Body], ...] = ()
     precisions: tuple[str, ...] = ()
-    emulated: bool = False
+    instruction: Body | None = None
 
 
 #: the ways, by the name that a formula's spelling gives after its slash
@@ -93,20 +99,21 @@ NORMALISE: dict[str, Normalise] = {
     "squared": Normalise("the square of the cosine, no root", forms=(("none", cosine_squared),)),
     "fast": Normalise("each, by the bit trick with one Newton step", fast_reciprocal_length, precisions=("float32",)),
     "estimate": Normalise(
-        "each, by a 12-bit estimate of the root, emulated",
+        "each, by a 12-bit estimate of the root; errors by a table, times by the processor's own",
         estimated_reciprocal_length,
         precisions=("float32",),
-        emulated=True,
+        instruction=instructed_reciprocal_length,
     ),
 }
 
 
 @cache
-def pair_bodies(form: str, normalise: str, precision: Precision) -> tuple[Body, Body]:
+def pair_bodies(form: str, normalise: str, precision: Precision, timed: bool = False) -> tuple[Body, Body]:
     """The coordinate of a pair and what its gate asks, as compiled functions of the six components.
 
     form       a lambda form, or none for formulas of the cosine
     normalise  a name in NORMALISE that takes this form
+    timed      True for a way's instruction instead of what stands for it
     returns    (coordinate, gate): the gate is open where it is positive. Where the pair is treated as a whole, that is
                a.b as it is: no length changes its sign
     """
@@ -115,9 +122,10 @@ def pair_bodies(form: str, normalise: str, precision: Precision) -> tuple[Body, 
         return lower(dict(way.forms)[form], precision), lower(dot, precision)
     coordinate = lower(dot if form == "none" else lambda_forms.LAMBDA_FORMS[form], precision)
     cosine = lower(dot, precision)
-    if way.reciprocal is None:
+    reciprocal = way.instruction if timed and way.instruction else way.reciprocal
+    if reciprocal is None:
         return coordinate, cosine
-    return _of_unit(coordinate, way.reciprocal, precision), _of_unit(cosine, way.reciprocal, precision)
+    return _of_unit(coordinate, reciprocal, precision), _of_unit(cosine, reciprocal, precision)
 
 
 def _of_unit(body: Body, reciprocal: Body, precision: Precision) -> Body:

@@ -11,6 +11,7 @@ from phongbench.compiler import intrinsics, jit
 from phongbench.compiler.lowering import Body, Precision
 from phongbench.compiler.precisions import Array
 from phongbench.formulas.coordinate_kernels import bound_parts
+from phongbench.formulas.normalising import NORMALISE
 from phongbench.formulas.recipes import PAIR, pair_of
 from phongbench.formulas.spec import Approximation
 
@@ -36,6 +37,7 @@ def pairs_kernel(
     normalise: str = "none",
     recipe: str = PAIR,
     uniform: bool = False,
+    timed: bool = False,
 ) -> Any:
     """A compiled loop out[i] = kernel(lambda form of the i-th pair) where a.b > 0, else 0; see `pairs_signature`.
 
@@ -44,9 +46,12 @@ def pairs_kernel(
     layout  "soa": a and b of shape (3, n), a row per component; "aos": of shape (n, 3), a row per vector
     gated   False where `needs_gate` says that the test of a.b changes nothing
     normalise, recipe  of the formula; with a recipe a is N, and b is V above L, (6, n) in layout "soa"
+    timed    True where an instruction is to be run instead of what stands for it, see `normalising.pair_bodies`
     uniform  with a recipe: light and viewer are at infinity, so that L and V are those of the first triple for all
     """
-    bound, coordinate, gate = bound_parts(spec, form, precision, known, normalise)
+    bound, coordinate, gate = bound_parts(spec, form, precision, known, normalise, timed=timed)
+    if timed and NORMALISE[normalise].instruction and recipe == PAIR:
+        return _estimating_kernel(bound, coordinate, gate, precision, gated)
     if recipe != PAIR:
         made = _uniform_kernel if uniform else _recipe_kernel
         return made(bound, coordinate, gate, recipe, precision, gated)
@@ -77,6 +82,22 @@ def _pairs_kernel(bound: Body, coordinate: Body, gate: Body, precision: Precisio
         for i in range(len(out)):
             ax, ay, az = part(a, 0, i), part(a, 1, i), part(a, 2, i)
             bx, by, bz = part(b, 0, i), part(b, 1, i), part(b, 2, i)
+            value = bound(coordinate(ax, ay, az, bx, by, bz), c0, c1, c2, c3, local)
+            out[i] = value if not gated or gate(ax, ay, az, bx, by, bz) > zero else zero
+
+    return jit.elementwise(pairs_signature(precision.carrier), pairs)
+
+
+@cache
+def _estimating_kernel(bound: Body, coordinate: Body, gate: Body, precision: Precision, gated: bool) -> Any:
+    zero = precision.constant(0.0)
+
+    def pairs(a: Array, b: Array, coefficients: Array, table: Array, out: Array) -> None:
+        intrinsics.estimating()
+        c0, c1, c2, c3 = coefficients[0], coefficients[1], coefficients[2], coefficients[3]
+        local = intrinsics.on_stack(table)
+        for i in range(len(out)):
+            ax, ay, az, bx, by, bz = a[0, i], a[1, i], a[2, i], b[0, i], b[1, i], b[2, i]
             value = bound(coordinate(ax, ay, az, bx, by, bz), c0, c1, c2, c3, local)
             out[i] = value if not gated or gate(ax, ay, az, bx, by, bz) > zero else zero
 

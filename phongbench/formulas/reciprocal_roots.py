@@ -84,6 +84,17 @@ def estimate(x: float) -> float:
     return cast(float, _one_by_one(of_number, x))
 
 
+@native
+def _by_instruction(q: Any) -> Any:
+    return intrinsics.root_estimate(q)
+
+
+@primitive(float32=_by_instruction)
+def instruction(x: float) -> float:
+    """1/sqrt(x) by the processor's own estimate, in loops that allow it: what `estimate` stands for, to be timed."""
+    return cast(float, _one_by_one(lambda q: float(q) ** -0.5, x))
+
+
 def _one_by_one(root: Callable[[float], float], x: Any) -> Any:
     """The root of a number, or of each number of an array."""
     return np.array([root(q) for q in x.tolist()]) if isinstance(x, np.ndarray) else root(float(x))

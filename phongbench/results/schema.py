@@ -20,8 +20,9 @@ from phongbench.results.inverse_table import INVERSE
 BASELINE, TWIN, LIBM, DISTANT = "phong", "aa-twin", "phong-libm", "far-"  # the last before a name: L and V at infinity
 #: timing rows that are no formulas: what the machine can do at best
 CEILINGS = COPY, TRIAD, DOT, FMA = "copy", "triad", "dot", "fma"
-#: how a largest error was found, the weaker first: in samples, by a search, over every input, or bounded by a proof
-COVERAGES = ("sampled", "searched", "exhaustive", "certified")
+#: how a largest error was found, the weaker first: in samples, by a search, over every input, bounded by a proof, or
+#: bounded for every device that keeps the accuracies of WGSL and Vulkan
+COVERAGES = ("sampled", "searched", "exhaustive", "certified", "contract")
 #: what stands for the precision of certified rows: the formula in exact arithmetic
 EXACT = "exact"
 
@@ -32,13 +33,14 @@ _INPUTS = (
     _key(
         "stratum",
         "str",
-        "highlight, uniform, peak, cutoff, grazing, lengths, normalised, hostile, configurations, cosines, vectors",
+        "highlight, uniform, peak, cutoff, grazing, lengths, normalised, hostile, configurations, cosines, vectors, "
+        "devices: what any of them makes unit",
     ),
     _key("perturbation", "str", "wrong lengths: none, a, both, opposite, any, or as a cause such as rsqrt-12 leaves"),
     _key("length_error", "float64", "largest relative error of the vectors' lengths, signed", "1"),
     _key("truth", "str", "exact Phong of the true angle (angle), or of the vectors as they are (given)"),
 )
-_COVERAGE = _key("coverage", "str", "how maxima were found: sampled, searched, exhaustive, certified")
+_COVERAGE = _key("coverage", "str", "how maxima were found: sampled, searched, exhaustive, certified, contract")
 _SAMPLES = Column("samples", "int64", "inputs evaluated", "count")
 _MAX_ABS = Column("max_abs", "float64", "largest |error|, the error being approximation - exact", "1")
 _MEAN_ABS = Column("mean_abs", "float64", "mean |error|", "1")

@@ -7,16 +7,15 @@ over the same buffers, and differences are differences of the loops.
 import time
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
-from functools import cache
 from typing import Any
 
 import numpy as np
 
 from phongbench.compiler import jit
-from phongbench.compiler.lowering import Precision, lower
+from phongbench.compiler.lowering import Precision
 from phongbench.compiler.precisions import Array, precision_named
 from phongbench.errors import InputError, KernelError, MeasurementError
-from phongbench.formulas import lambda_forms, normalising, pair_kernels, recipes
+from phongbench.formulas import normalising, recipes
 from phongbench.formulas.formula import Formula, Registry
 from phongbench.formulas.kernel import Kernel
 from phongbench.formulas.normalising import NORMALISE
@@ -28,6 +27,7 @@ from phongbench.inputs.configurations import normals_and_lights
 from phongbench.inputs.plan import Cell
 from phongbench.inputs.strata import STRATA
 from phongbench.results.schema import BASELINE, COPY, DISTANT, DOT, FMA, LIBM, TRIAD, TWIN
+from phongbench.timing.ceilings import bare_loop
 
 #: fused multiply-adds of the row `fma`, one after the other for each element: as much arithmetic as a short formula has
 CHAIN = 8
@@ -112,13 +112,13 @@ class TimedFormula:
 def timed_formulas(cells: Iterable[Cell], registry: Registry = REGISTRY) -> tuple[TimedFormula, ...]:
     """The formulas behind cells that differ in time, in the order first met, at shininess ALPHA where it is accepted.
 
-    Emulated precisions and roots are left out: their steps are conversions and tables, so their time says nothing about
-    hardware that has them.
+    Emulated precisions are left out, and estimates of roots where the processor has none: their steps are conversions
+    and tables, so their time says nothing about hardware that has them.
     """
     chosen: dict[Key, TimedFormula] = {}
     for cell in cells:
         spec, precision = cell.formula.spec(registry), precision_named(cell.precision)
-        if not precision.rounds and not NORMALISE[cell.formula.normalise].emulated:
+        if not precision.rounds and (jit.ESTIMATES_ROOTS or NORMALISE[cell.formula.normalise].instruction is None):
             formula = replace(cell.formula, slope=spec.slopes[0])
             alpha = ALPHA if spec.accepts(formula.setting(ALPHA)) else cell.alpha
             timed = TimedFormula(formula, spec, precision, alpha)
@@ -173,14 +173,15 @@ def compiled(timed: TimedFormula) -> TimedKernel:
         spec.check(setting)
         started = time.perf_counter()
         raw: dict[str, Any] = {"normalise": formula.normalise, "recipe": formula.recipe, "uniform": timed.far}
-        kernel = Kernel.of_pairs(spec, formula.lambda_form, setting, precision, **raw)
+        kernel = Kernel.of_pairs(spec, formula.lambda_form, setting, precision, timed=True, **raw)
         took = 1e3 * (time.perf_counter() - started)
     except (KernelError, jit.CompileError, ArithmeticError, LookupError, ValueError) as problem:
         raise MeasurementError(
             f"cannot be compiled: {problem}".splitlines()[0], timed.name, "fix its kernel"
         ) from problem
     rows = ROWS if formula.recipe == PAIR else ROWS_AT_INFINITY if timed.far else ROWS_OF_RECIPES
-    return TimedKernel(timed.key, kernel, _plain(timed), _tolerance(setting.exponent, precision), rows, took)
+    tolerance = _tolerance(setting.exponent, precision) + _estimated(formula, setting.exponent)
+    return TimedKernel(timed.key, kernel, _plain(timed), tolerance, rows, took)
 
 
 def companions(precision: Precision, registry: Registry = REGISTRY) -> Iterator[TimedKernel]:
@@ -230,6 +231,11 @@ def _tolerance(exponent: float, precision: Precision) -> float:
     return 200 * exponent * float(np.finfo(precision.dtype).eps)
 
 
+def _estimated(formula: Formula, exponent: float) -> float:
+    """How far the processor's estimates of both lengths may take a value from the table's, which stands for them."""
+    return 4 * 1.5 * 2.0**-12 * exponent if NORMALISE[formula.normalise].instruction else 0.0
+
+
 def _plain(timed: TimedFormula) -> Callable[[Array, Array], Array]:
     def values(a: Array, b: Array) -> Array:
         body, formula = timed.spec.bound(timed.setting), timed.formula
@@ -249,50 +255,9 @@ def _bare(
     name: str, precision: Precision, tolerance: float, plain: Callable[[Array, Array], Array], rows: int = ROWS
 ) -> TimedKernel:
     started = time.perf_counter()
-    loop = _bare_loop(name, precision)
+    loop = bare_loop(name, precision)
     took = 1e3 * (time.perf_counter() - started)
     row = np.zeros(MAX_COEFFICIENTS, precision.carrier)
     row[0], row[1] = precision.constant(ALPHA), precision.constant(1 / ALPHA)
     key = (name, "none", "reflect", None, precision.name, PAIR, "none")
     return TimedKernel(key, Kernel(loop, row, np.zeros(1, precision.carrier)), plain, tolerance, rows, took)
-
-
-@cache
-def _bare_loop(name: str, precision: Precision) -> Any:
-    """Loops that are no formula of the registry: libm's power, and the ceilings."""
-    dot, zero = lower(lambda_forms.dot, precision), precision.constant(0.0)
-
-    def libm(a: Any, b: Any, coefficients: Any, table: Any, out: Any) -> None:
-        alpha = coefficients[0]
-        for i in range(len(out)):
-            x = dot(a[0, i], a[1, i], a[2, i], b[0, i], b[1, i], b[2, i])
-            out[i] = x**alpha if x > zero else zero
-
-    def copy(a: Any, b: Any, coefficients: Any, table: Any, out: Any) -> None:
-        for i in range(len(out)):
-            out[i] = a[0, i]
-
-    def triad(a: Any, b: Any, coefficients: Any, table: Any, out: Any) -> None:
-        factor = coefficients[0]
-        for i in range(len(out)):
-            out[i] = a[0, i] + factor * b[0, i]
-
-    def product(a: Any, b: Any, coefficients: Any, table: Any, out: Any) -> None:
-        for i in range(len(out)):
-            out[i] = dot(a[0, i], a[1, i], a[2, i], b[0, i], b[1, i], b[2, i])
-
-    def chain(a: Any, b: Any, coefficients: Any, table: Any, out: Any) -> None:
-        step = coefficients[1]
-        for i in range(len(out)):
-            x = a[0, i]
-            y = x * x + step
-            y = y * x + step
-            y = y * x + step
-            y = y * x + step
-            y = y * x + step
-            y = y * x + step
-            y = y * x + step
-            out[i] = y * x + step
-
-    body = {LIBM: libm, COPY: copy, TRIAD: triad, DOT: product, FMA: chain}[name]
-    return jit.elementwise(pair_kernels.pairs_signature(precision.carrier), body)

@@ -26,6 +26,7 @@ from phongbench_reports.table import Absent, Part
 from phongbench_reports.tables.behaviour import hostile, smoothness
 from phongbench_reports.tables.by_target import by_target
 from phongbench_reports.tables.claims import claims
+from phongbench_reports.tables.devices import devices
 from phongbench_reports.tables.mesh_edges import mesh_edges
 from phongbench_reports.tables.raw_verdict import raw_verdict
 from phongbench_reports.tables.skipped import skipped
@@ -49,6 +50,7 @@ CLAIMS = Part("claims", "The textbook claims", claims)
 LAST = (
     Part("skipped", "Skipping what is dark", skipped),
     Part("sureness", "How sure the numbers are", sureness),
+    Part("devices", "On every device", devices),
     Part("worst", "Worst inputs", worst),
     Part("formulas", "The formulas", formulas, True),
 )

@@ -17,8 +17,8 @@ from typing import Any
 
 import numpy as np
 
-from phongbench.accuracy.enclosures.ends import Ends
-from phongbench.accuracy.enclosures.spans import Arithmetic, Mask, Span
+from phongbench.accuracy.enclosures.ends import Ends, Mask
+from phongbench.accuracy.enclosures.spans import Arithmetic, Span
 from phongbench.compiler.precisions import Precision
 
 #: sum over components of (|a_y b_z| + |a_z b_y|)^2 is at most this, squared, for unit vectors

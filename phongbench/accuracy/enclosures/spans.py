@@ -13,10 +13,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from phongbench.accuracy.enclosures.ends import Ends, outwards, product
+from phongbench.accuracy.enclosures.ends import Ends, Mask, outwards, product, quotients
 from phongbench.compiler.precisions import Precision
 
-Mask = NDArray[np.bool_]
 #: how far the compiled power, exponential and 2^t may be off, by digits of the carrier: absolute up to 1, else relative
 POWERS = {24: 1e-6, 53: 1e-13}
 #: the same of the arc cosine, absolute
@@ -155,11 +154,14 @@ class Span:
 
     def __truediv__(self, other: Any) -> "Span":
         low, high = self._ends(other)
-        return _quotient(self.rule, self.low, self.high, low, high)
+        return self._divided(self.low, self.high, low, high)
 
     def __rtruediv__(self, other: Any) -> "Span":
         low, high = self._ends(other)
-        return _quotient(self.rule, low, high, self.low, self.high)
+        return self._divided(low, high, self.low, self.high)
+
+    def _divided(self, low: Any, high: Any, under: Any, over: Any) -> "Span":
+        return self.rule.quotient(*quotients(low, high, under, over), under, over)
 
     def __pow__(self, other: float) -> "Span":
         """A power of a base that is not negative, as the compiled one computes it."""
@@ -277,14 +279,3 @@ def enclosed(
         if not work:
             return least, most
     raise TooBranchedError
-
-
-def _quotient(rule: Arithmetic, low: Any, high: Any, under: Any, over: Any) -> Span:
-    with np.errstate(all="ignore"):
-        corners = [product(x, 1.0) / y for x in (low, high) for y in (under, over)]
-        least, most = np.fmin.reduce(corners), np.fmax.reduce(corners)
-    # a divisor that reaches 0 from above leaves the side of the larger quotient open; one across 0 leaves both
-    across, touching = (under < 0) & (over > 0), (under == 0) | (over == 0)
-    least = np.where(across | (touching & (low < 0)), -np.inf, least)
-    most = np.where(across | (touching & (high > 0)), np.inf, most)
-    return rule.quotient(np.asarray(least, np.float64), np.asarray(most, np.float64), under, over)

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import pandas as pd
 
 from phongbench.accuracy.probes import (
+    contracts,
     exhaustive,
     hostile_inputs,
     incidence,
@@ -58,6 +59,7 @@ PROBES: tuple[Probe, ...] = (
     Probe("cosines", "measuring every cosine", exhaustive.measure, exhaustive.seconds),
     Probe("search", "searching for worse", search.measure, search.seconds),
     Probe("certify", "proving bounds", bounds.measure, bounds.seconds),
+    Probe("contract", "bounding devices", contracts.measure, contracts.seconds),
     Probe("meshes", "measuring interpolated normals", meshes.measure, meshes.seconds),
     Probe("hostile", "hostile inputs", hostile_inputs.measure, hostile_inputs.seconds),
     Probe("smoothness", "smoothness of the lobes", smoothness.measure, smoothness.seconds),

@@ -1,4 +1,4 @@
-"""What rows of different coverage owe to one another: sampled <= searched <= exhaustive <= certified.
+"""What rows of different coverage owe to one another: sampled <= searched <= exhaustive <= certified <= contract.
 
 Checked on the rows of every run, wherever two are comparable. A violation is a bug, in the measuring or in the proof,
 and makes the run end with exit code 3.
@@ -7,6 +7,8 @@ and makes the run end with exit code 3.
 2. Nearly unit vectors: what the search found is at least what any stratum of unit vectors found by sampling.
 3. A certified bound is at least every model_max, whatever the inputs: that part is the formula on unit directions.
 4. An error is at most its parts: max_abs <= certified + length_max + rounding_max, over all cosines too.
+5. A bound by contract is at least what was measured in its precision on nearly unit vectors, and at least the certified
+   one of the formula alone, but for what makes the latter tight: devices may err, and need not.
 
 Measured numbers are those of float64 arithmetic, which errs by at most `slack`: half a dozen roundings of lambda, each
 raised alpha times by the slope of the highlight, and the power itself.
@@ -28,6 +30,10 @@ from phongbench.results.schema import CASE, COVERAGES, EXACT
 UNIT_STRATA = ("uniform", "highlight", "peak", "cutoff", "grazing")
 #: the stratum of searched rows: all pairs of nearly unit vectors
 VECTORS = "vectors"
+#: the stratum of rows by contract: all pairs that a conforming device made unit
+DEVICES = "devices"
+#: how much above an error that occurs a certified bound may be, as a share and absolutely
+TIGHT = 1.002, 1e-9
 #: maxima that only grow when more inputs are looked at
 MAXIMA = ("max_abs", "max_above", "max_below", "model_max", "rounding_max", "above_one", "negative")
 #: sentences reported; a bug that shows everywhere needs no more
@@ -41,6 +47,7 @@ def violations(accuracy: pd.DataFrame) -> list[str]:
     if accuracy.empty:
         return []
     contradictions = list(_by_coverage(accuracy)) + list(_searched(accuracy)) + list(_certified(accuracy))
+    contradictions += _by_contract(accuracy)
     more = len(contradictions) - REPORTED
     return contradictions[:REPORTED] + ([f"and {more} more contradictions of coverage"] if more > 0 else [])
 
@@ -54,7 +61,7 @@ def _by_coverage(accuracy: pd.DataFrame) -> Iterator[str]:
     """Rule 1."""
     several = accuracy[accuracy["precision"] != EXACT]
     several = several[several.duplicated(CASE, keep=False)]
-    for weak, strong in pairwise(COVERAGES[:-1]):
+    for weak, strong in pairwise(COVERAGES[:3]):
         first, second = (several[several["coverage"] == name] for name in (weak, strong))
         yield from _larger(first, second, CASE, MAXIMA if strong != "searched" else MAXIMA[:1], weak, strong)
     first, second = (several[several["coverage"] == name] for name in ("sampled", "exhaustive"))
@@ -76,7 +83,7 @@ def _certified(accuracy: pd.DataFrame) -> Iterator[str]:
     bounds = accuracy[accuracy["coverage"] == "certified"]
     if bounds.empty:
         return
-    measured = accuracy[(accuracy["coverage"] != "certified") & accuracy["gated"].astype(bool)]
+    measured = accuracy[~accuracy["coverage"].isin(["certified", "contract"]) & accuracy["gated"].astype(bool)]
     measured = measured[measured["stratum"] != "configurations"]  # no function of the angle alone
     measured = measured[(measured["truth"] == "angle") & (measured["stratum"] != "hostile")]
     both = measured.merge(bounds[[*_CELL, "model_max"]], on=_CELL, suffixes=("", "_bound"))
@@ -86,6 +93,21 @@ def _certified(accuracy: pd.DataFrame) -> Iterator[str]:
     whole = limit + both["length_max"].fillna(0.0) + both["rounding_max"]
     for row in both[(both["max_abs"] > whole) & (both["nonfinite"] == 0)].to_dict("records"):
         yield f"{_named(row)}: max_abs {row['max_abs']:.17g} is above the sum of its bounded parts"
+
+
+def _by_contract(accuracy: pd.DataFrame) -> Iterator[str]:
+    """Rule 5."""
+    bounds = accuracy[accuracy["coverage"] == "contract"]
+    if bounds.empty:
+        return
+    accuracy = as_given(accuracy)
+    unit = accuracy["stratum"].isin([*UNIT_STRATA, VECTORS]) & accuracy["gated"].astype(bool)
+    measured = accuracy[unit & (accuracy["truth"] == "angle") & (accuracy["nonfinite"] == 0)]
+    yield from _larger(measured, bounds, [*_CELL, "precision"], ("max_abs",), "measured", "contract")
+    share, room = TIGHT
+    least = accuracy[accuracy["coverage"] == "certified"]
+    least = least.assign(max_abs=(least["max_abs"] - room) / share)
+    yield from _larger(least, bounds, _CELL, ("max_abs",), "certified", "contract")
 
 
 def _larger(

@@ -10,7 +10,7 @@ Domain, by precision: float16, bfloat16 and fixed point of up to 16 bits all of 
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import cache
@@ -92,7 +92,13 @@ def exponents(plan: Plan) -> tuple[float, ...]:
     """The exponents that get the costly treatment: all, but in quick those nearest to QUICK_EXPONENTS."""
     if plan.preset != "quick":
         return plan.alphas
-    return tuple(sorted({min(plan.alphas, key=lambda a: abs(math.log(a / wanted))) for wanted in QUICK_EXPONENTS}))
+    return nearest_to(plan.alphas)
+
+
+def nearest_to(alphas: Iterable[float]) -> tuple[float, ...]:
+    """Those nearest to QUICK_EXPONENTS."""
+    known = tuple(alphas)
+    return tuple(sorted({min(known, key=lambda a: abs(math.log(a / wanted))) for wanted in QUICK_EXPONENTS}))
 
 
 def seen(cell: Cell) -> bool:

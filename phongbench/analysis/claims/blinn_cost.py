@@ -4,11 +4,11 @@ import pandas as pd
 
 from phongbench.analysis.claims.claim import UNMEASURED, Claim, Finding, LackingRowsError, Record, grade
 from phongbench.analysis.claims.evidence import evidence
-from phongbench.analysis.claims.price import priced, told
+from phongbench.analysis.claims.price import priced
 from phongbench.analysis.claims.quiet_times import FASTER, PLACES, quiet
 from phongbench.analysis.claims.target_prices import OnTargets
 from phongbench.analysis.claims.words import listed, sentence
-from phongbench.analysis.normalising_cost import races, timing_rows
+from phongbench.analysis.normalising_cost import TARGET, Race, in_words, races, timing_rows
 from phongbench.analysis.rows import Rows, at
 from phongbench.formulas.citations import WIKIPEDIA_BLINN
 from phongbench.results.schema import DISTANT
@@ -64,12 +64,16 @@ def _from_raw(rows: Rows) -> Finding | None:
     quiet(rows)
     faster = [race for race in raced if race.ratio_high < 1 and race.ratio < FASTER]
     near = races(rows, NEAR)
-    because = f"from a raw N, light and viewer at infinity: {told(raced)}"
-    beside = f" From raw N, L and V near: {told(near)}" if near else ""
+    parts = [f"on the {TARGET}, light and viewer at infinity, from a raw N {_each(raced)}"]
+    parts += [f"both near, from raw N, L and V {_each(near)}"] if near else []
     records = tuple(race.as_dict() for race in (*raced, *near))
     shown = evidence("timing", "ratio", timing_rows(rows, [*raced, *near]))
     verdict = grade(len(faster) == len(raced), faster)
-    return Finding(verdict, f"{because[:1].upper()}{because[1:]}{beside}", records, shown, "timed")
+    return Finding(verdict, sentence(*parts), records, shown, "timed")
+
+
+def _each(raced: list[Race]) -> str:
+    return listed(in_words([race]) for race in raced)
 
 
 def _verdict(row: pd.Series) -> str:

@@ -50,26 +50,32 @@ def maxima(study: Rows) -> pd.DataFrame:
     rows = rows[rows["gated"].astype(bool) & (rows["truth"] == "angle") & (rows["perturbation"] == "none")]
     rows = rows[(rows["stratum"] != "hostile")]
     cell = [*LAW, "precision"]
-    table = _largest(rows[rows["stratum"].isin(UNIT_STRATA)], cell, "max_abs", "sampled")
+    table = largest(rows[rows["stratum"].isin(UNIT_STRATA)], cell, "max_abs", "sampled")
     for name, chosen in (
         ("searched", rows[rows["stratum"] == VECTORS]),
         ("exhaustive", rows[rows["coverage"] == "exhaustive"]),
     ):
-        table = table.merge(_largest(chosen, cell, "max_abs", name), on=cell, how="outer")
+        table = table.merge(largest(chosen, cell, "max_abs", name), on=cell, how="outer")
     measured = rows[rows["coverage"] != "certified"]
-    table = table.merge(_largest(measured, LAW, "model_max", "model"), on=LAW, how="left")
+    table = table.merge(largest(measured, LAW, "model_max", "model"), on=LAW, how="left")
     certified = rows[rows["coverage"] == "certified"]
-    table = table.merge(_largest(certified, LAW, "model_max", "certified"), on=LAW, how="left")
+    table = table.merge(largest(certified, LAW, "model_max", "certified"), on=LAW, how="left")
     return table.sort_values(cell, kind="stable").reset_index(drop=True)
 
 
-def _largest(rows: pd.DataFrame, key: list[str], metric: str, name: str) -> pd.DataFrame:
+def largest(rows: pd.DataFrame, key: list[str], metric: str, name: str) -> pd.DataFrame:
+    """The largest of a metric for each key, under this name."""
     return rows.groupby(key, dropna=False, observed=True)[metric].max().rename(name).reset_index()
 
 
 def _headline(study: Rows, data: pd.DataFrame) -> pd.DataFrame:
     """Each formula and form once, at one exponent: Taylor's slope, and gamma 8 if there is one."""
-    mine = at(data, precision=study.precision, alpha=study.alpha, space="reflect", beta_policy=SHOWN_SLOPES)
+    return headline(at(data, precision=study.precision, alpha=study.alpha, space="reflect"))
+
+
+def headline(data: pd.DataFrame) -> pd.DataFrame:
+    """Of rows at one exponent each formula and form once."""
+    mine = at(data, beta_policy=SHOWN_SLOPES)
     order = mine.assign(away=(mine["gamma"].astype(float) - SHOWN_GAMMA).abs())
     order = order.sort_values(["approximation", "lambda_form", "away"], kind="stable")
     return order.drop_duplicates(["approximation", "lambda_form"]).drop(columns="away")

@@ -274,6 +274,16 @@ def test_what_a_recommendation_promises_is_within_its_budget(client: TestClient)
     assert all(choice["max_abs"] <= choice["bound"] <= 0.05 for choice in told["choices"])
 
 
+def test_a_recommendation_by_contract_holds_on_every_device(client: TestClient) -> None:
+    asked = {"alpha": "50", "max_error": "1/20", "run": RUN, "contract": "true"}
+    told = client.get("/v1/recommend", params=asked).json()
+    assert told["contract"] is True
+    assert {choice["coverage"] for choice in told["choices"]} == {"contract"}
+    refused = client.get("/v1/recommend", params=asked | {"precision": "float64"})
+    assert refused.status_code == 422
+    assert "no accuracies of float64" in refused.json()["detail"]
+
+
 def test_a_question_with_more_proofs_than_a_request_may_take_is_refused(client: TestClient) -> None:
     """Each exponent is proven by itself; what that takes is known before."""
     refused = client.get("/v1/recommend", params={"alpha": "0.001..100000", "max_error": "1/20"})

@@ -157,7 +157,9 @@ class Number:
     def __rsub__(self, other: Any) -> "Number":
         return self._made(self._other(other) - self.values)
 
-    def __mul__(self, other: Any) -> "Number":
+    def __mul__(self, other: Any) -> Any:
+        if isinstance(other, Vector):
+            return other * self
         return self._made(self.values * self._other(other))
 
     def __truediv__(self, other: Any) -> "Number":

@@ -1,5 +1,6 @@
 """What is timed, and over how much memory."""
 
+import re
 from dataclasses import replace
 from itertools import product
 from typing import Any
@@ -52,6 +53,30 @@ def test_float16_is_emulated_and_therefore_not_timed() -> None:
     assert timed_formulas(cells(precisions=("float16",))) == ()
     with pytest.raises(InputError, match="emulated"):
         timed_kernels.compiled(replace(LYON, precision=FLOAT16))
+
+
+@compiled_only
+@pytest.mark.skipif(not jit.ESTIMATES_ROOTS, reason="no instruction estimates roots here")
+def test_an_estimate_of_a_root_is_timed_by_the_processors_own_instruction() -> None:
+    """Its errors are those of a table of 12 bits; its time is that of the instruction, without a Newton step."""
+    (timed,) = timed_formulas([Cell(Formula.parse("phong/estimate"), 50.0, "float32")])
+    kernel = timed_kernels.compiled(timed)
+    _, assembly = jit.code(kernel.kernel.loop)
+    assert "rsqrt" in assembly
+    assert not re.search(r"\bv?(sqrt|div)[ps]s\b", assembly)
+    a = np.random.default_rng(1).normal(size=(3, 500)).astype(np.float32)
+    b, out = (1.5 * a + 0.1 * a[::-1]).astype(np.float32), np.empty(500, np.float32)
+    kernel.kernel.fill_pairs(a, b, out)
+    exact = TimedFormula.of("phong/each", FLOAT32)
+    off = np.abs(out - timed_kernels.compiled(exact).plain(a.astype(float), b.astype(float))).max()
+    assert 1e-6 < off <= 50 * 2 * 1.5 * 2.0**-12
+
+
+def test_where_no_instruction_estimates_roots_none_is_timed(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(jit, "ESTIMATES_ROOTS", False)
+    names = ("phong/estimate", "lyon:cross:8/estimate", "phong/fast")
+    timed = timed_formulas([Cell(Formula.parse(name), 50.0, "float32") for name in names])
+    assert [str(one.formula) for one in timed] == ["phong/fast"]
 
 
 def test_a_formula_that_is_not_accepted_at_the_usual_alpha_keeps_its_own() -> None:

@@ -23,6 +23,7 @@ import numpy as np
 import pandas as pd
 
 from phongbench.accuracy import tables
+from phongbench.accuracy.probes import consistency
 from phongbench.accuracy.probes.certify.sets import TooWideError, along, ends, every_path
 from phongbench.accuracy.probes.exhaustive import COSINES, exponents
 from phongbench.accuracy.probes.probe import ProbeContext
@@ -34,10 +35,8 @@ from phongbench.formulas.spec import Approximation, Setting
 from phongbench.inputs.plan import Cell, Plan
 from phongbench.results.schema import ACCURACY, EXACT
 
-#: a bound this close to an error that occurs is tight: 0.2 %
-TIGHT = 1.002
-#: errors below this are nobody's concern: where a formula is Phong the bound cannot be relative
-NOTHING = 1e-9
+#: a bound this close to an error that occurs is tight, as a share and, where a formula is Phong, absolutely
+TIGHT, NOTHING = consistency.TIGHT
 #: halvings until a bound is taken as it is, and until one that is still infinite is given up
 HALVINGS, HOPELESS = 1500, 200
 #: seconds a law takes, for the forecast only

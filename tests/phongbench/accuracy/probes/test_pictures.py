@@ -11,7 +11,7 @@ from phongbench.accuracy.probes import directional_lights, far_lights, pictures,
 from phongbench.accuracy.probes.probe import ProbeContext
 from phongbench.formulas.formula import Formula
 from phongbench.formulas.registry import REGISTRY
-from phongbench.inputs.plan import PRESETS, PROBE_NAMES
+from phongbench.inputs.plan import PRESETS, USUAL_PROBES
 from phongbench.inputs.plan_files import compose
 from phongbench.results import runs, schema
 from phongbench.scenes import scene_files
@@ -228,7 +228,7 @@ def test_a_run_keeps_the_tables_and_verifies(two_scenes, tiny, tmp_path):
 
 def test_scenes_are_asked_by_the_flag_and_by_the_full_preset_only():
     assert [name for name, plan in PRESETS.items() if "scenes" in plan.probes] == ["full"]
-    assert compose(scenes=True).validated().probes == tuple(name for name in PROBE_NAMES if name != "inverse")
+    assert set(compose(scenes=True).validated().probes) == {*USUAL_PROBES, "scenes"}
     assert compose(scenes=True, probes=("none",)).probes == ("scenes",)
     assert compose(scenes=True, preset_name="full").validated() == PRESETS["full"].validated()
     assert pictures.size(PRESETS["full"]) == (640, 360)
