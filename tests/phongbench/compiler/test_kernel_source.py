@@ -11,8 +11,6 @@ from phongbench.compiler.kernel_source import parsed
 
 LINES = "".join(f"    a{i} = x * {i} + 1.0 if x > {i} else -x\n" for i in range(150))
 SOURCE = f"def f(x):\n{LINES}    return x\n"
-    "def f(x):\n" + "".join(f"    a{i} = x * {i} + 1.0 if x > {i} else -x\n" for i in range(150)) + "    return x\n"
-)
 
 
 class _Finalized:
