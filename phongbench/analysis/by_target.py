@@ -7,15 +7,15 @@ from typing import Any
 
 import pandas as pd
 
-from phongbench.analysis.choice import promised
+from phongbench.analysis.choice import Row, promised
 from phongbench.analysis.error_budget import Budget
 from phongbench.analysis.front import errors_at, judged, records
 from phongbench.analysis.rows import Rows, at
-from phongbench.analysis.target_costs import CPU, TIE, own_prices, priced, unit_of
+from phongbench.analysis.target_costs import CPU, Price, own_prices, priced, prices, table_of, unit_of
 from phongbench.formulas.formula import Formula
 from phongbench.formulas.user_files import installed
 from phongbench.results.runs import DEFAULT_ROOT
-from phongbench.results.schema import CELL, INPUT
+from phongbench.results.schema import INPUT
 from phongbench.targets.chips import TARGETS
 
 #: the precision of compiled costs
@@ -65,25 +65,36 @@ def answers(
     root    the folder of the runs, in which measured targets were added
     """
     found = []
+    own = {target: own_prices(rows.costs, target, None) for target in targets}
     for alpha in alphas:
         wrong = errors_of(rows, alpha)
-        near = wrong[wrong["error"] <= budget].reset_index(drop=True)  # of others no code need be written
-        found += [_cheapest(rows, target, alpha, budget, near, root) for target in targets]
+        near = records(wrong[wrong["error"] <= budget])  # of others no code need be written
+        formulas = [Formula.of_row(row) for row in near]
+        for target in targets:
+            if target == CPU:
+                timed = rows.choice(alpha, PRECISION, budget).best
+                row = None if timed is None else {**timed, "cost": timed["ns"], **unit_of(CPU)}
+            else:
+                told = prices(formulas, (alpha,), table_of(target, root), own=own[target])
+                priced_rows = [(price, row) for price, row in zip(told, near, strict=True) if price is not None]
+                row = _cheapest(priced_rows, alpha, budget, unit_of(target, root))
+            found.append(Answer(alpha, target, row))
     return found
 
 
-def _cheapest(rows: Rows, target: str, alpha: float, budget: float, near: pd.DataFrame, root: Path) -> Answer:
-    if target == CPU:
-        timed = rows.choice(alpha, PRECISION, budget).best
-        return Answer(alpha, target, None if timed is None else {**timed, "cost": timed["ns"], **unit_of(CPU)})
+def _cheapest(
+    cells: Iterable[tuple[Price, Row]], alpha: float, budget: float, unit: Mapping[str, str]
+) -> dict[str, Any] | None:
+    """The cheapest cell whose bound is within the budget, with its price; of equally cheap ones that errs least."""
     judge = promised(Budget.of(alpha, budget, precision=PRECISION), installed())
-    cells = priced_on(rows, target, alpha, near, root)
-    for row in records(cells.sort_values(["ratio", TIE, "error", *CELL], kind="stable")):
+    for price, row in sorted(cells, key=lambda cell: (cell[0].ratio, cell[0].alone, cell[1]["error"])):
         kept = judge(row, False)
         if kept.kept and kept.bound <= budget:
             sharp = min(judge(row, True), kept, key=lambda one: one.bound)
-            return Answer(alpha, target, {**row, "bound": sharp.bound, "coverage": sharp.coverage})
-    return Answer(alpha, target, None)
+            ends = {"ratio": price.ratio, "ratio_low": price.low, "ratio_high": price.high}
+            cost = {"cost": price.cost, "bound_by": price.bound_by, **unit}
+            return {**row, **ends, **cost, "bound": sharp.bound, "coverage": sharp.coverage}
+    return None
 
 
 def errors_of(rows: Rows, alpha: float) -> pd.DataFrame:
@@ -91,14 +102,10 @@ def errors_of(rows: Rows, alpha: float) -> pd.DataFrame:
     return errors_at(at(rows.highlight, space="reflect"), alpha=alpha, precision=PRECISION)
 
 
-def priced_on(rows: Rows, target: str, alpha: float, cells: pd.DataFrame, root: Path = DEFAULT_ROOT) -> pd.DataFrame:
-    """The cells of `errors_of` with their cost on a target other than cpu."""
-    return priced(cells, (alpha,), target, None, [], root, own_prices(rows.costs, target, None))
-
-
 def front_on(rows: Rows, target: str, alpha: float, cells: pd.DataFrame) -> pd.DataFrame:
     """The front of a compiled target at an exponent, of the cells of `errors_of`, as `front.points` gives it."""
-    return judged(priced_on(rows, target, alpha, cells)).drop(columns=INPUT, errors="ignore")
+    own = own_prices(rows.costs, target, None)
+    return judged(priced(cells, (alpha,), target, None, [], own=own)).drop(columns=INPUT, errors="ignore")
 
 
 def alike(found: Sequence[Answer]) -> list[list[str]]:

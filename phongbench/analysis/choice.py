@@ -68,6 +68,19 @@ def as_given(row: Row, sharp: bool) -> Promise:
     return Promise(float(row["error"]), str(row.get("coverage", "certified")))
 
 
+def remembered(judge: Judge) -> Judge:
+    """The same judge, who proves a formula once however often it is asked about: on every target, say."""
+    known: dict[tuple[str, float, bool], Promise] = {}
+
+    def judged(row: Row, sharp: bool) -> Promise:
+        key = (str(Formula.of_row(row)), float(row["error"]), sharp)
+        if key not in known:
+            known[key] = judge(row, sharp)
+        return known[key]
+
+    return judged
+
+
 def choose(cells: pd.DataFrame, max_error: float, judge: Judge = as_given) -> Choice:
     """The cheapest cell of a front whose bound is within `max_error`, the next one, and the nearest miss.
 

@@ -12,14 +12,15 @@ from typing import Any
 import pandas as pd
 
 from phongbench.analysis import inverse_errors, law_bounds, measured_errors, raw_vectors
-from phongbench.analysis.choice import as_given, choose, promised
-from phongbench.analysis.choice_words import answered
+from phongbench.analysis.choice import Judge, as_given, choose, promised, remembered
+from phongbench.analysis.choice_words import answered, plain
 from phongbench.analysis.error_budget import Budget, length_error_of
 from phongbench.analysis.exponents import Exponents
 from phongbench.analysis.promises import DEVICES, UNIT_ON_DEVICES, domain
 from phongbench.analysis.target_costs import CPU, checked, own_prices, priced
 from phongbench.compiler.precisions import precision_named
 from phongbench.errors import InputError
+from phongbench.formulas.formula import Formula
 from phongbench.formulas.user_files import installed
 from phongbench.results import runs
 from phongbench.results.runs import DEFAULT_ROOT, Run
@@ -70,20 +71,20 @@ def recommend(
     Raises InputError for numbers out of range and for what the run did not measure, naming the command that does;
     UnknownNameError for an unknown precision or space; CorruptRunError for a run whose bytes have changed.
     """
-    if mesh_angle is not None:
-        length_error = length_error_of(mesh_angle, length_error)
+    length_error = _length_error(length_error, mesh_angle)
     budget = Budget.of(alpha, max_error, length_error, precision, space, working_set, contract=contract)
     if raw:
         if checked(target, short_of, root) != CPU:
             raise InputError("recipes are chosen by their times on this machine", "target", "leave raw or target out")
         return raw_vectors.recommend(run, budget, any_length=length_error is None)
     notes: list[str] = []
-    cells = _cells(run, budget, (checked(target, short_of, root), short_of, root), inverse_error, notes)
+    known = _known(run, budget, notes, timed=checked(target, short_of, root) == CPU)
+    cells = known if target == CPU else _on_target(known, run, budget, (target, short_of, root), notes)
+    if inverse_error is not None:
+        cells = inverse_errors.within(cells, run, budget.alpha, inverse_error, notes)
     if unknown := sorted(set(cells["approximation"]) - set(installed())):
         notes.append(f"{', '.join(unknown)}: only sampled, and the formula is not here, so nothing is promised of it")
-    by_law = run is None and not contract
-    judge = as_given if by_law else promised(budget, installed(), search=search, measured=run is not None)
-    choice = choose(cells, budget.max_error, judge)
+    choice = choose(cells, budget.max_error, _judge(run, budget, search=search))
     notes.append(f"what an answer says holds in {precision} {_where(budget)}")
     return {**_asked(run, budget), "target": target, "short_of": short_of, **answered(choice, budget), "notes": notes}
 
@@ -110,40 +111,65 @@ def _asked(run: Run | None, budget: Budget) -> dict[str, Any]:
     }
 
 
-def _cells(
-    run: Run | None,
-    budget: Budget,
-    where: tuple[str, str | None, Path],
-    inverse_error: float | str | None,
-    notes: list[str],
+def _length_error(length_error: float | str | None, mesh_angle: float | str | None) -> float | str | None:
+    return length_error if mesh_angle is None else length_error_of(mesh_angle, length_error)
+
+
+def _known(run: Run | None, budget: Budget, notes: list[str], *, timed: bool) -> pd.DataFrame:
+    """The formulas that apply, each with its error, and with its time on this machine if asked for."""
+    if run is None:
+        return law_bounds.cells(budget, notes)
+    return measured_errors.cells(run, budget, notes) if timed else measured_errors.errors(run, budget, notes)
+
+
+def _on_target(
+    known: pd.DataFrame, run: Run | None, budget: Budget, where: tuple[str, str | None, Path], notes: list[str]
 ) -> pd.DataFrame:
-    """The formulas that apply, each with its error and its cost on the target.
+    """These formulas with their costs on a target.
 
     where  the target, the unit that is scarce there, and the folder of the runs
     """
     target, short_of, root = where
-    if target == CPU:
-        known = law_bounds.cells(budget, notes) if run is None else measured_errors.cells(run, budget, notes)
-    else:
-        known = law_bounds.cells(budget, notes) if run is None else measured_errors.errors(run, budget, notes)
-        own = own_prices(None if run is None else run.costs, target, short_of)
-        known = priced(known, budget.alpha.values, target, short_of, notes, root, own)
-    return known if inverse_error is None else inverse_errors.within(known, run, budget.alpha, inverse_error, notes)
+    own = own_prices(None if run is None else run.costs, target, short_of)
+    return priced(known, budget.alpha.values, target, short_of, notes, root, own)
 
 
-def elsewhere(run: Run | None, answer: Mapping[str, Any], **question: Any) -> list[dict[str, Any]]:
+def _judge(run: Run | None, budget: Budget, *, search: bool) -> Judge:
+    if run is None and not budget.contract:
+        return as_given
+    return promised(budget, installed(), search=search, measured=run is not None)
+
+
+def elsewhere(
+    run: Run | None,
+    answer: Mapping[str, Any],
+    *,
+    raw: bool = False,
+    length_error: float | str | None = None,
+    mesh_angle: float | str | None = None,
+    inverse_error: float | str | None = None,
+    root: Path = DEFAULT_ROOT,
+    **question: Any,
+) -> list[dict[str, Any]]:
     """The best choice on each compiled target where it is another formula than in this answer, as plain data.
 
     answer    of `recommend` to the same question
-    question  its arguments, without target and short_of
+    question  its other arguments, without target, short_of and search
     """
-    here = answer["choices"][0]["name"] if answer["choices"] else None
+    if raw or question.get("precision", "float32") != "float32":
+        return []
+    budget = Budget.of(length_error=_length_error(length_error, mesh_angle), **question)
+    known = _known(run, budget, [], timed=False)
+    if inverse_error is not None:
+        known = inverse_errors.within(known, run, budget.alpha, inverse_error, [])
+    judge, told = remembered(_judge(run, budget, search=False)), answer["choices"]
     best = []
-    apart = question.get("raw") or question.get("precision", "float32") != "float32"
-    for target in () if apart else TARGETS:
-        choices = recommend(run, **question, target=target, search=False)["choices"]
-        if choices and choices[0]["name"] != here:
-            best.append({key: choices[0][key] for key in ("target", "name", "cost", "unit", "ratio", "max_abs")})
+    for target in TARGETS:
+        cells = _on_target(known, run, budget, (target, None, root), [])
+        chosen = choose(cells, budget.max_error, judge).best
+        if chosen is not None and (not told or str(Formula.of_row(chosen)) != told[0]["name"]):
+            row = plain(chosen, budget)
+            best.append({key: row[key] for key in ("target", "name", "cost", "unit", "ratio", "max_abs")})
     return best
 
 

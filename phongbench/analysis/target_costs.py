@@ -105,29 +105,43 @@ def priced(
     """
     if set(cells["precision"].astype(str)) - {"float32"}:
         raise InputError(f"costs on {target} are those of float32 code", "precision", "leave the precision out")
-    table = shipped(target) if target in TARGETS else measured.added(target, root)
-    every = tuple(alphas)
+    table, every = table_of(target, root), tuple(alphas)
     rows: list[dict[Any, Any]] = cells.to_dict("records")
-    formulas = [Formula.of_row(row) for row in rows]
-    found = [own.get(formula) or _worst(table, formula, every, short_of) for formula in formulas]
+    found = prices([Formula.of_row(row) for row in rows], every, table, short_of, own)
     known = pd.Series([price is not None for price in found], index=cells.index, dtype=bool)
     if not known.all():
         names = sorted({str(name) for name in cells.loc[~known, "approximation"]})
         notes.append(f"left out, since no cost of their code on {target} is known: {', '.join(names)}")
-    kept, prices = cells[known].reset_index(drop=True), [price for price in found if price is not None]
+    kept, told = cells[known].reset_index(drop=True), [price for price in found if price is not None]
     timed = isinstance(table, MeasuredTable)
     return kept.assign(
-        ns=[price.cost if timed else float("nan") for price in prices],
-        ratio=[price.ratio for price in prices],
-        ratio_low=[price.low for price in prices],
-        ratio_high=[price.high for price in prices],
+        ns=[price.cost if timed else float("nan") for price in told],
+        ratio=[price.ratio for price in told],
+        ratio_low=[price.low for price in told],
+        ratio_high=[price.high for price in told],
         target=target,
-        cost=[price.cost for price in prices],
-        **{TIE: [price.alone for price in prices]},
+        cost=[price.cost for price in told],
+        **{TIE: [price.alone for price in told]},
         unit=table.unit,
         cost_kind="measured" if timed else "compiled",
-        bound_by=pd.Series([price.bound_by for price in prices], dtype=object),
+        bound_by=pd.Series([price.bound_by for price in told], dtype=object),
     )
+
+
+def table_of(target: str, root: Path = DEFAULT_ROOT) -> CostTable | MeasuredTable:
+    """The costs that are known of a target other than cpu."""
+    return shipped(target) if target in TARGETS else measured.added(target, root)
+
+
+def prices(
+    formulas: Iterable[Formula],
+    alphas: tuple[float, ...],
+    table: CostTable | MeasuredTable,
+    short_of: str | None = None,
+    own: Mapping[Formula, Price] = MappingProxyType({}),
+) -> list[Price | None]:
+    """Each formula's largest price over exponents; None where the table does not know one, nor `own`."""
+    return [own.get(formula) or _worst(table, formula, alphas, short_of) for formula in formulas]
 
 
 def _worst(
@@ -137,8 +151,8 @@ def _worst(
     if formula.approximation not in REGISTRY:
         return None
     codes = [shipped_code(formula, alpha, table.language) for alpha in alphas]
-    prices = [None if one is None else _price(table, one, short_of) for one in codes]
-    return None if None in prices else max((p for p in prices if p is not None), key=lambda price: price.cost)
+    each = [None if one is None else _price(table, one, short_of) for one in codes]
+    return None if None in each else max((price for price in each if price is not None), key=lambda price: price.cost)
 
 
 def _price(table: CostTable | MeasuredTable, one: Code, short_of: str | None) -> Price | None:

@@ -62,9 +62,15 @@ class Code:
 
         Names of directions do not count either.
         """
-        bare = _NUMBER.sub(_without_value, _TABLE.sub("TABLE", re.sub(r"//[^\n]*", "", self.text)))
-        bare = re.sub(r"\bn\b", "r", re.sub(r"\bh\b", "v", bare))
-        return hashlib.sha256(" ".join(bare.split()).encode()).hexdigest()[:DIGITS]
+        return _shape(self.text)
+
+
+@lru_cache(maxsize=1 << 14)
+def _shape(text: str) -> str:
+    """See `Code.shape`; every target that shares the language asks for it."""
+    bare = _NUMBER.sub(_without_value, _TABLE.sub("TABLE", re.sub(r"//[^\n]*", "", text)))
+    bare = re.sub(r"\bn\b", "r", re.sub(r"\bh\b", "v", bare))
+    return hashlib.sha256(" ".join(bare.split()).encode()).hexdigest()[:DIGITS]
 
 
 def _without_value(number: re.Match[str]) -> str:

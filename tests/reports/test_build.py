@@ -95,8 +95,8 @@ def test_the_page_runs_no_script_and_needs_no_inline_style(page: Page) -> None:
 def test_sections_come_in_the_order_of_the_report(page: Page) -> None:
     order = [str(attributes["id"]) for tag, attributes in page.elements if tag == "section"]
     figures = [figure.name for figure in FIGURES if figure.name != "speed"]
-    after = ["census", "hostile", "smoothness", "pictures", "claims", "speed", "skipped", "sureness", "worst"]
-    assert order == ["verdict", "by_target", "raw_verdict", *figures, *after, "unmeasured", "provenance"]
+    after = ["census", "hostile", "smoothness", "pictures", "claims", "speed", "skipped", "sureness", "devices"]
+    assert order == ["verdict", "by_target", "raw_verdict", *figures, *after, "worst", "unmeasured", "provenance"]
 
 
 def test_every_figure_has_alt_text_a_sentence_counts_and_its_csv(page: Page) -> None:
