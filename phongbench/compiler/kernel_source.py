@@ -3,6 +3,7 @@
 import ast
 import inspect
 import textwrap
+import threading
 from collections.abc import Callable, Mapping
 from functools import cache
 from typing import Any, TypeVar
@@ -15,6 +16,17 @@ Body = Callable[..., Any]
 F = TypeVar("F", bound=Body)
 #: annotation of a kernel argument that is a one-dimensional table in the working precision
 Table = Array
+_PARSING = threading.Lock()
+
+
+def parsed(source: str) -> ast.Module:
+    """The syntax tree of a source, made by one thread at a time.
+
+    CPython 3.11 keeps the depth that it has reached in a place that all threads share. Where a finalizer lets another
+    thread in, both raise SystemError: AST constructor recursion depth mismatch.
+    """
+    with _PARSING:
+        return ast.parse(source)
 
 
 def primitive(**implementations: Body) -> Callable[[F], F]:
@@ -58,7 +70,7 @@ class BodyText:
             raise KernelError(
                 f"the source of {body!r} cannot be read", None, "define the kernel in a file"
             ) from problem
-        tree = ast.parse(textwrap.dedent("".join(lines))).body[0]
+        tree = parsed(textwrap.dedent("".join(lines))).body[0]
         if not isinstance(tree, ast.FunctionDef):
             raise KernelError(f"{body!r} is not a plain function", None, "define the kernel with def")
         self.definition = tree

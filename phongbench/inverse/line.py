@@ -33,6 +33,8 @@ MARKS = OK, SHADOW, SATURATED, BRIGHT, STEEP = ("ok", "shadow", "saturated", "br
 STEEPEST = 100.0
 #: standard deviations of noise up to which a sample may be in shadow
 _UNLIT = 4.0
+#: the least distance of samples, and one over the largest x
+CLOSEST = 1e-12
 #: the most samples of a line
 LONGEST = 1 << 20
 
@@ -122,7 +124,9 @@ def invert_line(
         what = f"an intensity outside 0 .. 1: {values[bad]:g}"
         raise InputError(what, at("intensity", bad), "divide by the largest possible one: --scale, e.g. 255")
     places = np.arange(len(values), dtype=float) if x is None else _row(x, "x", at, len(values))
-    if (falls := np.diff(places) <= 0).any():
+    if (far := np.abs(places) > 1 / CLOSEST).any():
+        raise InputError(f"beyond {1 / CLOSEST:g}", at("x", int(np.argmax(far))), "give x in another unit")
+    if (falls := np.diff(places) < CLOSEST).any():
         raise InputError("x does not grow", at("x", int(np.argmax(falls)) + 1), "sort the samples by x, each once")
     for kind, name, known in (("rule", rule, RULES), ("start", start, STARTS)):
         if name not in known:

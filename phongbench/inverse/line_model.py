@@ -7,6 +7,8 @@ from typing import Any
 from phongbench.errors import InputError
 from phongbench.support.values import number
 
+#: the largest strength or length, and one over the smallest
+_LARGEST = 1e9
 #: how far a light's length may be from 1 by rounding
 _ROUNDING = 1e-9
 
@@ -27,11 +29,12 @@ class LineModel:
     noise: float = 0.0
 
     def __post_init__(self) -> None:
-        for name in ("ambient", "noise"):
-            object.__setattr__(self, name, number(getattr(self, name), name))
-        object.__setattr__(self, "diffuse", number(self.diffuse, "diffuse"))
-        if self.diffuse == 0:
-            raise InputError("without diffuse light, intensities tell nothing", "diffuse", "give a number above 0")
+        for name in ("ambient", "diffuse", "noise"):
+            value = number(getattr(self, name), name)
+            if value > _LARGEST or (name == "diffuse" and value < 1 / _LARGEST):
+                least = f"{1 / _LARGEST:g}" if name == "diffuse" else "0"
+                raise InputError(f"outside {least} .. {_LARGEST:g}", name, "intensities are 0 .. 1")
+            object.__setattr__(self, name, value)
         object.__setattr__(self, "light", _light(self.light))
 
     @property
@@ -59,8 +62,8 @@ def _light(given: Any) -> tuple[float, float]:
         x, z = (float(v) for v in given)
     except (TypeError, ValueError, OverflowError):
         raise InputError("not two numbers", "light", "give [x, z], x to the right and z to the viewer") from None
-    if isinstance(given, str) or not (math.isfinite(x) and math.isfinite(z) and 0 < math.hypot(x, z) < math.inf):
-        raise InputError("not two finite numbers, not both 0", "light", "give [x, z], towards the light")
+    if isinstance(given, str) or not 1 / _LARGEST <= math.hypot(x, z) <= _LARGEST:
+        raise InputError("no direction of some length", "light", "give [x, z], towards the light, not both 0")
     if z < 0:
         raise InputError("the light comes from behind: z is negative", "light", "z points to the viewer")
     return x, z

@@ -34,6 +34,8 @@ TILE = 1 << 13
 _MOST_STEPS, _ENOUGH = 60.0, 1e-9
 #: lights whose directions span less than this share of the largest extent lie in a plane
 _FLAT = 1e-3
+#: the largest size of an intensity
+_BRIGHTEST = 1e9
 #: shares of the diffuse term: a residual above is no noise; a sample below may be in shadow
 _POOR, _DARK = 0.02, 0.01
 
@@ -212,10 +214,11 @@ def _pictures(given: Any, lights: int, least: int) -> Array:
         raise InputError(f"{len(pictures)} pictures", "pictures", f"a normal needs {least} or more")
     if len(pictures) != lights:
         raise InputError(f"{lights} lights for {len(pictures)} pictures", "lights", "give one light for each picture")
-    bad = np.argwhere(~np.isfinite(pictures))
+    bad = np.argwhere(~(np.abs(pictures) <= _BRIGHTEST))
     if len(bad):
         k, row, column = bad[0].tolist()
-        raise InputError(f"column {column} of row {row} is not finite", f"pictures[{k}]", "mask it, or mend the file")
+        what = f"column {column} of row {row} is not finite, or beyond {_BRIGHTEST:g}"
+        raise InputError(what, f"pictures[{k}]", "scale the pictures, or mend the file")
     return pictures
 
 

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from phongbench.compiler import elementary
+from phongbench.compiler.kernel_source import parsed
 from phongbench.compiler.lowering import FLOAT32, Body, lower
 from phongbench.errors import KernelError
 from phongbench.formulas.shader_code.body import BodyWriter
@@ -192,6 +193,6 @@ class Writer:
 @lru_cache(1024)
 def _parsed(source: str) -> ast.FunctionDef:
     """The function that a lowered source defines; nobody changes it."""
-    definition = ast.parse(source).body[0]
+    definition = parsed(source).body[0]
     assert isinstance(definition, ast.FunctionDef)
     return definition

@@ -167,6 +167,12 @@ def test_the_rules_are_exact_for_parabolas_and_for_lines_on_uneven_samples() -> 
         ({"intensity": "abc"}, "intensity"),
         ({"x": [0.0, 0.0]}, "x[1]"),
         ({"x": [0.0]}, "x"),
+        ({"x": [0.0, 1e-300]}, "x[1]"),
+        ({"x": [0.0, 1e300]}, "x[1]"),
+        ({"diffuse": 1e-320}, "diffuse"),
+        ({"ambient": 1e300}, "ambient"),
+        ({"light": (1e-320, 0.0)}, "light"),
+        ({"light": (1e300, 0.0)}, "light"),
         ({"prior": [1.0]}, "prior"),
         ({"light": (0.0, 0.0)}, "light"),
         ({"light": (0.5, -0.1)}, "light"),
@@ -199,7 +205,7 @@ def test_random_lines_never_crash() -> None:
         light = (float(rng.normal()), abs(float(rng.normal())) * float(rng.integers(0, 2)))
         model = LineModel(*rng.uniform(0, 1, 2).tolist(), light, float(rng.choice([0.0, 1e-9, 0.01, 3.0])))
         values = np.clip(rng.normal(0.5, rng.choice([0.1, 2.0]), count), 0, 1)
-        x = np.cumsum(rng.choice([1e-12, 1.0, 1e9], count))
+        x = np.cumsum(rng.choice([1e-6, 1.0, 1e9], count))
         if (np.diff(x) <= 0).any():
             continue
         prior = str(rng.choice([*PRIORS]))
