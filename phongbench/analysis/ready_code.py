@@ -1,6 +1,7 @@
 """A formula's code with what is known of it from above: the error that is promised, and what it costs on targets."""
 
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from typing import Any
 
 from phongbench.analysis.promises import bound_at, contract_at
@@ -30,7 +31,7 @@ def ready_code(
     compiles  whether code whose cost is not shipped may be compiled here
     Raises what `shader` raises; InputError where a cost is asked for that is not shipped and cannot be compiled here.
     """
-    language = options.checked()
+    language, options = options.checked(), replace(options, targets=tuple(dict.fromkeys(options.targets)))
     formula.check(alpha, registry)
     costs = [cost_on(target, formula, alpha, options, registry, compiles=compiles) for target in options.targets]
     wrong, bound, contract = options.length_error, None, None
@@ -71,9 +72,13 @@ def cost_on(
 
 def _said(costs: Iterable[Mapping[str, Any]]) -> list[str]:
     """A line for each target."""
+
+    def by(tool: str, version: str) -> str:
+        return version if tool.split(maxsplit=1)[0] in version else f"{tool} {version}"
+
     return [
         f"on {c['target']}: {c['cost']:.3g} {c['unit']} "
         + (f"beyond the dot product, bound by {c['bound_by']}" if c["bound_by"] else "with the dot product")
-        + f", {c['ratio']:.2g} of exact Phong's; {c['cost_kind']} by {c['tool']} {c['tool_version']}"
+        + f", {c['ratio']:.2g} of exact Phong's; {c['cost_kind']} by {by(c['tool'], c['tool_version'])}"
         for c in costs
     ]
