@@ -23,14 +23,14 @@ from typing import Any
 import numpy as np
 
 from phongbench.compiler import intrinsics, jit
-from phongbench.compiler.kernel_source import Body, BodyText, Table, known_arguments, native, primitive
+from phongbench.compiler.kernel_source import Body, BodyText, Table, known_arguments, native, parsed, primitive
 from phongbench.compiler.precisions import FLOAT16, FLOAT32, FLOAT64, PRECISIONS, Precision, precision_named
 from phongbench.errors import KernelError
 
 #: precisions and the marks of the language stand in modules of their own; who lowers needs all three
 __all__ = [
     "FLOAT16", "FLOAT32", "FLOAT64", "PRECISIONS", "Body", "Precision", "Table", "known_arguments", "lower", "native",
-    "precision_named", "primitive",
+    "parsed", "precision_named", "primitive",
 ]  # fmt: skip
 
 

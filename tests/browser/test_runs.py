@@ -119,6 +119,7 @@ def test_front_and_recommendation_are_those_of_the_target(visit: Visits, server:
     assert "target=rdna2" in page.url
     assert "costs on rdna2" in page.locator("#front-basis").inner_text()
     page.locator("#front-details summary").click()
+    page.locator("#front-details th").first.wait_for()
     heads = page.locator("#front-details th").all_inner_texts()
     assert "cost / exact Phong (cycles, counted)" in heads
     points = page.request.get(server + "/v1/runs/latest/front?alpha=50&target=rdna2").json()["points"]

@@ -61,11 +61,11 @@ def violations(rows: Rows) -> list[str]:
 
 
 def _ledger(scene: Scene, plan: Plan, wishes: dict[str, Any]) -> tuple[Rows, Rows]:
-    """A line for each skip of the ledger but the cut-off, and two for all that are exact, and all."""
+    """A line for each skip that can be turned off, but the cut-off; two for all that are exact, and for all."""
     variants = skips.variants()
     done = {name: render(scene, skips=skips, **wishes) for name, skips in variants.items()}
-    lines = [line for line in done["all"].ledger if line.name != "cutoff"]
-    pairs = [(line, *_PAIRS.get(line.name, ("all", f"without {line.name}"))) for line in lines]
+    compared = {line: _PAIRS.get(line.name, ("all", f"without {line.name}")) for line in done["all"].ledger}
+    pairs = [(line, *names) for line, names in compared.items() if line.name != "cutoff" and names[1] in variants]
     bound = sum(line.bound for line in done["all"].ledger)
     pairs += [
         (Skipped("all exact", "exact", "", 0, 0), "exact", "none"),

@@ -17,8 +17,7 @@ from typing import Any
 import numpy as np
 
 from phongbench.compiler import elementary
-from phongbench.compiler.kernel_source import parsed
-from phongbench.compiler.lowering import FLOAT32, Body, lower
+from phongbench.compiler.lowering import FLOAT32, Body, lower, parsed
 from phongbench.errors import KernelError
 from phongbench.formulas.shader_code.body import BodyWriter
 from phongbench.formulas.shader_code.language import BUILT_IN, HELD, Language

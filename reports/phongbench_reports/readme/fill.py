@@ -38,6 +38,7 @@ def of_run(run: Run) -> tuple[dict[str, str], dict[str, bytes]]:
         "claims": run_parts.claims(run),
         "speed": run_parts.speed(study),
         "raw": raw_part.raw_vectors(study),
+        "raw_answer": raw_part.raw_answer(study),
         "machine": run_parts.machine(run),
     }
     return bodies, files

@@ -14,7 +14,7 @@ README = "README.md"
 DOCS = "reports/docs"
 #: page -> its generated parts
 PAGES: Mapping[str, tuple[str, ...]] = {
-    README: ("targets", "front"),
+    README: ("targets", "front", "raw_answer"),
     f"{DOCS}/code.md": ("shader",),
     f"{DOCS}/columns.md": ("columns",),
     f"{DOCS}/speed.md": ("verdict", "speed", "raw", "peers", "alarms", "throughput", "machine"),

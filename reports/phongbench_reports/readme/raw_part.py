@@ -1,4 +1,4 @@
-"""The README's part on raw vectors: whether leaving normalising out saves time, by the rows of a run."""
+"""The parts on raw vectors: whether leaving normalising out saves time, by the rows of a run."""
 
 from typing import Any
 
@@ -9,11 +9,26 @@ from phongbench_reports.readme.markdown import table
 from phongbench_reports.text import INTERVAL, number, ratio
 
 
+def raw_answer(study: Rows) -> str:
+    """The answer in a few sentences, with the ratios of the first way and their intervals."""
+    told = answer(study)
+    if not told["races"]:
+        return _untimed(told)
+    way, one, other = (told["races"][0][key] for key in ("way", "one", "other"))
+    ratios = [f"{SETS[race['working_set']]} {ratio(race)}" for race in told["races"] if race["way"] == way]
+    shown = f"The time of `{one}` over that of `{other}`, {INTERVAL} in brackets: {', '.join(ratios)}."
+    return f"**{told['question']}** {told['sentence']} {shown}"
+
+
+def _untimed(told: dict[str, Any]) -> str:
+    return f"{told['question']} This run did not time it: that needs lyon with gamma 8 in {told['precision']}."
+
+
 def raw_vectors(study: Rows) -> str:
     """The answer, and its numbers: for each way to a highlight of raw vectors, the cross form beside exact Phong."""
     told = answer(study)
     if not told["races"]:
-        return f"{told['question']} This run did not time it: that needs lyon with gamma 8 in {told['precision']}."
+        return _untimed(told)
     places = [place for place in PLACES if any(race["working_set"] == place for race in told["races"])]
     ways = dict.fromkeys((race["way"], race["one"], race["other"]) for race in told["races"])
     cells = {(race["way"], race["working_set"]): _cell(race) for race in told["races"]}

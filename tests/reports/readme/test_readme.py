@@ -168,17 +168,22 @@ def test_raw_vectors_are_answered_for_with_intervals(made: Any) -> None:
         for f, ratio in ((Formula.parse(spelling), ratio) for spelling, ratio in RAW_TIMES.items())
     ]
     usual = made.timing.assign(recipe="pair", normalise="none")
-    part = raw_part.raw_vectors(Rows(replace(made, timing=pd.concat([usual, *rows], ignore_index=True))))
+    rows_with = Rows(replace(made, timing=pd.concat([usual, *rows], ignore_index=True)))
+    part = raw_part.raw_vectors(rows_with)
     headings, _, given, whole = lines_of(part)
     assert headings[3:] == ["ns in L1", "in L1", "in L2", "beyond cache"]
     assert given[:3] == ["given R and V", "`lyon:cross:8`", "`phong/once`"]
     assert given[4] == "0.250 (0.245 to 0.255), faster"
     assert whole[0] == "from N, L and V"
     assert "given R and V, yes in l1" in part
+    short = raw_part.raw_answer(rows_with)
+    assert "given R and V, yes in l1" in short
+    assert "in L1 0.250 (0.245 to 0.255)" in short
 
 
 def test_raw_vectors_that_were_not_timed_are_said_to_be_so(made: Any) -> None:
     assert "did not time it" in raw_part.raw_vectors(Rows(made))
+    assert "did not time it" in raw_part.raw_answer(Rows(made))
 
 
 def test_pictures_are_small_and_well_formed_and_exist_for_light_and_dark(made: Any) -> None:
