@@ -7,7 +7,7 @@ from typing import Any
 
 import pandas as pd
 
-from phongbench.analysis.choice import Row, promised
+from phongbench.analysis.choice import Judge, Row, promised, remembered
 from phongbench.analysis.error_budget import Budget
 from phongbench.analysis.front import errors_at, judged, records
 from phongbench.analysis.rows import Rows, at
@@ -70,6 +70,7 @@ def answers(
         wrong = errors_of(rows, alpha)
         near = records(wrong[wrong["error"] <= budget])  # of others no code need be written
         formulas = [Formula.of_row(row) for row in near]
+        judge = remembered(promised(Budget.of(alpha, budget, precision=PRECISION), installed()))
         for target in targets:
             if target == CPU:
                 timed = rows.choice(alpha, PRECISION, budget).best
@@ -77,16 +78,15 @@ def answers(
             else:
                 told = prices(formulas, (alpha,), table_of(target, root), own=own[target])
                 priced_rows = [(price, row) for price, row in zip(told, near, strict=True) if price is not None]
-                row = _cheapest(priced_rows, alpha, budget, unit_of(target, root))
+                row = _cheapest(priced_rows, judge, budget, unit_of(target, root))
             found.append(Answer(alpha, target, row))
     return found
 
 
 def _cheapest(
-    cells: Iterable[tuple[Price, Row]], alpha: float, budget: float, unit: Mapping[str, str]
+    cells: Iterable[tuple[Price, Row]], judge: Judge, budget: float, unit: Mapping[str, str]
 ) -> dict[str, Any] | None:
     """The cheapest cell whose bound is within the budget, with its price; of equally cheap ones that errs least."""
-    judge = promised(Budget.of(alpha, budget, precision=PRECISION), installed())
     for price, row in sorted(cells, key=lambda cell: (cell[0].ratio, cell[0].alone, cell[1]["error"])):
         kept = judge(row, False)
         if kept.kept and kept.bound <= budget:

@@ -38,6 +38,8 @@ if TYPE_CHECKING:
     from phongbench.results.runs import Run
 
 
+#: figures that take long, the longest last: a second process begins at the end of the list, and nobody waits for it
+LONG = ("meshes", "raw_vectors", "targets")
 #: figure -> the folded table that follows it
 BESIDE = {"meshes": Part("mesh_edges", "How wide edges may be", mesh_edges, True)}
 #: the tables after the figures, and those at the end of the page
@@ -149,7 +151,8 @@ def build(run: Run, out: Path, *, single_file: bool = False, processes: int = 1)
     study = Rows(require_rows(run))
     make_folder(out)
     if min(processes, cores()) > 1:
-        with beside(run.path, [part.name for part in FIGURES]) as shared:
+        names = [part.name for part in FIGURES if part.name not in LONG]
+        with beside(run.path, [*names, *LONG]) as shared:
             sections, pictures = sections_of(study, shared)
     else:
         sections, pictures = sections_of(study)

@@ -25,9 +25,9 @@ def judge(rows: Rows) -> Finding:
     and viewer at infinity, where one H serves all points, and with both near; with the exact power, and with Lyon's few
     squarings in its place. Certainly faster: the whole interval of the ratio below 1, the ratio below 0.98. Holds if
     so at infinity for every measured exponent and both powers; holds under conditions if for some; else fails. Withheld
-    if the same code timed twice differed. With normalising priced: from a raw N, H made once, against each way from that
-    N to R.V; unless that, too, is faster beyond doubt, it holds under conditions at most. Without times of shading those from a raw N decide by the same rule; without these, what a run says of (N, H) once given is
-    told.
+    if the same code timed twice differed. With normalising priced: from a raw N, H made once, against each way from
+    that N to R.V; unless that, too, is faster beyond doubt, it holds under conditions at most. Without times of shading
+    those from a raw N decide by the same rule; without these, what a run says of (N, H) once given is told.
     """
     shaded = at(rows.scene_times, kind="shading")
     if shaded.empty:

@@ -7,15 +7,16 @@ import pandas as pd
 from phongbench.analysis.choice import Choice, Row
 from phongbench.analysis.error_budget import Budget
 from phongbench.analysis.raw_vectors import USUAL, cheapest, configurations, in_words, steps
-from phongbench.analysis.rows import Rows
+from phongbench.analysis.rows import Rows, nearest
 from phongbench.results.runs import with_raw
 from phongbench_reports.figures.speed import SETS
 from phongbench_reports.table import Absent, Table
+from phongbench_reports.tables.by_target import ALPHAS
 from phongbench_reports.text import INTERVAL, alpha_is, interval, label, number
 
 
 def raw_verdict(study: Rows, precision: str, budget: float, name: str) -> Table | Absent:
-    """For each swept exponent the cheapest recipe within the budget, and how much it gains on normalising everything.
+    """For some swept exponents the cheapest recipe within the budget, and its gain on normalising everything.
 
     budget  largest absolute error allowed
     name    the budget in words, "1/255"
@@ -27,7 +28,7 @@ def raw_verdict(study: Rows, precision: str, budget: float, name: str) -> Table 
         return Absent(f"No recipe from N, L and V was measured and timed in {precision}.", "Run the quick preset.")
     answers = {
         alpha: cheapest(accuracy, timing, Budget.of(alpha, budget, precision=precision, working_set="l1"), study.name)
-        for alpha in sorted(float(a) for a in mine["alpha"].unique())
+        for alpha in sorted({nearest([float(a) for a in mine["alpha"].unique()], wanted) for wanted in ALPHAS})
     }
     rows = tuple(_row(alpha, *answer, withheld=bool(study.twin_differs)) for alpha, answer in answers.items())
     data = pd.DataFrame([_data(alpha, *answer) for alpha, answer in answers.items()])
