@@ -10,14 +10,9 @@ from phongbench_reports.text import INTERVAL, number, ratio
 
 
 def raw_answer(study: Rows) -> str:
-    """The answer in a few sentences, with the ratios of the first way and their intervals."""
+    """The answer in a few sentences, with its ratios and intervals."""
     told = answer(study)
-    if not told["races"]:
-        return _untimed(told)
-    way, one, other = (told["races"][0][key] for key in ("way", "one", "other"))
-    ratios = [f"{SETS[race['working_set']]} {ratio(race)}" for race in told["races"] if race["way"] == way]
-    shown = f"The time of `{one}` over that of `{other}`, {INTERVAL} in brackets: {', '.join(ratios)}."
-    return f"**{told['question']}** {told['sentence']} {shown}"
+    return f"**{told['question']}** {told['sentence']}" if told["races"] else _untimed(told)
 
 
 def _untimed(told: dict[str, Any]) -> str:

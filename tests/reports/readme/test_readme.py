@@ -178,7 +178,7 @@ def test_raw_vectors_are_answered_for_with_intervals(made: Any) -> None:
     assert "given R and V, yes in l1" in part
     short = raw_part.raw_answer(rows_with)
     assert "given R and V, yes in l1" in short
-    assert "in L1 0.250 (0.245 to 0.255)" in short
+    assert "takes 0.25 (0.245 .. 0.255) of phong/once's time in l1" in short
 
 
 def test_raw_vectors_that_were_not_timed_are_said_to_be_so(made: Any) -> None:
