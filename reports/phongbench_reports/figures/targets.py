@@ -16,6 +16,8 @@ from phongbench_reports.ticks import log_axis, named_ticks, octaves
 COLUMNS = 3
 #: names in a panel, how far apart in its heights, and how wide a letter is in its widths
 NAMED, GAP, LETTER = 4, 0.1, 0.024
+#: letters of a title that a panel is wide
+WIDEST = 36
 #: what a cost is, by its unit
 UNITS = {"ns": "time, measured", "cycles": "cycles, counted", "slots": "issue slots, counted"}
 
@@ -79,7 +81,8 @@ def _titled(panel: str, unit: str) -> str:
     """The targets of a panel and what their costs are; many names take two lines."""
     targets = panel.split(", ")
     lines = [", ".join(part) for part in (targets[:4], targets[4:]) if part]
-    return ",\n".join(lines) + f" ({UNITS.get(unit, unit)})"
+    told = f"({UNITS.get(unit, unit)})"
+    return ",\n".join(lines) + (" " if len(f"{lines[-1]} {told}") <= WIDEST else "\n") + told
 
 
 def _sentence(data: pd.DataFrame) -> str:
