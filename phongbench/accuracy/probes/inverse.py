@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from phongbench.accuracy.probes.lobes import takes
+from phongbench.accuracy.probes.lobes import columns, takes
 from phongbench.accuracy.probes.probe import ProbeContext
 from phongbench.compiler.precisions import Array
 from phongbench.formulas.formula import Formula
@@ -64,8 +64,8 @@ def measure(context: ProbeContext) -> Mapping[str, pd.DataFrame]:
 
     with ThreadPoolExecutor(max(1, context.jobs)) as pool:
         known = dict(zip(models, pool.map(inverted, models), strict=True))
-    table = [_columns(f, alpha) | row for f, alpha in studied for row in known[_key(f, alpha)]]
-    table += [_columns(Formula(MATT), alpha) | row for alpha in alphas for row in known[MATT, alpha]]
+    table = [columns(f, alpha) | row for f, alpha in studied for row in known[_key(f, alpha)]]
+    table += [columns(Formula(MATT), alpha) | row for alpha in alphas for row in known[MATT, alpha]]
     return {"inverse": INVERSE.frame(table)}
 
 
@@ -165,14 +165,3 @@ def _key(formula: Formula, alpha: float) -> Any:
     """Formulas of one key are equal on unit vectors."""
     form = "dot" if formula.lambda_form == "difference" else formula.lambda_form
     return formula.approximation, form, formula.gamma, formula.slope, formula.space, alpha
-
-
-def _columns(formula: Formula, alpha: float) -> dict[str, Any]:
-    return {
-        "approximation": formula.approximation,
-        "lambda_form": formula.lambda_form,
-        "space": formula.space,
-        "beta_policy": str(formula.slope),
-        "alpha": alpha,
-        "gamma": formula.gamma,
-    }

@@ -70,12 +70,12 @@ def moment_rows(
     formula: Formula, spec: Approximation, alpha: float, incidences: tuple[float, ...], found: Moments
 ) -> Iterator[dict[str, Any]]:
     """The rows of a lobe: one for each incidence, the closed forms beside those of light along the normal."""
-    setting, columns = formula.setting(alpha), lobe_moments.beside_exact(found, alpha, incidences)
-    own = _columns(formula, alpha) | {"beta": float(spec.coefficients(setting).get("beta", math.nan))}
+    setting, measured = formula.setting(alpha), lobe_moments.beside_exact(found, alpha, incidences)
+    own = columns(formula, alpha) | {"beta": float(spec.coefficients(setting).get("beta", math.nan))}
     laws = lobe_laws.of(spec, formula.lambda_form, setting)
     for k, degrees in enumerate(incidences):
         energy_law, momentum_law = laws if degrees == 0 else (math.nan, math.nan)
-        row = own | {name: column[k] for name, column in columns.items()}
+        row = own | {name: column[k] for name, column in measured.items()}
         yield row | {"incidence_degrees": degrees, "energy_law": energy_law, "momentum_law": momentum_law}
 
 
@@ -109,7 +109,7 @@ def cut_rows(formula: Formula, registry: Mapping[str, Approximation]) -> Iterato
         except InputError:  # the study did not ask for this exponent: a formula may well refuse it, or fail
             continue
         end, step = cut(values)
-        yield _columns(formula, alpha) | {
+        yield columns(formula, alpha) | {
             "cut_degrees": end,
             "step": step,
             "codes": 255 * step,
@@ -133,7 +133,8 @@ def cut(values: Array) -> tuple[float, float]:
     return end / _PER_DEGREE, float(values[max(0, end - _PER_DEGREE)])
 
 
-def _columns(formula: Formula, alpha: float) -> dict[str, Any]:
+def columns(formula: Formula, alpha: float) -> dict[str, Any]:
+    """What identifies a formula at an exponent in the tables of probes."""
     return {
         "approximation": formula.approximation,
         "lambda_form": formula.lambda_form,

@@ -6,7 +6,6 @@ import io
 import subprocess
 import sys
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -19,93 +18,17 @@ import phongbench_reports
 from phongbench.analysis.front import front
 from phongbench.analysis.rows import Rows, at
 from phongbench.formulas import error_laws
-from phongbench.formulas.formula import Formula
-from phongbench.results.schema import TABLES
 from phongbench_reports import figures, plots, ticks
 from phongbench_reports.build import csv_of
-from phongbench_reports.figures import FIGURES, cut, spheres
+from phongbench_reports.figures import FIGURES, spheres
 from phongbench_reports.plots import Plate, ink
 from phongbench_reports.table import Absent
-from phongbench_reports.text import number
 
 PACKAGE = Path(phongbench_reports.__file__).parent
 
 
-@pytest.fixture(scope="module")
-def study(run: Any) -> Rows:
-    return Rows(run)
-
-
 #: what several figures are made with, and figures of pictures that a run may have
 SHARED = ("inverse_line", "lobe", "measured", "pictures", "scene_images", "spheres")
-
-
-#: figures of formulas that remove lengths or start from N, L and V
-OF_RAW = ("raw_vectors", "step_costs")
-#: recipe -> error on unit vectors, error gained per 1 % of wrong length, time / exact Phong
-RECIPES = {
-    "phong@reflect/each": (1e-6, 0.0, 3.0),
-    "phong@lengthwise/once": (1e-6, 0.0, 1.6),
-    "lyon:cross:8@lengthwise": (1e-3, 0.01, 0.5),
-    "lyon:dot:8@lengthwise": (1e-3, 0.3, 0.4),
-}
-NORMALISING = {"phong/each": 2.0, "phong/once": 1.5, "phong/squared": 1.2, "phong/fast": 1.8, "phong@lengthwise": 1.3}
-
-
-def of(spelling: str, row: pd.DataFrame, **values: Any) -> pd.DataFrame:
-    """The one row, with the columns of this formula."""
-    f = Formula.parse(spelling)
-    key = {n: getattr(f, n) for n in ("approximation", "lambda_form", "space", "gamma", "recipe", "normalise")}
-    return row.assign(**key, **values).astype({"gamma": "Int64"})
-
-
-def with_recipes(run: Any) -> Any:
-    """The run with recipes from N, L and V at three sizes of both signs and any length, and their times."""
-    one = at(run.accuracy, approximation="phong", stratum="highlight", precision="float32", alpha=50.0).head(1)
-    errors = [
-        of(
-            name, one, stratum="configurations", perturbation=way, length_error=e, nonfinite=0, beta_policy="none"
-        ).assign(max_abs=least + gain * 100 * (abs(e) + (e < 0) * abs(e)))
-        for name, (least, gain, _) in RECIPES.items()
-        for way, e in (("none", 0.0), *(("both", s * e) for e in (0.001, 0.01, 0.05) for s in (1, -1)), ("any", 0.0))
-    ]
-    told = at(run.timing, approximation="schlick", precision="float32", working_set="l1").head(1)
-    ratios = {name: ratio for name, (_, _, ratio) in RECIPES.items()} | NORMALISING
-    times = [of(name, told, ratio=r, ratio_low=0.99 * r, ratio_high=1.01 * r, ns_min=r) for name, r in ratios.items()]
-    tables = {"accuracy": [run.accuracy, *errors], "timing": [run.timing, *times]}
-    return replace(run, **{name: pd.concat(parts, ignore_index=True) for name, parts in tables.items()})
-
-
-def test_recipes_are_judged_by_the_worse_sign_and_named_by_size(plates: dict[str, Plate]) -> None:
-    data = plates["raw_vectors"].data
-    assert data["lengths"].nunique() == 5
-    worst = data[(data["label"] == "lyon:cross:8@lengthwise")].set_index("lengths")["error"]
-    assert worst.tolist() == pytest.approx([1e-3, 1e-3 + 0.002, 1e-3 + 0.02, 1e-3 + 0.1, 1e-3])
-    told = plates["raw_vectors"].takeaway.replace("\u00a0", " ")
-    assert "lengths 0.1 % wrong: lyon:cross:8@lengthwise (0.500" in told
-    assert "lengths 1 % wrong: phong@lengthwise/once (1.60" in told
-
-
-def test_steps_are_differences_of_ratios(plates: dict[str, Plate]) -> None:
-    data = plates["step_costs"].data.set_index("step")
-    assert data.loc["one root", "share"] == pytest.approx(0.5)
-    assert data.loc["one root", "share_low"] <= 0.5 * 0.99
-    assert data.index[0] == "a.b alone"
-    assert "normalise R and V: 100" in plates["step_costs"].takeaway
-
-
-@pytest.mark.parametrize("name", OF_RAW)
-def test_a_run_without_raw_formulas_says_so(name: str, study: Rows) -> None:
-    with ink():
-        assert isinstance(next(f for f in FIGURES if f.name == name).make(study), Absent)
-
-
-@pytest.fixture(scope="module")
-def plates(study: Rows) -> dict[str, Plate]:
-    with ink():
-        raw = Rows(with_recipes(study.run))
-        drawn = {figure.name: figure.make(raw if figure.name in OF_RAW else study) for figure in FIGURES}
-    return {name: plate for name, plate in drawn.items() if isinstance(plate, Plate)}
 
 
 def test_the_list_and_the_folder_hold_the_same_figures() -> None:
@@ -326,56 +249,3 @@ def test_a_run_of_one_gamma_has_no_best_one(made_up: Callable[..., Any], tmp_pat
     from phongbench_reports.figures import widths
 
     assert isinstance(widths.draw(Rows(made_up(tmp_path, gammas=(8,)))), Absent)
-
-
-# what lobes send where, and where they are cut off
-
-
-def test_the_moments_of_lobes_are_told_with_what_the_horizon_leaves(plates: dict[str, Plate], study: Rows) -> None:
-    plate = plates["moments"]
-    assert set(plate.data["approximation"]) == {"phong", "lyon", "gaussian", "blinn", "schlick"}
-    assert set(plate.data["gamma"].dropna()) == {8}
-    assert "lyon:dot:8 0.8" in plate.takeaway or "lyon:dot:8 0.9" in plate.takeaway
-    # made up: the horizon takes the cosine of the incidence from every lobe
-    assert plate.takeaway.endswith("the horizon leaves 1.75\xa0% of phong's and 1.75\xa0% of blinn's.")
-
-
-def test_the_cut_is_told_at_the_first_and_last_exponent_where_it_shows(plates: dict[str, Plate]) -> None:
-    takeaway = plates["cut"].takeaway
-    assert "170 codes at α\xa0=\xa00.1" in takeaway
-    assert "4.46 at α\xa0=\xa01" in takeaway
-    assert "gaussian:dot is cut visibly up to α\xa0=\xa05" in takeaway
-
-
-def test_the_sphere_of_phong_is_dark_where_that_of_the_half_vector_fades() -> None:
-    by_angle, by_half = (spheres.sphere(make(cut.ALPHA)) for make in (cut.phong, cut.half_vector))
-    middle, edge = spheres.ACROSS // 2, int(spheres.ACROSS * (1 + 0.8 * spheres.RADIUS) / 2)
-    np.testing.assert_allclose(by_angle[middle, middle], by_half[middle, middle], atol=0.01)
-    without = spheres.sphere(np.zeros_like)
-    np.testing.assert_array_equal(by_angle[middle, edge], without[middle, edge])
-    assert (by_half[middle, edge] > without[middle, edge] + 0.2).all()
-
-
-def test_normals_are_told_with_their_mean_and_largest_error(
-    plates: dict[str, Plate], study: Rows, made_up: Callable[..., Any], tmp_path: Path
-) -> None:
-    plate = plates["inverse"]
-    row = at(study.inverse, approximation="schlick", alpha=50.0).iloc[0]
-    assert f"schlick {number(row['mean_degrees'])}° ({number(row['max_degrees'])}°)" in plate.takeaway
-    assert "no highlight" in plate.takeaway
-    assert len(plate.data) == 5 * study.inverse["alpha"].nunique()
-    bare = Rows(replace(made_up(tmp_path), inverse=TABLES["inverse"].frame()))
-    absent = next(part for part in FIGURES if part.name == "inverse").make(bare)
-    assert isinstance(absent, Absent)
-    assert "--probe inverse" in absent.fix
-
-
-@pytest.mark.parametrize("name", ["moments", "cut"])
-def test_a_run_without_lobes_says_which_probe_gives_them(
-    name: str, made_up: Callable[..., Any], tmp_path: Path
-) -> None:
-    bare = Rows(replace(made_up(tmp_path), moments=TABLES["moments"].frame(), cuts=TABLES["cuts"].frame()))
-    [part] = [figure for figure in FIGURES if figure.name == name]
-    absent = part.make(bare)
-    assert isinstance(absent, Absent)
-    assert "--probe lobes" in absent.fix
