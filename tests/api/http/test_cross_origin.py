@@ -45,7 +45,7 @@ def test_an_origin_is_kept_as_browsers_send_it(text: str, sent: str) -> None:
     "text",
     [
         *("*", "null", "", " ", "localhost", "localhost:8888", "//localhost", "http:/a", "http://", "http://:80"),
-        *("file:///a", "ftp://a", "ws://a", "javascript:alert(1)", "http://*.example", "http://a b", "http://a,b"),
+        *("ftp://a", "ws://a", "javascript:alert(1)", "http://*.example", "http://a b", "http://a,b"),
         *("http://a/", "http://a/lab", "http://a?x", "http://a#x", "http://me@a", "http://a:", "http://a:0x1"),
         *("http://a:99999", "http://a:080", "http://ä.example", "http://a..b", "http://-a", "http://[::1", " http://a"),
         *("http://a\n", "http://a\r\nset-cookie: x", "http://a\x00", "http://a.", "http://" + "a" * 64, "http://[a]b"),
