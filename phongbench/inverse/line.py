@@ -8,7 +8,7 @@ With c the left side over the light's length, N = c l + sqrt(1 - c^2) m, l along
 side. Which side, a prior says. Heights are the integral of -Nx / Nz. x to the right, z and heights to the viewer;
 angles are measured from the viewer's direction, positive towards x.
 
-Source  Boom, Spreeuwers and Veldhuis 2009
+Source  Boom, Spreeuwers and Veldhuis 2009 (BOOM_2009 of `formulas.citations`, which says how far that was checked)
 """
 
 import math

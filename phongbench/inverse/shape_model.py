@@ -7,7 +7,7 @@ population can come out. The most probable coefficients are those of least squar
 units of the noise and the coefficients in units of their deviations. Derivatives are analytic but for the highlight's
 own, a difference quotient. Heights are towards the viewer, a pixel is 1; x right, y up, z to the viewer.
 
-Source  Atick, Griffin and Redlich 1996 for components as prior shapes
+Source  Atick, Griffin and Redlich 1996, Neural Computation 8(6), for components as prior shapes
 """
 
 import io

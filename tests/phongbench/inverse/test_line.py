@@ -221,21 +221,3 @@ def test_unknown_names_list_the_known(name: str) -> None:
     with pytest.raises(UnknownNameError) as problem:
         invert_line([0.5], LineModel(0.1, 0.7, (0.0, 1.0)), **{name: "simson"})  # type: ignore[arg-type]
     assert problem.value.kind == name
-
-
-def test_random_lines_never_crash() -> None:
-    rng = np.random.default_rng(11)
-    for _ in range(1500):
-        count = int(rng.integers(1, 12))
-        light = (float(rng.normal()), abs(float(rng.normal())) * float(rng.integers(0, 2)))
-        model = LineModel(*rng.uniform(0, 1, 2).tolist(), light, float(rng.choice([0.0, 1e-9, 0.01, 3.0])))
-        values = np.clip(rng.normal(0.5, rng.choice([0.1, 2.0]), count), 0, 1)
-        x = np.cumsum(rng.choice([1e-6, 1.0, 1e9], count))
-        if (np.diff(x) <= 0).any():
-            continue
-        prior = str(rng.choice([*PRIORS]))
-        rule, start = str(rng.choice(["simpson", "trapezoid"])), str(rng.choice(["left", "right", "both"]))
-        line = invert_line(values, model, x=x, prior=prior, rule=rule, start=start, bridge=bool(rng.integers(2)))
-        known = np.isfinite(line.height)
-        assert (line.height_low[known] <= line.height_high[known]).all()
-        assert np.isnan(line.normals[~np.isin(line.marks, ["ok", "steep"])]).all()
