@@ -121,8 +121,8 @@ def inputs(formula: Formula, precision: Precision, *, of_cosines: bool) -> Input
     """What the code of a formula is given."""
     half = formula.space == "half"
     if not of_cosines:
-        held = [v.astype(precision.dtype) for v in directions(formula, 90.0 * np.linspace(0.0, 1.0, ANGLES) ** 2)]
-        return Inputs("angles", "sampled", *held, cosines(formula, held))
+        a, b = (v.astype(precision.dtype) for v in directions(formula, 90.0 * np.linspace(0.0, 1.0, ANGLES) ** 2))
+        return Inputs("angles", "sampled", a, b, cosines(formula, [a, b]))
     x, coverage = _cosines(precision, 0.0 if half else -1.0)
     a, b = np.zeros((2, len(x), 3), precision.dtype)
     a[:, 0], b[:, 0] = 1.0, x
@@ -132,21 +132,21 @@ def inputs(formula: Formula, precision: Precision, *, of_cosines: bool) -> Input
 
 def _metrics(value: Array, truth: Array, kernel: Array) -> dict[str, Any]:
     known = np.isfinite(value)
-    error = (value - truth)[known] if not known.all() else value - truth
-    size = np.abs(error)
-    none = {"initial": 0.0}
-    with np.errstate(invalid="ignore"):
-        return {
-            "samples": len(value),
-            "max_abs": size.max(**none),
-            "mean_abs": size.mean(),
-            "rms": np.sqrt(np.mean(error**2)),
-            "bias": error.mean(),
-            "max_above": error.max(**none),
-            "max_below": (-error).max(**none),
-            "codes_8bit": 255 * size.max(**none),
-            "change_max": np.fmax.reduce(np.abs(value - kernel), **none),
-            "nonfinite": int((~known).sum()),
-            "above_one": int((value > 1).sum()),
-            "negative": int((value < 0).sum()),
-        }
+    with np.errstate(invalid="ignore"):  # infinite less infinite
+        change = np.abs(value - kernel)
+    error = (value - truth)[known] if known.any() else np.full(1, np.nan)
+    above, below = max(0.0, float(error.max())), max(0.0, float(-error.min()))
+    return {
+        "samples": len(value),
+        "max_abs": max(above, below),
+        "mean_abs": np.abs(error).mean(),
+        "rms": np.sqrt(np.mean(error**2)),
+        "bias": error.mean(),
+        "max_above": above,
+        "max_below": below,
+        "codes_8bit": 255 * max(above, below),
+        "change_max": float(np.nanmax(change, initial=0.0)),
+        "nonfinite": int((~known).sum()),
+        "above_one": int((value > 1).sum()),
+        "negative": int((value < 0).sum()),
+    }
