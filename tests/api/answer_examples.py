@@ -22,7 +22,7 @@ from phongbench_api.settings import Settings
 #: how many numbers, words and other things of a list are shown
 NUMBERS, WORDS, THINGS = 7, 4, 2
 #: operations whose examples stand beside their routes: those of the requests that they answer
-ELSEWHERE = ("healthz", "readyz", "specular", "shade", "render")
+ELSEWHERE = ("healthz_healthz_get", "readyz_readyz_get", "specular", "shade", "render")
 
 
 def requests(document: Mapping[str, Any]) -> Iterator[tuple[str, str, str, dict[str, Any]]]:

@@ -93,7 +93,8 @@ def rows(name: str, table: Table) -> Answer:
     row = record({}, optional={column.name: _cell(column) for column in table.columns}, meaning=table.meaning)
     following = or_none(TEXT, "the `cursor` of the next page; null at the end")
     total = told(WHOLE, "how many rows fit the filters")
-    return Answer(record({"rows": list_of(row), "total": total, "next": following}), example(f"rows_{name}"))
+    shown = example(f"rows_{name}") or {"rows": [], "total": 0, "next": None}  # of a table that is new
+    return Answer(record({"rows": list_of(row), "total": total, "next": following}), shown)
 
 
 def _cell(column: Column) -> Schema:
