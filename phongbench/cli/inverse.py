@@ -181,7 +181,7 @@ def learn(depths: Path | None, synthetic: int | None, components: int, held_out:
         show(answer, as_json, lambda: facts(answer))
         return
     answer |= {"ratio_to_mean_shape": trials.ratio(rows)}
-    records = rows.to_dict("records")
+    records = [{str(name): value for name, value in row.items()} for row in rows.to_dict("records")]
     show(
         answer | {"held_out": records} if as_json else answer,
         as_json,

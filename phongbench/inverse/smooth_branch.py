@@ -5,6 +5,7 @@ choose these sides, the one that makes the measured angles most probable is take
 their curvature bends along them, whatever the stiffness; an angle beyond 90 degrees would not be seen.
 """
 
+import math
 from dataclasses import dataclass
 from itertools import pairwise, product
 
@@ -60,7 +61,8 @@ def _scatter(off: Array) -> float:
     least = 1e-7
     if len(off) < 16:
         return least
-    return max(float(np.median(np.abs(np.diff(np.cos(off), 5)))) / (0.6745 * np.sqrt(252.0)), least)
+    scatter = float(np.median(np.abs(np.diff(np.cos(off), 5)))) / (0.6745 * math.sqrt(252.0))
+    return max(scatter, least)
 
 
 def _places(x: Array, off: Array, wide: float) -> list[tuple[int, int]]:
@@ -89,7 +91,7 @@ def _places(x: Array, off: Array, wide: float) -> list[tuple[int, int]]:
 def _hidden(off: Array, light: float, noise: Array) -> Array:
     """For the left and the right side: the logarithm of how probable a run is, of which the viewer sees all."""
     beyond = [np.maximum(np.abs(light + side * off) - np.pi / 2, 0.0) / noise for side in (-1, 1)]
-    return -0.5 * (np.array(beyond) ** 2).sum(axis=1)
+    return np.asarray(-0.5 * (np.array(beyond) ** 2).sum(axis=1))
 
 
 @dataclass(frozen=True, eq=False)

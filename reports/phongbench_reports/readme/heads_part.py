@@ -17,7 +17,10 @@ def heads() -> str:
     _, rows = held_out.learn_and_try(synthetic_heads(LEARNT + APART, SIZE), COMPONENTS, APART)
     columns = {f"degrees, {words}": f"{way}_degrees" for way, words in _WAYS.items()}
     columns |= {f"depth, {words}": f"{way}_depth_rmse" for way, words in _WAYS.items()}
-    lines = [[str(k + 1), *(f"{row[name]:.3g}" for name in columns.values())] for k, row in rows.iterrows()]
+    lines = [
+        [str(k + 1), *(f"{row[name]:.3g}" for name in columns.values())]
+        for k, row in enumerate(rows.to_dict("records"))
+    ]
     lines.append(["mean", *(f"{rows[name].mean():.3g}" for name in columns.values())])
     model = held_out.MODEL
     note = (

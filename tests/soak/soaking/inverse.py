@@ -159,7 +159,7 @@ def a_picture_stack(rng: np.random.Generator, folder: Path) -> Case:
         towards[k], place = wrong[int(rng.integers(5))], "lights["
     model = _surface_model(rng)
     mask = rng.random((height, width)) < 0.8 if rng.random() < 0.5 else None
-    options = {"albedo": bool(rng.integers(2)), "gloss": bool(rng.integers(2)), "mask": mask}
+    options: dict[str, Any] = {"albedo": bool(rng.integers(2)), "gloss": bool(rng.integers(2)), "mask": mask}
     parallel = place == "lights[" and count > 3 and towards[k] == towards[k - 1]
 
     def ask() -> None:
