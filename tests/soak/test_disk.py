@@ -30,7 +30,7 @@ def told(words: list[str]) -> dict[str, Any]:
 
 @needs_preloading
 def test_a_sample_of_every_fault_leaves_all_whole() -> None:
-    found = told(["disk", "--some", str(SOME)])
+    found = told(["disk", "--count", str(SOME)])
     assert tuple(found) == COMMANDS
     assert sum(command["tries"] for command in found.values()) == SOME
     # every kind of call is reached, or the library is not in between

@@ -5,6 +5,7 @@ then the command is done again without one.
 """
 
 import contextlib
+import gc
 import hashlib
 import importlib
 import io
@@ -12,10 +13,11 @@ import random
 import shutil
 import time
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
+from itertools import cycle, islice, zip_longest
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from phongbench.analysis.rows import Rows
 from phongbench.cli.main import EXIT_CODES, main
@@ -37,7 +39,9 @@ probes = ["hostile"]
 timing = false
 """
 DISK = next(code for kind, code in EXIT_CODES if kind is StorageError)
+KILLED_COMMANDS = ("run", "run --resume", "report")
 _TOLD = 20
+T = TypeVar("T")
 
 
 @dataclass(frozen=True)
@@ -89,12 +93,14 @@ class Bench:
         self._draw_once()
         _here(self._render(box))
         self.picture = {"picture.png": _digest(box / "picture.png")}
-        self.commands = (
+        commands = (
             Command("run", None, self._run, self._go_on, self._broken_run),
             Command("run --resume", self.partial, self._go_on, self._go_on, self._broken_run),
             Command("report", self.reference, self._report, self._report, self._broken_report),
             Command("render", None, self._render, self._render, self._broken_picture),
         )
+        self.commands = {command.name: command for command in commands}
+        gc.freeze()  # what is here is shared with every process to come, until one of them looks for garbage in it
 
     def _run(self, folder: Path) -> list[str]:
         return ["run", str(self.plan), "--no-report", "--jobs", "1", "--out", str(folder)]
@@ -122,7 +128,7 @@ class Bench:
         """One try: the command with a fault, a look, the command again, a look."""
         folder = self.ready(command)
         ended = call(command.words(folder), folder, fault, seconds)
-        name = f"{fault.kind} at call {fault.call}" if fault else f"kill -9 after {seconds:.3f} s"
+        name = str(fault) if fault else f"kill -9 after {seconds:.3f} s"
         wrong = list(_wrong_end(ended, folder))
         wrong += command.broken(folder, ended.code == 0)
         again = call(command.again(folder), folder)
@@ -213,36 +219,48 @@ def _digest(path: Path) -> str:
     return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
-def every_fault(
-    bench: Bench, some: int | None, in_turn: bool, seed: int, advance: Callable[[str], None]
-) -> dict[str, Tries]:
-    """Each fault at each call of each command, or one of them in turn at each; of these, `some` drawn by the seed."""
-    found, kinds = {command.name: Tries() for command in bench.commands}, list(FAULTS)
-    tries = []
-    for command in bench.commands:
+@dataclass(frozen=True)
+class Extent:
+    """How many tries are made: so many, and no new one after so many minutes; drawn by a seed."""
+
+    count: int | None
+    minutes: float
+    seed: int
+
+    def of(self, tries: Iterable[T], say: Callable[[str], None]) -> Iterator[T]:
+        """The first tries; each is told."""
+        end = time.monotonic() + 60 * self.minutes
+        for number, one in enumerate(islice(tries, self.count), 1):
+            if time.monotonic() > end:
+                return
+            say(f"try {number}")
+            yield one
+
+
+def every_fault(bench: Bench, in_turn: bool, extent: Extent, say: Callable[[str], None]) -> dict[str, Tries]:
+    """Each fault at each call of each command, or one of them in turn at each; shuffled, the commands by turns."""
+    rng, found, kinds = random.Random(extent.seed), {name: Tries() for name in bench.commands}, list(FAULTS)
+    tries: list[list[tuple[str, Fault]]] = []
+    for name, command in bench.commands.items():
         folder = bench.ready(command)
-        found[command.name].calls = dict(call(command.words(folder), folder).calls)
-        for at in range(1, sum(found[command.name].calls.values()) + 1):
-            tries += [(command, Fault(kind, at)) for kind in (kinds[at % len(kinds)],) * in_turn or kinds]
-    for number, (command, fault) in enumerate(tries if some is None else random.Random(seed).sample(tries, some), 1):
-        bench.tried(command, found[command.name], fault)
-        advance(f"{number} of {some or len(tries)}, {command.name}: {fault.kind} at call {fault.call}")
+        found[name].calls = dict(call(command.words(folder), folder).calls)
+        points = range(1, sum(found[name].calls.values()) + 1)
+        pairs = [(kind, at) for at in points for kind in (kinds[at % len(kinds)],) * in_turn or kinds]
+        rng.shuffle(pairs)
+        tries.append([(name, Fault(*pair)) for pair in pairs])
+    by_turns = (one for round_ in zip_longest(*tries) for one in round_ if one is not None)
+    for name, fault in extent.of(by_turns, say):
+        bench.tried(bench.commands[name], found[name], fault)
     return found
 
 
-def random_kills(bench: Bench, count: int, seed: int, advance: Callable[[str], None]) -> dict[str, Tries]:
+def random_kills(bench: Bench, extent: Extent, say: Callable[[str], None]) -> dict[str, Tries]:
     """Kills at random moments of run, run --resume and report, in turn, up to a tenth after the command's usual end."""
-    rng, found = random.Random(seed), {}
-    commands = [command for command in bench.commands if command.name != "render"]
-    longest = {}
-    for command in commands:
-        folder = bench.ready(command)
-        started = time.monotonic()
-        call(command.words(folder), folder)
-        longest[command.name] = 1.1 * (time.monotonic() - started)
-        found[command.name] = Tries()
-    for number in range(count):
-        command = commands[number % len(commands)]
-        bench.tried(command, found[command.name], seconds=rng.uniform(0.0, longest[command.name]))
-        advance(f"{command.name}: kill {number + 1}")
+    rng, found, longest = random.Random(extent.seed), {name: Tries() for name in KILLED_COMMANDS}, {}
+    for name in found:
+        folder, started = bench.ready(bench.commands[name]), time.monotonic()
+        call(bench.commands[name].words(folder), folder)
+        longest[name] = 1.1 * (time.monotonic() - started)
+    for name in extent.of(cycle(found), say):
+        bench.tried(bench.commands[name], found[name], seconds=rng.uniform(0.0, longest[name]))
     return found

@@ -58,6 +58,9 @@ class Fault:
     kind: str = "EIO"
     call: int = 0
 
+    def __str__(self) -> str:
+        return f"{self.kind} at call {self.call}"
+
 
 @dataclass(frozen=True)
 class Ended:
