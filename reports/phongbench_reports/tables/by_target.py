@@ -6,7 +6,7 @@ import pandas as pd
 
 from phongbench.analysis.by_target import PRECISION, Answer, alike, answers, targets_of
 from phongbench.analysis.rows import Rows, at, nearest
-from phongbench.analysis.target_costs import CPU
+from phongbench.results.schema import CPU
 from phongbench_reports.table import Absent, Table
 from phongbench_reports.text import alpha_is, listed, number
 
