@@ -176,7 +176,9 @@ def points(
     else:
         wrong = errors_at(accuracy, alpha=exponents, metric=metric, stratum=stratum, precision=precision)
         alphas = exponents.measured(accuracy["alpha"].unique())
-        cells = judged(priced(wrong, alphas, target, short_of, notes, root, own_prices(run.costs, target, short_of)))
+        cells = judged(
+            priced(wrong, alphas, target, short_of, notes, root, own_prices(run.costs, target, short_of, notes))
+        )
     return {
         "run": run.id,
         "alpha": str(exponents),

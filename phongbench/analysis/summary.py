@@ -55,6 +55,7 @@ def summarise(run: Run, targets: Sequence[str] = (), root: Path = DEFAULT_ROOT) 
         "timing rows": len(run.timing),
         "seconds": manifest.get("seconds", {}),
     }
+    facts |= {"gpu": manifest["gpu"]["adapter"]} if "gpu" in manifest else {}
     facts |= {"note": f"{lacking}; {FINISH}"} if (lacking := unfinished(run)) else {}
     edges = [] if run.meshes.empty else records(reaches(run.meshes))
     precision = "float32" if "float32" in plan.precisions else plan.precisions[-1]

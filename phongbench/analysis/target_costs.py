@@ -74,13 +74,16 @@ def unit_of(target: str, root: Path = DEFAULT_ROOT) -> dict[str, str]:
     return {"unit": unit, "cost_kind": "measured"}
 
 
-def own_prices(costs: pd.DataFrame | None, target: str, short_of: str | None) -> dict[Formula, Price]:
+def own_prices(
+    costs: pd.DataFrame | None, target: str, short_of: str | None, notes: list[str] | None = None
+) -> dict[Formula, Price]:
     """What a run's costs say of formulas that do not ship, which were compiled with it; nothing of a scarce unit.
 
     Of GPU, which was measured with it, what they say of every formula; InputError where it was not.
+    notes  receives what was measured on, and how
     """
     if target == GPU:
-        return _gpu_prices(costs)
+        return _gpu_prices(costs, notes if notes is not None else [])
     if costs is None or costs.empty or short_of is not None:
         return {}
     rows = costs[(costs["target"] == target) & (costs["context"] == 0)]
@@ -92,11 +95,17 @@ def own_prices(costs: pd.DataFrame | None, target: str, short_of: str | None) ->
     }
 
 
-def _gpu_prices(costs: pd.DataFrame | None) -> dict[Formula, Price]:
+def _gpu_prices(costs: pd.DataFrame | None, notes: list[str]) -> dict[Formula, Price]:
+    """The prices of formulas whose times have an interval."""
     rows = pd.DataFrame() if costs is None or costs.empty else costs[costs["target"] == GPU]
     if rows.empty:
         raise InputError("the run has no times of an adapter", "target", "measure one: phongbench run --target gpu")
+    notes.append(f"gpu: {rows['tool'].iloc[0]}")
     rows = rows[(rows["context"] == 0) & (rows["reads"] == 0) & ~rows["approximation"].isin(NO_FORMULAS)]
+    rows = rows[rows["ratio_low"].notna() & rows["ratio_high"].notna()]
+    if rows.empty:
+        fix = "measure again while nothing else runs: phongbench run --target gpu"
+        raise InputError("the run's times of the adapter are too few for intervals", "target", fix)
     kept: list[dict[Any, Any]] = rows.to_dict("records")
     return {
         Formula.of_row(r): Price(r["cost"], r["cost"], r["ratio"], r["ratio_low"], r["ratio_high"], None, r["alpha"])

@@ -19,8 +19,8 @@ _FEATURES = (TIMESTAMPS, HALF)
 _USAGE = wgpu.BufferUsage
 #: what moves vectors, whose components trade places and stay as they are, and what other work tends to 1/2 by
 _FACTOR, _SUMMAND = (1.0, 1.0, 1.0, 0.5), (0.0, 0.0, 0.0, 0.25)
-#: passes of a submission that are clocked at most
-_CLOCKED = 2
+#: passes of a submission at most
+_CLOCKED = 6
 
 
 def adapter() -> Any:
@@ -119,7 +119,7 @@ class Device:
         return Program(pipeline, bound)
 
     def run(self, passes: Sequence[Pass]) -> Passes:
-        """Run up to two passes in a row and wait for them."""
+        """Run up to _CLOCKED passes in a row and wait for them."""
         started = time.perf_counter_ns()
         encoder = self._device.create_command_encoder()
         for place, one in enumerate(passes):

@@ -145,16 +145,16 @@ def _compared(found: Times, keys: Sequence[_Key]) -> dict[tuple[str, Context], M
             used[:, i] -= found.used[:, carrier]
     used[~(used > 0)] = np.nan
     readings = Readings(used, np.isfinite(used), np.array(found.marked, np.int64))
+    if not readings.rounds(place[BASELINE, CONTEXTS[0], 2]):
+        what = "exact Phong takes no longer than nothing by the clock of this device"
+        raise MeasurementError(what, "gpu", "let nothing else run, and try again; the others go on")
     rows: dict[tuple[str, Context], Measured] = {}
     for (name, context, _), i in place.items():
-        if name != _NOTHING and readings.rounds(i):
-            exact, dot = place[BASELINE, context, 2], place[DOT, context, 2]
+        exact, dot = place[BASELINE, context, 2], place[DOT, context, 2]
+        if name != _NOTHING and readings.rounds(i) and readings.rounds(exact):
             ratio = _ratio(readings, i, exact)
             ns = ratio.middle * readings.median(exact)
             rows[name, context] = Measured(ns, ratio, verdict(ratio), _ratio(readings, i, dot).middle)
-    if (BASELINE, CONTEXTS[0]) not in rows or not math.isfinite(rows[BASELINE, CONTEXTS[0]].ns):
-        what = "exact Phong takes no longer than nothing by the clock of this device"
-        raise MeasurementError(what, "gpu", "let nothing else run, and try again; the others go on")
     return rows
 
 

@@ -16,6 +16,8 @@ from phongbench.timing.statistics import MIN_ROUNDS
 
 #: rounds at most; and how long the shorter pass is at least, by timestamps and by the wall, which jitters
 MOST_ROUNDS, LEAST_NS, LEAST_WALL_NS = 24, 1e6, 5e6
+#: readings of an epoch, of which the least of each program counts: what else runs only adds
+READINGS = 3
 #: repeats of a program's calls at most: a shorter pass stays shorter
 MOST_REPEATS = 1 << 20
 #: readings of the clock's check, short and long
@@ -42,7 +44,7 @@ class Pair(Protocol):
     """Both programs of something timed, made ready."""
 
     def run(self, repeats: int, places: Sequence[int]) -> Passes:
-        """Run the shorter (0) and the longer (1), or one of them, and wait."""
+        """Run the shorter (0) and the longer (1) in this order, however often, as one submission, and wait."""
 
 
 @dataclass(frozen=True)
@@ -115,10 +117,11 @@ class _Reader:
     def more(self, pair: Pair, repeats: int) -> float:
         """Nanoseconds that the longer program takes more than the shorter."""
         if self.stamped:
-            passes = pair.run(repeats, (0, 1))
-            return passes.nanoseconds(1) - passes.nanoseconds(0)
-        short, long = (pair.run(repeats, (place,)).wall for place in (0, 1))
-        return long - short
+            passes = pair.run(repeats, (0, 1) * READINGS)
+            times = [passes.nanoseconds(place) for place in range(2 * READINGS)]
+        else:
+            times = [pair.run(repeats, (place,)).wall for place in (0, 1) * READINGS]
+        return min(times[1::2]) - min(times[::2])
 
     def repeats(self, pair: Pair) -> int:
         """Repeats with which the shorter program takes long enough, from readings that agree."""

@@ -69,7 +69,7 @@ class _Pair:
     one: Timed
 
     def run(self, repeats: int, places: Sequence[int]) -> Passes:
-        """Run the shorter, the longer, or both."""
+        """Run the shorter and the longer in this order."""
         if self.one.copied:
             program, threads = self.programs[0], _threads(self.one)
             passes = [Pass(program, threads, 1, repeats * self.one.calls[place]) for place in places]

@@ -6,7 +6,7 @@ import pandas as pd
 
 from phongbench.analysis.by_target import PRECISION, Answer, alike, answers, targets_of
 from phongbench.analysis.rows import Rows, at, nearest
-from phongbench.results.schema import CPU
+from phongbench.results.schema import CPU, GPU
 from phongbench_reports.table import Absent, Table
 from phongbench_reports.text import alpha_is, listed, number
 
@@ -73,4 +73,6 @@ def _basis(study: Rows, targets: Sequence[str]) -> str:
     for row in rows[rows["cost_kind"] == "compiled"].to_dict("records"):
         tools.setdefault(f"{row['tool']} ({row['tool_version']})", []).append(str(row["target"]))
     counted = "; ".join(f"{', '.join(names)} by {tool}" for tool, names in tools.items())
-    return f"{CPU} is timed, the others are counted in what their compilers make: {counted}"
+    adapter = [f"{GPU} by {row['tool']}" for row in at(rows, target=GPU).to_dict("records")]
+    timed = ", ".join([f"{CPU} is timed", *adapter])
+    return f"{timed}; the others are counted in what their compilers make: {counted}"

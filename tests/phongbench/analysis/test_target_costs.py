@@ -110,7 +110,7 @@ def test_an_own_formula_is_left_out_and_told(run: Run, rows: pd.DataFrame, store
 
 def test_wrong_questions_are_refused(run: Run) -> None:
     for ask in (lambda **q: recommend(run, **QUESTION, **q), lambda **q: points(run, alpha=50, **q)):
-        with pytest.raises(UnknownNameError, match="cpu, gcn4"):
+        with pytest.raises(UnknownNameError, match="cpu, gpu, gcn4"):
             ask(target="rdna9")
         with pytest.raises(UnknownNameError, match="issue, special"):
             ask(target="rdna2", short_of="memory")
