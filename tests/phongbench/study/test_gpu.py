@@ -170,7 +170,7 @@ def test_a_run_answers_for_it_and_says_what_it_was(run: Run, tmp_path: Path) -> 
         "lyon:dot:8:minimax": 0.5,
     }
     advice = recommend(made, alpha=50, max_error=0.1, target="gpu", root=tmp_path)
-    assert (advice["choices"][0]["name"], advice["choices"][0]["unit"]) == ("lyon:dot:8", "ns")
+    assert (advice["choices"][0]["name"], advice["choices"][0]["unit"]) == ("lyon:dot:8:minimax", "ns")
     for notes in (answer["notes"], advice["notes"]):
         assert "gpu: WebGPU on lavapipe, a software adapter on the processor, no GPU; timestamps" in notes
     few = With(run, [{**row, "ratio_low": None} for row in gpu.rows(codes(), GpuTimes(SOFTWARE, "", 3, timed, {}))])
