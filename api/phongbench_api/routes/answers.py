@@ -1,6 +1,6 @@
 """What to ship: recommendations, fronts and claims; answers are cached until a file of the run changes."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import fields
 from typing import Annotated, Any
 
@@ -41,8 +41,7 @@ async def recommend(request: Request, parameters: Annotated[RecommendParameters,
         run = here.store.newest_timed() if parameters.run is None else here.store.intact(parameters.run)
         return _cached(here, run, parameters, lambda: cheapest(run, **budget, search=False, root=here.store.root))
 
-    asked = {field.name: budget[field.name] for field in fields(Budget)}
-    cost = SECONDS + promises.seconds(Budget.of(**asked))
+    cost = SECONDS + promises.seconds(budget_of(budget))
     return await here.admission.run(request, cost, work, media.json, media.Spans())
 
 
@@ -57,6 +56,11 @@ async def front(request: Request, run: str, parameters: Annotated[FrontParameter
 async def claims(request: Request, run: str) -> Response:
     """Each claim with its verdict, its conditions and the rows that decide it."""
     return await _answer(request, run, "claims", judged)
+
+
+def budget_of(options: Mapping[str, Any]) -> Budget:
+    """The budget among the options of `recommend`."""
+    return Budget.of(**{field.name: options[field.name] for field in fields(Budget)})
 
 
 async def _answer(request: Request, name: str, question: object, answer: Callable[[Run], Any]) -> Response:
