@@ -9,6 +9,7 @@ from starlette.responses import Response
 
 from phongbench import __version__
 from phongbench.compiler.lowering import PRECISIONS
+from phongbench.formulas.shader_code.export import LANGUAGES
 from phongbench.inputs.mtl_files import OPENGL
 from phongbench.inputs.optical_constants import EXACT
 from phongbench.results.provenance import versions
@@ -56,6 +57,12 @@ def _reflectances() -> dict[str, list[list[float]]]:
     }
 
 
+def _language(name: str) -> dict[str, Any]:
+    """What a file of it is called, and the precisions that it can be written in."""
+    language = LANGUAGES[name]
+    return {"suffix": (*language.suffixes, name)[0], "precisions": [language.precision, *language.precisions]}
+
+
 def _meta(settings: Settings) -> dict[str, Any]:
     values = asdict(settings)
     return {
@@ -65,6 +72,7 @@ def _meta(settings: Settings) -> dict[str, Any]:
         "materials": [asdict(material) for material in OPENGL],
         "reflectances": _reflectances(),
         "dtypes": list(arrays.DTYPES),
+        "languages": {name: _language(name) for name in LANGUAGES},
         "limits": {name: values[name] for name in _LIMITS},
         "cores": settings.cores,
         "media_types": {

@@ -1,5 +1,6 @@
 """The pages that the package brings, read once, with no outside host: the explorer and the documentation."""
 
+import re
 from functools import cache
 from importlib import resources
 from typing import Any
@@ -27,6 +28,8 @@ _MEDIA = {
     "webmanifest": "application/manifest+json",
     "md": "text/plain; charset=utf-8",
 }
+#: comments that stand alone on their lines, in scripts and styles of our own: a tenth of what the page would load
+_COMMENTS = re.compile(rb"(?m)^[ \t]*(?://[^\n]*|/\*(?:[^*]|\*(?!/))*\*/)[ \t]*\n")
 
 
 @router.get("/")
@@ -61,7 +64,9 @@ def _collect(folder: Any, prefix: str, pages: dict[str, tuple[bytes, str]]) -> N
         if entry.is_dir():
             _collect(entry, f"{prefix}{entry.name}/", pages)
         elif suffix in _MEDIA:
-            pages[prefix + entry.name] = (entry.read_bytes(), _MEDIA[suffix])
+            own = prefix != "vendor/" and suffix in ("js", "css")
+            content = entry.read_bytes()
+            pages[prefix + entry.name] = (_COMMENTS.sub(b"", content) if own else content, _MEDIA[suffix])
 
 
 def _file(path: str) -> tuple[bytes, str]:
