@@ -36,7 +36,7 @@ export const shape = (text) => text.replace(/\/\/.*$/gm, '').replace(/\b(?!1\.0\
 function statements(text, language) {
   const { vec3, variable } = WORDS[language];
   const names = ['a', 'b', 'c'].slice(0, directions(text));
-  const begin = names.map((name, i) => `${variable('vec3', name)} = normalize(${vec3}(fract(0.3 + at * 0.618034), fract(0.7 + at * 0.754878), fract(at * 0.569840)) + ${(0.5 * i).toFixed(1)});`);
+  const begin = names.map((name, i) => `${variable('vec3', name)} = normalize(${vec3}(fract(0.3 + at * 0.618034), fract(0.7 + at * 0.754878), fract(at * 0.569840)) - ${(0.5 - 0.5 * i).toFixed(1)});`);
   // one turns its components forwards and the other backwards, so that the angle between them changes
   const turned = (name, i) => (i % 2 ? `${name} = ${vec3}(-(${name}.z * turn.x + turn.y), ${name}.x, ${name}.y);` : `${name} = ${vec3}(${name}.y, ${name}.z, -(${name}.x * turn.x + turn.y));`);
   const once = [...names.map(turned), `total += highlight(${names.join(', ')});`].join(' ');

@@ -13,6 +13,8 @@ const EXACT = 'phong';
 const [DOT, TWIN] = ['dot', 'twin'];
 /** Of the time for everything, what writing and compiling the programs may take. */
 const PREPARING = 0.5;
+/** Formulas that are measured however long compiling takes. */
+const FEWEST = 3;
 
 /**
  * Programs of the formulas, one for each shape of code, exact Phong first, and of its twin and the dot product.
@@ -22,7 +24,7 @@ async function prepared(device, { formulas, alpha, most, until }) {
   const [programs, left, shapes] = [[], [], new Set()];
   const add = async (name, text) => programs.push({ name, text, made: await device.compile(text) });
   for (const name of [EXACT, ...formulas]) {
-    if (programs.length >= most + 1 || (programs.length > 1 && performance.now() > until)) break;
+    if (programs.length >= most + 1 || (programs.length > FEWEST && performance.now() > until)) break;
     postMessage({ stage: `Compiling ${name} …` });
     try {
       const { text } = await get('/v1/shader', { formula: name, alpha, language: device.language });
