@@ -57,7 +57,8 @@ export async function get(path, params, signal, body) {
 
 function detailed(body) {
   if (!body) return 'The service gave no reason.';
-  const parts = [body.detail, ...(body.errors ?? []).map((e) => e.detail ?? e.message), body.mend ?? body.hint];
+  const errors = (body.errors ?? []).map(({ field, detail }) => (!field || detail.includes(field.match(/^\w*/)[0]) ? detail : `${field}: ${detail}`));
+  const parts = [...(errors.some((one) => one.endsWith(body.detail)) ? [] : [body.detail]), ...errors, body.mend ?? body.hint];
   return [...new Set(parts.filter((part) => typeof part === 'string' && part))].join(' – ');
 }
 
