@@ -41,7 +41,7 @@ def lit(slope: Any, light: tuple[float, float]) -> Any:
 
 def test_the_cylinder_is_one_and_its_normals_come_out(opened: Any) -> None:
     x, intensity, angle, other, height = columns(opened, "x", "intensity", "angle", "other", "height")
-    np.testing.assert_allclose(intensity, lit(x / np.sqrt(1 - x**2), (0.71, 0.71)), atol=5e-4)
+    np.testing.assert_allclose(intensity, lit(-x / np.sqrt(1 - x**2), (0.71, 0.71)), atol=5e-4)
     known = np.isfinite(angle)
     assert 25 < known.sum() < len(x), "some of it lies in shadow"
     np.testing.assert_allclose(angle[known], np.degrees(np.arcsin(x[known])), atol=1)

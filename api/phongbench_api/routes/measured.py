@@ -6,12 +6,14 @@ from typing import Annotated, Any
 from fastapi import APIRouter, Query, Request
 from starlette.responses import Response
 
+from phongbench import __version__
 from phongbench.analysis import promises
 from phongbench.analysis.front import points
 from phongbench.analysis.recommend import recommend as cheapest
 from phongbench.targets.measured import MeasuredTable, of_document
+from phongbench_api.answers import FRONT, RECOMMEND
 from phongbench_api.http import media
-from phongbench_api.http.openapi import described
+from phongbench_api.http.openapi import ASK, described
 from phongbench_api.http.problems import request_errors
 from phongbench_api.models import FrontParameters, RecommendParameters
 from phongbench_api.routes.answers import SECONDS, budget_of
@@ -27,7 +29,7 @@ _STORED = (400, 404, 406, 408, 409, 413, 422, 503)
 _TIME = {"cost": 0.2, "low": 0.19, "high": 0.21}
 EXAMPLE = {
     "schema": 1, "target": "page-adreno-740", "cost_kind": "measured", "unit": "ns", "precision": "float32",
-    "adapter": "Adreno (TM) 740", "tool": "WebGPU", "tool_version": "Chrome 142", "phongbench": "0.1.0",
+    "adapter": "Adreno (TM) 740", "tool": "WebGPU", "tool_version": "Chrome 142", "phongbench": __version__,
     "dot": _TIME, "rows": [{"formula": "phong", "alpha": 50, **_TIME}],
 }  # fmt: skip
 _SCHEMA = {
@@ -41,10 +43,10 @@ _BODY = {"requestBody": {"required": True, "content": {media.JSON: {"schema": _S
 @router.post(
     "/recommend",
     summary="The cheapest formula on a device that was just measured",
-    openapi_extra=_BODY,
-    **described({"choices": [], "nearest_miss": None}, *_STORED),
+    openapi_extra=_BODY | {ASK: "/v1/recommend?alpha=50&max_error=1/255"},
+    **described(RECOMMEND, *_STORED),
 )
-async def recommend(request: Request, parameters: Annotated[RecommendParameters, Query()]) -> Response:
+async def recommend_measured(request: Request, parameters: Annotated[RecommendParameters, Query()]) -> Response:
     """As GET answers, by the times in the body; `target` is the body's."""
     here, options = service(request), parameters.model_dump(exclude={"run"})
 
@@ -58,10 +60,10 @@ async def recommend(request: Request, parameters: Annotated[RecommendParameters,
 @router.post(
     "/runs/{run}/front",
     summary="The error/time front of a run on a device that was just measured",
-    openapi_extra=_BODY,
-    **described({"points": []}, *_STORED),
+    openapi_extra=_BODY | {ASK: "/v1/runs/latest/front?alpha=50"},
+    **described(FRONT, *_STORED),
 )
-async def front(request: Request, run: str, parameters: Annotated[FrontParameters, Query()]) -> Response:
+async def front_measured(request: Request, run: str, parameters: Annotated[FrontParameters, Query()]) -> Response:
     """As GET answers, by the run's errors and the times in the body; `target` is the body's."""
     here, options = service(request), parameters.model_dump()
 
