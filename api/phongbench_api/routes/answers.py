@@ -1,7 +1,6 @@
 """What to ship: recommendations, fronts and claims; answers are cached until a file of the run changes."""
 
-from collections.abc import Callable, Mapping
-from dataclasses import fields
+from collections.abc import Callable
 from typing import Annotated, Any
 
 from fastapi import APIRouter, Query, Request
@@ -9,7 +8,6 @@ from starlette.responses import Response
 
 from phongbench.analysis import promises
 from phongbench.analysis.claims import answer as judged
-from phongbench.analysis.error_budget import Budget
 from phongbench.analysis.front import points
 from phongbench.analysis.recommend import recommend as cheapest
 from phongbench.results.runs import Run
@@ -42,7 +40,7 @@ async def recommend(request: Request, parameters: Annotated[RecommendParameters,
         run = here.store.newest_timed() if parameters.run is None else here.store.intact(parameters.run)
         return _cached(here, run, parameters, lambda: cheapest(run, **budget, search=False, root=here.store.root))
 
-    cost = SECONDS + promises.seconds(budget_of(budget))
+    cost = SECONDS + promises.seconds(parameters.budget())
     return await here.admission.run(request, cost, work, media.json, media.Spans())
 
 
@@ -65,11 +63,6 @@ async def front(request: Request, run: str, parameters: Annotated[FrontParameter
 async def claims(request: Request, run: str) -> Response:
     """Each claim with its verdict, its conditions and the rows that decide it."""
     return await _answer(request, run, "claims", judged)
-
-
-def budget_of(options: Mapping[str, Any]) -> Budget:
-    """The budget among the options of `recommend`."""
-    return Budget.of(**{field.name: options[field.name] for field in fields(Budget)})
 
 
 async def _answer(request: Request, name: str, question: object, answer: Callable[[Run], Any]) -> Response:

@@ -16,13 +16,14 @@ from phongbench_api.http import media
 from phongbench_api.http.openapi import ASK, described
 from phongbench_api.http.problems import request_errors
 from phongbench_api.models import FrontParameters, RecommendParameters
-from phongbench_api.routes.answers import SECONDS, budget_of
 from phongbench_api.service import service
 from phongbench_api.work import request_bodies
 
 router = APIRouter(prefix="/v1", tags=["answers"])
 #: bytes that a measurement may have: that of the most rows has about half as many
 LARGEST = 256 << 10
+#: predicted seconds of answering: reading and checking a run's files
+SECONDS = 0.2
 #: predicted seconds of reading a byte: a row's formula is written as code, to know it again
 READING = 2e-5
 _STORED = (400, 404, 406, 408, 409, 413, 422, 503)
@@ -54,7 +55,7 @@ async def recommend_measured(request: Request, parameters: Annotated[RecommendPa
         run = here.store.newest_timed() if parameters.run is None else here.store.intact(parameters.run)
         return cheapest(run, **options | {"target": table.name}, search=False, root=table)
 
-    return await _answer(request, SECONDS + promises.seconds(budget_of(options)), work)
+    return await _answer(request, SECONDS + promises.seconds(parameters.budget()), work)
 
 
 @router.post(
