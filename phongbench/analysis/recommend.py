@@ -64,8 +64,7 @@ def recommend(
     inverse_error        how many degrees normals may be off that the formula gives back, see `inverse_errors`
     contract             True: what is within is so on every device that keeps the accuracies of WGSL and Vulkan, of the
                          emitted code; in float32 or float16
-    root                 the folder of the runs, in which measured targets were added, or the measurement of
-                         the only one
+    root                 the folder of the runs in which targets were added, or the measurement of the only one
     returns              basis ("run" or "laws"), run, the budget, `choices` (best, then next; empty where nothing is
                          within it), `nearest_miss`, `notes` in words. In each choice `max_abs` is the largest error
                          that was measured, or a law's; `bound` is what is compared with the budget, None where nothing
