@@ -6,11 +6,9 @@ from importlib import resources
 from typing import Any
 
 from fastapi import APIRouter, FastAPI, Request
-from jinja2 import Environment, PackageLoader
 from starlette.responses import Response
 
-from phongbench import __version__
-from phongbench_api.http import media, problems
+from phongbench_api.http import documentation, media
 from phongbench_api.http.problems import NotFoundError
 
 router = APIRouter(include_in_schema=False)
@@ -78,11 +76,5 @@ def _file(path: str) -> tuple[bytes, str]:
 def _documentation(app: FastAPI) -> tuple[bytes, str]:
     """The documentation as a page without scripts, made from the OpenAPI document once."""
     if not hasattr(app.state, "documentation"):
-        loader = PackageLoader("phongbench_api")
-        templates = Environment(loader=loader, autoescape=True, trim_blocks=True, lstrip_blocks=True)
-        kinds = sorted(
-            {kind for _, kind in problems.STATUS} | set(problems.KINDS.values()), key=lambda kind: kind.status
-        )
-        page = templates.get_template("docs.html.j2").render(api=app.openapi(), kinds=kinds, version=__version__)
-        app.state.documentation = page.encode()
+        app.state.documentation = documentation.page(app.openapi()).encode()
     return app.state.documentation, _MEDIA["html"]

@@ -19,7 +19,7 @@ function question({ state, offered, question: asked }, language) {
   const target = offered.targets.find((one) => one.name === state.target);
   return {
     ...formula, language,
-    precision: STANDS[precision]?.find((one) => offered.languages[language].precisions.includes(one)) ?? null,
+    precision: STANDS[precision]?.find((one) => offered.languages[language].includes(one)) ?? null,
     length_error: wrong ? plain(Math.abs(wrong)) : null,
     target: target?.cost_kind === 'compiled' ? target.name : null,
   };
