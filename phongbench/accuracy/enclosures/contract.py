@@ -100,7 +100,7 @@ def largest(
 
 
 def unwritten(spec: Approximation, formula: Formula, setting: Setting, precision: Precision) -> str:
-    """Why there is no code for GPUs in this precision that a standard speaks of; "" where there is."""
+    """Why no standard speaks of the code for GPUs in this precision on all of its domain; "" where one does."""
     if precision.name not in PRECISIONS:
         return f"no standard speaks of {precision.name}"
     try:
@@ -109,7 +109,16 @@ def unwritten(spec: Approximation, formula: Formula, setting: Setting, precision
         return problem.what
     except _FAILS:
         return f"{spec.name} has no code for GPUs"
+    if formula.normalise != "none" and precision.largest < LARGEST_PRODUCT:
+        return f"squares of vectors of lengths from 0.001 to 1000 leave the range of {precision.name}"
     return ""
+
+
+def short_of(formula: Formula) -> str:
+    """The domain `short` of a formula, in words."""
+    if formula.recipe == "halfway":
+        return f"on coplanar vectors up to {FAR:g} degrees of incidence"
+    return f"up to {FAR:g} degrees between directions"
 
 
 def why_not(spec: Approximation, formula: Formula, setting: Setting, precision: Precision) -> str:
@@ -120,8 +129,6 @@ def why_not(spec: Approximation, formula: Formula, setting: Setting, precision: 
         return "it divides by the squared cosine, which vanishes at a right angle"
     if formula.recipe == "halfway":
         return _OPPOSITE
-    if formula.normalise != "none" and precision.largest < LARGEST_PRODUCT:
-        return f"squares of vectors of lengths from 0.001 to 1000 leave the range of {precision.name}"
     return "what it may give overflows"
 
 
