@@ -23,7 +23,8 @@ SETTLED = """() => new Promise((done) => {
 def unfold(seen: Any) -> None:
     """Open whatever can be opened, and wait for what that loads."""
     for summary in seen.page.locator("summary:visible").all():
-        summary.click()
+        summary.evaluate("(summary) => { summary.parentElement.open = true; }")  # where another one may lie over it
+    seen.page.evaluate(SETTLED)
     if seen.page.locator("#main").count():
         seen.idle()
 

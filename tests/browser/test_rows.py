@@ -133,3 +133,20 @@ def test_an_odd_address_breaks_nothing(table: Any, state: str) -> None:
 def test_a_run_that_is_not_there_has_no_page(server: str, visit: Visits) -> None:
     seen = visit(f"{server}{PAGE}")
     assert seen.page.request.get(f"{server}/runs/20260101-000000-ffffffff/rows").status == 404
+
+
+def test_a_list_of_values_is_left_by_escape_or_a_click_elsewhere(table: Any) -> None:
+    page = table().page
+    alpha = page.locator("#filters summary").filter(has_text="alpha:")
+    for leave in (lambda: page.keyboard.press("Escape"), lambda: page.locator("#title").click()):
+        alpha.click()
+        assert page.locator(".filter[open] input").first.is_visible()
+        leave()
+        assert page.locator(".filter[open]").count() == 0
+    page.locator("#filters summary").first.focus()
+    page.keyboard.press("Enter")
+    page.keyboard.press("Tab")
+    page.keyboard.press("Space")
+    assert page.locator(".filter input:checked").count() >= 1
+    page.keyboard.press("Escape")
+    assert page.evaluate("() => document.activeElement.tagName") == "SUMMARY"

@@ -155,6 +155,14 @@ $('limit').addEventListener('change', ({ target }) => set({ limit: target.value 
 $('next').addEventListener('click', () => { cursors.push(following); ask(); });
 $('previous').addEventListener('click', () => { cursors.pop(); ask(); });
 $('first').addEventListener('click', () => { cursors = [null]; ask(); });
+/** Closes the lists that are open, but for one. @param {Element|null} kept */
+const fold = (kept) => { for (const details of document.querySelectorAll('.filter[open]')) if (details !== kept) details.open = false; };
+addEventListener('click', ({ target }) => fold(target.closest('.filter')));
+addEventListener('keydown', ({ key, target }) => {
+  if (key !== 'Escape') return;
+  target.closest('.filter')?.querySelector('summary').focus();
+  fold(null);
+});
 $('filters').addEventListener('submit', (event) => event.preventDefault());
 addEventListener('hashchange', () => { const before = asked.table; asked = fromHash(); cursors = [null]; if (asked.table === before) { showFilters(); ask(); } else start(); });
 start();
