@@ -21,7 +21,7 @@ from phongbench.formulas.shader_code.export import LANGUAGES, OVER_LONG
 from phongbench.formulas.shader_code.language import HELD
 from phongbench.formulas.spec import ALPHA, GAMMA, SPACES
 from phongbench.inputs.strata import STRATUM_NAMES
-from phongbench.results.schema import ERROR_METRICS
+from phongbench.results.schema import ERROR_METRICS, TABLES
 from phongbench.targets.chips import TARGETS
 from phongbench.targets.target import UNITS
 from phongbench.timing.blocks import WORKING_SETS
@@ -195,6 +195,12 @@ class PageParameters(Parameters):
 
     limit: int = Field(50, ge=1, le=1000, description="entries of an answer")
     cursor: str | None = Field(None, max_length=200, description="`next` of the answer before")
+
+
+class ColumnsParameters(Parameters):
+    """A table of a run."""
+
+    table: Annotated[str, OneOf(TABLES)] = Field(description="whose columns", examples=["timing"])
 
 
 #: a formula inside a JSON body: its spelling, or its parts
