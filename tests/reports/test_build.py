@@ -22,7 +22,7 @@ from phongbench_reports.figures import FIGURES
 
 HERE = Path(__file__).parent
 #: Elements without an end tag.
-VOID = {"meta", "link", "img", "source", "br"}
+VOID = {"meta", "link", "img", "source", "br", "wbr"}
 
 
 class Page(HTMLParser):

@@ -1,6 +1,7 @@
 """The answer by target: at each exponent which formula to ship where."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import pandas as pd
 
@@ -43,6 +44,16 @@ def by_target(study: Rows, budget: float, name: str, only: Sequence[str] = ()) -
     return Table(
         headings, rows, data, _sentence(found, study.alpha, name), f"{source}; {_basis(study, targets)}", frozenset({0})
     )
+
+
+def turned(answer: Table | Absent) -> Table | Absent:
+    """The table with a row for each group of targets: there may be many of them, and a page is only so wide."""
+    if isinstance(answer, Absent):
+        return answer
+    alphas, *columns = zip(*answer.rows, strict=True)
+    rows = tuple((group, *cells) for group, cells in zip(answer.headings[1:], columns, strict=True))
+    headings = ("target", *(alpha_is(float(alpha)) for alpha in alphas))
+    return replace(answer, headings=headings, rows=rows, numeric=frozenset())
 
 
 def _cell(answer: Answer, *, withheld: bool) -> str:

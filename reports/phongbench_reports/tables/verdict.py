@@ -210,9 +210,9 @@ def worst(study: Rows) -> Table | Absent:
     where = f"{label(top)} at {alpha_is(top['alpha'])}, {top['precision']}, stratum {top['stratum']}"
     sentence = f"The largest error of those shown is {number(top['error'])}: {where}."
     headings = ("formula", "α", "precision", "stratum", "error", "value", "exact")
-    data = ranked.reset_index(drop=True)
-    note = f"{study.precision}, worst of each formula and form, unit vectors first; all {number(len(rows))} in the CSV"
-    return Table(headings, tuple(body), data, sentence, note, frozenset({1, 4, 5, 6}), frozenset(), tuple(details))
+    note = f"{study.precision}, worst of each formula and form, unit vectors first; "
+    note += f"all {number(len(rows))} in the run's worst.parquet"
+    return Table(headings, tuple(body), each, sentence, note, frozenset({1, 4, 5, 6}), frozenset(), tuple(details))
 
 
 def _by_size(column: pd.Series) -> pd.Series:
