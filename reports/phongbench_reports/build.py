@@ -22,6 +22,7 @@ from phongbench_reports.figures.pictures import SECTIONS
 from phongbench_reports.page import Links, Section, render, style_sheet
 from phongbench_reports.plots import Plate, ink, svg_pair
 from phongbench_reports.second_process import Drawn, Shared, beside, drawn
+from phongbench_reports.svg import of_both
 from phongbench_reports.table import Absent, Part
 from phongbench_reports.tables.behaviour import hostile, smoothness
 from phongbench_reports.tables.by_target import by_target, turned
@@ -170,7 +171,7 @@ def build(run: Run, out: Path, *, single_file: bool = False, processes: int = 1)
         sections, pictures = sections_of(study)
     sheets = {section.name: csv_of(section.data) for section in sections if section.data is not None}
     if single_file:
-        figures = {name: tuple_of(pair) for name, pair in pictures.items()}
+        figures = {name: (_data_address("image/svg+xml", of_both(*pair)), "") for name, pair in pictures.items()}
         data = {name: _data_address("text/csv", content) for name, content in sheets.items()}
         links = Links(style_sheet(), figures, data)
     else:
@@ -179,11 +180,6 @@ def build(run: Run, out: Path, *, single_file: bool = False, processes: int = 1)
         _write_parts(out, pictures, sheets, [section.name for section in sections])
     _write(index, render(study, sections, links).encode("utf-8"))
     return index
-
-
-def tuple_of(pair: tuple[bytes, bytes]) -> tuple[str, str]:
-    """Both variants of a figure as data: addresses."""
-    return _data_address("image/svg+xml", pair[0]), _data_address("image/svg+xml", pair[1])
 
 
 def _write_parts(

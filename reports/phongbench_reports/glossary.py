@@ -10,7 +10,7 @@ from phongbench.targets.chips import TARGETS
 WORDS = {
     "exact Phong": "Phong's specular term, max(0, a.b)^alpha: what every error and cost is measured against",
     "alpha, α": "the shininess, the exponent of exact Phong",
-    "a, b": "the pair of directions: (R, V), mirrored light and viewer; with `@half` (N, H), normal and half-way vector",
+    "a, b": "the pair of directions: (R, V), mirrored light and viewer; with `@half` (N, H), normal and half-way",
     "error, code": "approximation minus exact Phong; a code is one step of an 8-bit channel, 1/255",
     "cost": "time or cycles over exact Phong's on the same target: 0.5 is half",
     "target": "where a formula runs: `cpu` is this machine, timed; the others are compiled for, and their cost counted",
@@ -18,10 +18,12 @@ WORDS = {
     "lambda form": "how 1 - cos is computed: `dot` 1 - a.b, `difference` half of |a - b|^2, `cross` half of |a x b|^2",
     "gamma, γ": "the exponent 2^n that n squarings evaluate",
     "beta, slope": (
-        "the slope of an approximation at its peak: `taylor` the curve's own, `minimax` least largest error, `energy` same light"
+        "the slope of an approximation at its peak: `taylor` the curve's own, `minimax` least largest error, "
+        "`energy` same light"
     ),
     "recipe, normalise": (
-        "how the pair is made from N, L and V (`@reflect`, ...), and how wrong lengths are removed (`/each`, `/once`, `/squared`)"
+        "how the pair is made from N, L and V (`@reflect`, ...), and how wrong lengths are removed (`/each`, `/once`, "
+        "`/squared`)"
     ),
     "front": "the formulas that no other beats in both error and time",
 }  # fmt: skip

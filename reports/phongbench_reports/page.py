@@ -15,7 +15,7 @@ from phongbench_reports.plots import Plate
 from phongbench_reports.table import Absent, Table
 from phongbench_reports.tables.claims import ClaimTable
 from phongbench_reports.tables.code import CodeList
-from phongbench_reports.text import counted, listed, number
+from phongbench_reports.text import counted, listed
 
 #: Provenance keys that change from minute to minute: times live in the manifest only; same rows give same bytes.
 VOLATILE = re.compile(
@@ -63,7 +63,7 @@ class Links:
     """Where the page finds its parts: relative paths in a folder, data: addresses in a single file.
 
     style     str                  contents of the style sheet to embed, "" to link style.css
-    figures   name -> (light, dark) addresses of SVGs
+    figures   name -> (light, dark) addresses of SVGs; dark is "" where the first is both
     data      name -> address of the CSV
     """
 
@@ -167,7 +167,7 @@ def render(study: Rows, sections: list[Section], links: Links) -> str:
     facts = [
         counted(int(rows["approximation"].nunique()), "formula"),
         counted(len(study.alphas), "exponent"),
-        (listed(study.precisions), ""),
+        listed(study.precisions),
         counted(len(rows), "accuracy row"),
         counted(int(rows["samples"].sum()), "sample"),
         counted(len(study.timing), "timing row"),

@@ -29,7 +29,7 @@ def slim(svg: bytes) -> bytes:
 
     svg  well-formed, as matplotlib writes it. Elements keep their order; texts keep every blank.
     """
-    root = ET.fromstring(svg)  # noqa: S314  our own
+    root = ET.fromstring(svg)
     names = _new_names(root)
     classes: dict[str, str] = {}
     _clean(root, names, classes)
@@ -41,6 +41,17 @@ def slim(svg: bytes) -> bytes:
     # within texts and values the sign that ends a tag is written &gt;
     text = ET.tostring(root, encoding="utf-8").replace(b" />", b"/>")
     return b'<?xml version="1.0" encoding="utf-8"?>\n' + text + b"\n"
+
+
+def of_both(light: bytes, dark: bytes) -> bytes:
+    """One slim picture that is light or dark as the reader's screen is, of two that differ in their style sheets only.
+
+    Safari shows it light on every screen: where there is room for two files, two are better.
+    """
+    start, end = b"<style", b"</style>"
+    usual, other = (one[one.index(start) : one.index(end)].splitlines() for one in (light, dark))
+    rules = b"".join(theirs for ours, theirs in zip(usual, other, strict=True) if ours != theirs)
+    return light.replace(end, b"@media (prefers-color-scheme:dark){" + rules + b"}\n" + end, 1)
 
 
 def _new_names(root: ET.Element) -> dict[str, str]:
@@ -83,9 +94,9 @@ def _clean(element: ET.Element, names: dict[str, str], classes: dict[str, str]) 
 
 def _grouped(elements: list[ET.Element]) -> Iterator[ET.Element]:
     """Neighbours of one look in a group that has it, where that is shorter."""
-    for look, members in groupby(elements, key=lambda one: {key: one.attrib[key] for key in _LOOK if key in one.attrib}):
+    for look, members in groupby(elements, key=_look):
         alike = list(members)
-        if not look or len(alike) < 3:
+        if not look or len(alike) < 3 or look.get("class", "").startswith("o"):
             yield from alike
             continue
         group = ET.Element(_GROUP, look)
@@ -98,6 +109,10 @@ def _grouped(elements: list[ET.Element]) -> Iterator[ET.Element]:
         yield group
 
 
+def _look(element: ET.Element) -> dict[str, str]:
+    return {key: element.attrib[key] for key in _LOOK if key in element.attrib}
+
+
 def _shorten(element: ET.Element, names: dict[str, str], classes: dict[str, str]) -> None:
     attributes = element.attrib
     name = attributes.pop("id", None)
@@ -106,10 +121,9 @@ def _shorten(element: ET.Element, names: dict[str, str], classes: dict[str, str]
     style = attributes.pop("style", None)
     if style:
         plain = re.sub(r"\s*([:;,])\s*", r"\1", style)
-        if "opacity" not in plain:  # a group's would be that of all its members together
-            element.set("class", classes.setdefault(plain, f"s{len(classes)}"))
-        else:
-            element.set("style", plain)
+        # the opacity of a group would be that of all its members together: `_grouped` knows it by its name
+        kind = "o" if "opacity" in plain else "s"
+        element.set("class", classes.setdefault(plain, f"{kind}{len(classes)}"))
     if attributes.get("transform", "").startswith("rotate(-0 "):
         del attributes["transform"]  # matplotlib's for every text that lies
     for key, value in attributes.items():

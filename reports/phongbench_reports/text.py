@@ -48,9 +48,9 @@ def number(value: Any, digits: int = 3) -> str:
     return f"{value:,.{decimals}f}".replace(",", "\u202f")
 
 
-def counted(count: int, noun: str) -> tuple[str, str]:
-    """A count and what it counts: ("1", "exponent"), ("12", "exponents")."""
-    return number(count), noun if count == 1 else f"{noun}s"
+def counted(count: int, noun: str) -> str:
+    """A count and what it counts: "1 exponent", "12 exponents"."""
+    return f"{number(count)} {noun}{'s' * (count != 1)}"
 
 
 def percent(value: float) -> str:

@@ -10,7 +10,7 @@ import pytest
 from matplotlib.figure import Figure
 
 from phongbench_reports.plots import ink, sheet
-from phongbench_reports.svg import slim
+from phongbench_reports.svg import of_both, slim
 
 SVG = "{http://www.w3.org/2000/svg}"
 #: attributes that say how an element looks
@@ -115,7 +115,21 @@ def test_what_is_shortened(inside: str, kept: str) -> None:
     assert short.split(">\n", 2)[2] == f"{kept}\n</svg>\n"
 
 
+def test_one_picture_is_light_or_dark_as_the_screen_is(picture: bytes) -> None:
+    light = slim(picture)
+    dark = light.replace(b"#1b2330", b"#e4e8ee")
+    both = of_both(light, dark)
+    before, rules = both.split(b"@media (prefers-color-scheme:dark){")
+    assert b"#1b2330" in before
+    assert light.startswith(before)
+    inside = rules[: rules.index(b"</style>")]
+    assert b"#1b2330" not in inside
+    assert inside.count(b"#e4e8ee") == dark.count(b"#e4e8ee")
+    assert len(both) < 1.1 * len(light)
+    assert ET.fromstring(both).tag == f"{SVG}svg"
+
+
 def test_a_group_of_the_see_through_stays_single() -> None:
     """The opacity of a group is that of all its members together."""
     band: Any = '<path d="M0 0" style="opacity: 0.5"/>'
-    assert slim(f'<svg xmlns="http://www.w3.org/2000/svg">{3 * band}</svg>'.encode()).count(b"opacity:0.5") == 3
+    assert slim(f'<svg xmlns="http://www.w3.org/2000/svg">{3 * band}</svg>'.encode()).count(b'class="o0"') == 3

@@ -104,7 +104,8 @@ def smoothness(study: Rows) -> Table | Absent:
         _smooth_sentence(mine, alpha),
         "edge: second difference at the lobe's end over that of exact Phong's peak; about 1 is a Mach band, more is a "
         "kink or a step; rises: places where the lobe grows away from its peak; overflows (in fixed point saturations) "
-        f"and subnormals: of lambda or value, in {number(mine['samples'].iloc[0])} samples; every cell in the run's smoothness.parquet",
+        f"and subnormals: of lambda or value, in {number(mine['samples'].iloc[0])} samples; "
+        "every cell in the run's smoothness.parquet",
         frozenset(range(1, len(headings))),
     )
 

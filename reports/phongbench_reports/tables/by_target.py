@@ -9,7 +9,7 @@ from phongbench.analysis.by_target import PRECISION, Answer, alike, answers, tar
 from phongbench.analysis.rows import Rows, at, nearest
 from phongbench.analysis.target_costs import CPU
 from phongbench_reports.table import Absent, Table
-from phongbench_reports.text import alpha_is, listed, number
+from phongbench_reports.text import alpha_is, counted, listed, number
 
 #: exponents that are shown, the nearest ones of the run
 ALPHAS = (10.0, 20.0, 50.0, 100.0, 200.0, 1000.0)
@@ -73,7 +73,8 @@ def _sentence(found: Sequence[Answer], alpha: float, name: str) -> str:
         if answer.alpha == shown:
             ways.setdefault(str(answer.formula or "nothing"), []).append(answer.target)
     told = listed(f"{formula} on {listed(targets)}" for formula, targets in ways.items())
-    start = f"Within {name} the answer depends on the target at {len(apart)} of {len(alphas)} exponents"
+    count = f"{len(apart)} of {counted(len(alphas), 'exponent')}"
+    start = f"Within {name} the answer depends on the target at {count}"
     return f"{start}; at {alpha_is(shown)} it is {told}."
 
 

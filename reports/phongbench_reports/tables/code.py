@@ -1,5 +1,6 @@
 """The answer as code: at each exponent the winner of each target, in the languages that such targets take."""
 
+from contextlib import suppress
 from dataclasses import dataclass
 
 from phongbench.analysis.by_target import PRECISION
@@ -49,10 +50,10 @@ def code(answer: Table | Absent) -> CodeList | Absent:
     if isinstance(answer, Absent):
         return answer
     named = answer.data[answer.data["name"].notna()]
-    winners = [
-        Winner(float(alpha), str(name), listed(rows["target"]), _listings(str(name), float(alpha), list(rows["target"])))
+    winners = (
+        _winner(str(name), float(alpha), rows["target"].tolist())
         for (alpha, name), rows in named.groupby(["alpha", "name"], sort=False)
-    ]  # fmt: skip
+    )
     written = tuple(winner for winner in winners if winner.listings)
     if not written:
         return Absent("No formula of this run is within the budget and known here.", "Name your own with --with.")
@@ -64,13 +65,12 @@ def code(answer: Table | Absent) -> CodeList | Absent:
     )
 
 
-def _listings(name: str, alpha: float, targets: list[str]) -> tuple[tuple[str, str], ...]:
+def _winner(name: str, alpha: float, targets: list[str]) -> Winner:
     gpu = {target != CPU and LANGUAGES[TARGETS[target].language].gpu for target in targets}
     languages = (GPU if True in gpu else {}) | (PROCESSOR if False in gpu else {})
-    try:
-        formula, registry = Formula.parse(name, installed()), installed()
-        return tuple(
-            (title, ready_code(formula, alpha, Options(language), registry).text) for language, title in languages.items()
-        )
-    except PhongbenchError:  # of a user's file that is not at hand, or that has no spelling in a language
-        return ()
+    registry, listings = installed(), []
+    with suppress(PhongbenchError):  # of a user's file that is not at hand, or that has no spelling in a language
+        formula = Formula.parse(name, registry)
+        for language, title in languages.items():
+            listings.append((title, ready_code(formula, alpha, Options(language), registry).text))
+    return Winner(alpha, name, listed(targets), tuple(listings))
