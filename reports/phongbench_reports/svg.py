@@ -39,7 +39,7 @@ def slim(svg: bytes) -> bytes:
         # matplotlib's first rule is one for everything: members of a group would not take the group's
         sheet.text = f"{(sheet.text or '').replace('*', 'svg', 1)}{rules}\n"
     # within texts and values the sign that ends a tag is written &gt;
-    text = ET.tostring(root, encoding="utf-8").replace(b" />", b"/>")
+    text: bytes = ET.tostring(root, encoding="utf-8").replace(b" />", b"/>")
     return b'<?xml version="1.0" encoding="utf-8"?>\n' + text + b"\n"
 
 

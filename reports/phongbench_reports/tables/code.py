@@ -51,7 +51,7 @@ def code(answer: Table | Absent) -> CodeList | Absent:
         return answer
     named = answer.data[answer.data["name"].notna()]
     winners = (
-        _winner(str(name), float(alpha), rows["target"].tolist())
+        _winner(str(name), float(str(alpha)), rows["target"].tolist())
         for (alpha, name), rows in named.groupby(["alpha", "name"], sort=False)
     )
     written = tuple(winner for winner in winners if winner.listings)
