@@ -40,7 +40,12 @@ def notebook(outputs: Sequence[list[dict[str, Any]]]) -> bytes:
     left = iter(outputs)
     made: list[dict[str, Any]] = []
     for index, (kind, text) in enumerate(cells()):
-        cell = {"cell_type": kind, "id": f"cell-{index}", "metadata": {}, "source": text.splitlines(keepends=True)}
+        cell: dict[str, Any] = {
+            "cell_type": kind,
+            "id": f"cell-{index}",
+            "metadata": {},
+            "source": text.splitlines(keepends=True),
+        }
         if kind == "code":
             cell |= {"execution_count": None, "outputs": next(left)}
         made.append(cell)
