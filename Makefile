@@ -28,8 +28,9 @@ run: $(RUN) ## a quick study on this machine; prints where its report is
 test: $(TEST) ## the tests, on all cores
 	$(PY) -m pytest --numprocesses=auto
 
-soak: $(TEST) ## for an hour: attacked budgets, random lines and pictures, every fault of the disk, KILLS=1000 kills
-	PHONGBENCH_SOAK=1000 $(PY) -m pytest --numprocesses=auto tests/phongbench/analysis/test_promise.py tests/phongbench/analysis/test_raw_promise.py
+soak: $(TEST) ## for hours: attacked budgets, devices at their worst, random lines and pictures, disk faults, KILLS=1000
+	PHONGBENCH_SOAK=1000 $(PY) -m pytest --numprocesses=auto tests/phongbench/analysis/test_promise.py tests/phongbench/analysis/test_raw_promise.py \
+		tests/phongbench/accuracy/test_contract_catalogue.py
 	PYTHONPATH=tests/soak $(PY) -m soaking inverse
 	PYTHONPATH=tests/soak $(PY) -m soaking disk --docs
 	PYTHONPATH=tests/soak $(PY) -m soaking kills --count $(KILLS) --docs
