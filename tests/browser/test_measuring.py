@@ -193,7 +193,8 @@ async (way) => {
   device.rows = 1;
   const reading = await device.time(made, 1);
   SPOIL
-  return [reading.ns > 0 && reading.wall > 0, await device.time(made, 1).then(() => 'timed', (problem) => problem.message)];
+  const then = await device.time(made, 1).then(() => 'timed', (problem) => problem.message);
+  return [reading.ns > 0 && reading.wall > 0, then];
 }
 """
 DISJOINT = """
