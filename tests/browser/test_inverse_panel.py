@@ -1,6 +1,5 @@
 """The panel on normals from shading says what the service says of the line that it shows."""
 
-import re
 from collections.abc import Callable
 from typing import Any
 
@@ -9,6 +8,8 @@ import pytest
 
 Visits = Callable[..., Any]
 PANEL = "[data-panel=inverse]"
+#: raised digits as plain ones, and the sign for minus
+DIGITS = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹−", "-0123456789-")
 AMBIENT, DIFFUSE = 0.1, 0.7
 
 
@@ -29,8 +30,8 @@ def columns(seen: Any, *heads: str) -> Any:
         f"{PANEL} tbody tr", "(rows) => rows.map((row) => [...row.cells].map((cell) => cell.textContent))"
     )
     names = seen.page.locator(f"{PANEL} thead th").all_inner_texts()
-    told = [[row[names.index(head)].replace("−", "-") for row in cells] for head in heads]
-    return [np.array([float(cell) if re.fullmatch(r"-?[\d.]+", cell) else np.nan for cell in one]) for one in told]
+    told = [[row[names.index(head)].translate(DIGITS).replace("×10", "e") for row in cells] for head in heads]
+    return [np.array([np.nan if cell == "–" else float(cell) for cell in one]) for one in told]
 
 
 def lit(slope: Any, light: tuple[float, float]) -> Any:
