@@ -133,18 +133,19 @@ function show() {
   spheres.draw();
   reproduce(state, now, question());
   onChange('look', [state.theme, state.scale, state.range], () => { curves.draw(); if (past.theme !== state.theme) front.draw(); past.theme = state.theme; });
+  onChange('run', state.run, () => front.use(state.run));
   onChange('mark', [now, state.budget], () => front.mark(now, state.budget));
   onChange('curve', question(), () => askCurve());
-  onChange('front', [state.alpha, state.precision, now.space, state.target, front.run?.run], () => askFront());
+  onChange('front', [state.alpha, state.precision, now.space, state.target, front.run?.id], () => askFront());
   for (const panel of panels) if (panel.open) panel.update?.();
-  onChange('recommend', [state.alpha, state.precision, state.length_error, state.budget, state.target, front.run?.run], () => askRecommend());
+  onChange('recommend', [state.alpha, state.precision, state.length_error, state.budget, state.target, front.run?.id], () => askRecommend());
 }
 
 /** Looks for a run; all else works without. */
 async function lookForRun() {
   busy('runs')(true);
   try {
-    await front.find();
+    await front.find(state.run);
     tell($('front-problem'), null);
   } catch (problem) {
     tell($('front-problem'), problem, lookForRun);
