@@ -91,7 +91,11 @@ _POINT = record(
         **_RATIOS,
         "state": {"type": "string", "enum": ["on", "off", "unresolved"]},
     },
-    optional=_COSTS,
+    optional={
+        "target": told(TEXT, "where it would run, if not here"),
+        **_COSTS,
+        "cost_alone": told(REAL, "the cost where no unit is scarce"),
+    },
 )
 FRONT = Answer(
     record(

@@ -1,11 +1,13 @@
 """Parameters of requests as models: names, bounds and examples come from the registry, and go into the OpenAPI."""
 
 from collections.abc import Iterable
+from dataclasses import fields
 from typing import Annotated, Any
 
 from pydantic import BaseModel, ConfigDict, Field, GetCoreSchemaHandler
 from pydantic_core import CoreSchema, core_schema
 
+from phongbench.analysis.error_budget import Budget as ErrorBudget
 from phongbench.analysis.target_costs import CPU
 from phongbench.compiler.lowering import PRECISIONS
 from phongbench.formulas import slopes
@@ -182,6 +184,10 @@ class RecommendParameters(Parameters):
     target: TargetName = CPU
     short_of: UnitName | None = None
     run: RunName | None = Field(None, description="which run answers; left out: the newest with times, or the laws")
+
+    def budget(self) -> ErrorBudget:
+        """The budget among them."""
+        return ErrorBudget.of(**{field.name: getattr(self, field.name) for field in fields(ErrorBudget)})
 
 
 class PageParameters(Parameters):

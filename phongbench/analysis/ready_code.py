@@ -4,7 +4,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from typing import Any
 
-from phongbench.analysis.promises import bound_at, contract_at
+from phongbench.analysis.promises import bound_at, contract_at, without_contract
 from phongbench.analysis.target_costs import CPU, checked, unit_of
 from phongbench.errors import InputError
 from phongbench.formulas.formula import Formula, Registry
@@ -34,13 +34,16 @@ def ready_code(
     language, options = options.checked(), replace(options, targets=tuple(dict.fromkeys(options.targets)))
     formula.check(alpha, registry)
     costs = [cost_on(target, formula, alpha, options, registry, compiles=compiles) for target in options.targets]
-    wrong, bound, contract = options.length_error, None, None
+    wrong, bound, contract, told = options.length_error, None, None, list[str]()
     if options.precision == FLOAT32:
         bound = bound_at(formula, alpha, registry, length_error=wrong)
-    if language.gpu and language.components is None and not formula.raw:  # shading languages, on unit vectors
+    if language.gpu and language.components is None:  # shading languages
         held, limited = FLOAT32 if options.precision == FLOAT32 else FLOAT16, options.over_long == OVER_LONG[0]
-        contract = contract_at(formula, alpha, held, registry, length_error=wrong, limited=limited)
-    told = _said(costs)
+        about: Any = (formula, alpha, held, registry)
+        contract = contract_at(*about, length_error=wrong, limited=limited)
+        if contract is None:
+            told = [why] if (why := without_contract(*about, length_error=wrong, limited=limited)) else []
+    told += _said(costs)
     return shader(formula, alpha, options, registry=registry, bound=bound, contract=contract, costs=costs, notes=told)
 
 

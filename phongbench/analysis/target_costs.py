@@ -6,7 +6,6 @@ they are times, with one.
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
@@ -21,7 +20,7 @@ from phongbench.targets import measured
 from phongbench.targets.chips import TARGETS
 from phongbench.targets.code_shapes import Code, shipped_code
 from phongbench.targets.costs import CostTable, shipped
-from phongbench.targets.measured import MeasuredTable
+from phongbench.targets.measured import MeasuredTable, Shelf
 from phongbench.targets.target import UNITS
 
 #: this machine, whose costs are the times of a run
@@ -50,10 +49,10 @@ class Price:
     bound_by: str | None
 
 
-def checked(target: str, short_of: str | None, root: Path = DEFAULT_ROOT) -> str:
+def checked(target: str, short_of: str | None, root: Shelf = DEFAULT_ROOT) -> str:
     """The target; UnknownNameError for a name that is none, InputError for a unit that is none or not known of it.
 
-    root  the folder of the runs, in which targets were added
+    root  the folder of the runs, in which targets were added, or the measurement of the one that is meant
     """
     if target not in (CPU, *TARGETS) and target not in (here := measured.names(root)):
         raise UnknownNameError("target", target, (CPU, *TARGETS, *here), "target")
@@ -64,7 +63,7 @@ def checked(target: str, short_of: str | None, root: Path = DEFAULT_ROOT) -> str
     return target
 
 
-def unit_of(target: str, root: Path = DEFAULT_ROOT) -> dict[str, str]:
+def unit_of(target: str, root: Shelf = DEFAULT_ROOT) -> dict[str, str]:
     """What costs on a target are: `unit` and `cost_kind`."""
     if target in TARGETS:
         return {"unit": TARGETS[target].unit, "cost_kind": "compiled"}
@@ -90,7 +89,7 @@ def priced(
     target: str,
     short_of: str | None,
     notes: list[str],
-    root: Path = DEFAULT_ROOT,
+    root: Shelf = DEFAULT_ROOT,
     own: Mapping[Formula, Price] = MappingProxyType({}),
 ) -> pd.DataFrame:
     """The cells whose cost on the target is known, with columns ns (of a time), ratio, its ends, COLUMNS and TIE.
@@ -128,7 +127,7 @@ def priced(
     )
 
 
-def table_of(target: str, root: Path = DEFAULT_ROOT) -> CostTable | MeasuredTable:
+def table_of(target: str, root: Shelf = DEFAULT_ROOT) -> CostTable | MeasuredTable:
     """The costs that are known of a target other than cpu."""
     return shipped(target) if target in TARGETS else measured.added(target, root)
 

@@ -77,7 +77,7 @@ def _collect(folder: Any, prefix: str, pages: dict[str, tuple[bytes, str]]) -> N
         if entry.is_dir():
             _collect(entry, f"{prefix}{entry.name}/", pages)
         elif suffix in _MEDIA:
-            own = not prefix and suffix in ("js", "css")
+            own = prefix != "vendor/" and suffix in ("js", "css")
             content = entry.read_bytes()
             pages[prefix + entry.name] = (_COMMENTS.sub(b"", content) if own else content, _MEDIA[suffix])
 

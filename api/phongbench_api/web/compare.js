@@ -4,6 +4,7 @@ import { get, newest } from './api.js';
 import { make, table, tell } from './dom.js';
 import { decade, number } from './format.js';
 import { nearest, titleOf } from './front.js';
+import { ask as askOf } from './measured.js';
 import { axis, level, octaves, onlyDecades, palette, plot } from './plot.js';
 
 /** Smaller errors are drawn here, as on the front. */
@@ -15,7 +16,7 @@ const kernel = (one) => ['approximation', 'lambda_form', 'space', 'gamma', 'reci
 async function answers({ state, front, asked }, other, signal) {
   const target = state.target === 'cpu' ? null : state.target;
   const about = { precision: state.precision, space: asked().space, target };
-  const one = ({ id, plan }) => get(`/v1/runs/${id}/front`, { ...about, alpha: nearest(plan.alphas, state.alpha) }, signal);
+  const one = ({ id, plan }) => askOf(`/v1/runs/${id}/front`, { ...about, alpha: nearest(plan.alphas, state.alpha) }, signal);
   const [now, then, times] = await Promise.all([one(front.run), one(other), get(`/v1/runs/${front.run.id}/compare`, { against: other.id }, signal)]);
   const changes = new Map(times.rows.filter((row) => row.working_set === now.working_set && row.precision === now.timed_precision && row.threads === 1).map((row) => [kernel(row), row]));
   const before = new Map(then.points.map((point) => [point.name, point]));
