@@ -149,7 +149,7 @@ _CHANGE = record(
         "ratio_high": told(REAL, "upper end of it"),
         "verdict": {"type": "string", "enum": ["faster", "slower", "unresolved"]},
     },
-    optional={"recipe": TEXT, "normalise": TEXT},
+    optional={"recipe": TEXT, "normalise": TEXT, "lit": or_none(REAL)},
 )
 COMPARISON = Answer(
     record(
