@@ -8,7 +8,6 @@ from pydantic import BaseModel, ConfigDict, Field, GetCoreSchemaHandler
 from pydantic_core import CoreSchema, core_schema
 
 from phongbench.analysis.error_budget import Budget as ErrorBudget
-from phongbench.analysis.target_costs import CPU
 from phongbench.compiler.lowering import PRECISIONS
 from phongbench.formulas import slopes
 from phongbench.formulas.fresnel.catalogue import KINDS
@@ -21,7 +20,7 @@ from phongbench.formulas.shader_code.export import LANGUAGES, OVER_LONG
 from phongbench.formulas.shader_code.language import HELD
 from phongbench.formulas.spec import ALPHA, GAMMA, SPACES
 from phongbench.inputs.strata import STRATUM_NAMES
-from phongbench.results.schema import ERROR_METRICS, TABLES
+from phongbench.results.schema import CPU, ERROR_METRICS, TABLES
 from phongbench.targets.chips import TARGETS
 from phongbench.targets.target import UNITS
 from phongbench.timing.blocks import WORKING_SETS

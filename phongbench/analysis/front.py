@@ -13,13 +13,13 @@ import pandas as pd
 
 from phongbench.analysis.exponents import Exponents
 from phongbench.analysis.kernel_times import WHOLE_POWER, timed, timed_precision, times_at, times_of
-from phongbench.analysis.target_costs import CPU, checked, own_prices, priced, same_cost, unit_of
+from phongbench.analysis.target_costs import checked, own_prices, priced, same_cost, unit_of
 from phongbench.errors import UnknownNameError
 from phongbench.formulas.formula import Formula
 from phongbench.inputs.strata import CONFIGURATIONS
 from phongbench.results.provenance import fingerprint_machine
 from phongbench.results.runs import DEFAULT_ROOT, Run, as_given, intact, strongest
-from phongbench.results.schema import CELL, ERROR_METRICS, INPUT, KERNEL
+from phongbench.results.schema import CELL, CPU, ERROR_METRICS, INPUT, KERNEL
 from phongbench.targets.measured import Shelf
 
 COLUMNS = [*CELL, "error", "ns", "ratio", "ratio_low", "ratio_high", "state"]
@@ -176,7 +176,9 @@ def points(
     else:
         wrong = errors_at(accuracy, alpha=exponents, metric=metric, stratum=stratum, precision=precision)
         alphas = exponents.measured(accuracy["alpha"].unique())
-        cells = judged(priced(wrong, alphas, target, short_of, notes, root, own_prices(run.costs, target, short_of)))
+        cells = judged(
+            priced(wrong, alphas, target, short_of, notes, root, own_prices(run.costs, target, short_of, notes))
+        )
     return {
         "run": run.id,
         "alpha": str(exponents),

@@ -5,12 +5,13 @@ from dataclasses import replace
 from typing import Any
 
 from phongbench.analysis.promises import bound_at, contract_at, without_contract
-from phongbench.analysis.target_costs import CPU, checked, unit_of
+from phongbench.analysis.target_costs import checked, unit_of
 from phongbench.errors import InputError
 from phongbench.formulas.formula import Formula, Registry
 from phongbench.formulas.registry import REGISTRY
 from phongbench.formulas.shader_code.export import OVER_LONG, Options, Shader, shader
 from phongbench.formulas.shader_code.language import FLOAT16, FLOAT32
+from phongbench.results.schema import CPU, GPU
 from phongbench.targets import measured
 from phongbench.targets.chips import TARGETS
 from phongbench.targets.code_shapes import code
@@ -54,6 +55,9 @@ def cost_on(
     if checked(target, None) == CPU:
         fix = "name another one, e.g. rdna2; `phongbench recommend` tells this machine's times"
         raise InputError("cpu has no cost of a single function: it is timed as a whole", "target", fix)
+    if target == GPU:
+        fix = "name another one, e.g. rdna2; `phongbench recommend --target gpu` tells a run's times"
+        raise InputError("times of gpu are a run's", "target", fix)
     if options.precision != FLOAT32:
         raise InputError(f"costs on {target} are those of float32 code", "target", "leave the precision out")
     table = shipped(target) if target in TARGETS else measured.added(target)

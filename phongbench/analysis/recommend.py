@@ -17,13 +17,14 @@ from phongbench.analysis.choice_words import answered, plain
 from phongbench.analysis.error_budget import Budget, length_error_of
 from phongbench.analysis.exponents import Exponents
 from phongbench.analysis.promises import DEVICES, UNIT_ON_DEVICES, domain
-from phongbench.analysis.target_costs import CPU, checked, own_prices, priced
+from phongbench.analysis.target_costs import checked, own_prices, priced
 from phongbench.compiler.precisions import precision_named
 from phongbench.errors import InputError
 from phongbench.formulas.formula import Formula
 from phongbench.formulas.user_files import installed
 from phongbench.results import runs
 from phongbench.results.runs import DEFAULT_ROOT, Run
+from phongbench.results.schema import CPU
 from phongbench.targets.chips import TARGETS
 from phongbench.targets.measured import Shelf
 
@@ -131,7 +132,7 @@ def _on_target(
     where  the target, the unit that is scarce there, and where measured targets are looked up
     """
     target, short_of, root = where
-    own = own_prices(None if run is None else run.costs, target, short_of)
+    own = own_prices(None if run is None else run.costs, target, short_of, notes)
     return priced(known, budget.alpha.values, target, short_of, notes, root, own)
 
 
