@@ -51,7 +51,9 @@ class Answer:
 
 def targets_of(rows: Rows) -> list[str]:
     """The targets that a run has costs of, in the order of the list of targets."""
-    known = set(rows.costs["target"].astype(str))
+    known = set(
+        rows.costs.loc[rows.costs["ratio_low"].notna(), "target"].astype(str)
+    )  # times have intervals, or are few
     timed = [] if at(rows.timing, precision=PRECISION).empty else [CPU]
     return [*timed, *(name for name in (GPU, *TARGETS) if name in known)]
 
