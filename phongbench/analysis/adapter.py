@@ -39,7 +39,8 @@ def measured(rows: Rows) -> pd.DataFrame:
     """One row for each formula of (R, V) that was timed on the adapter, cheapest first; empty where none was.
 
     ns, ratio, ratio_low, ratio_high   in no context
-    in_<multiply-adds>, reading        ratio where the shader does as much around, or reads memory; NaN if not timed
+    in_<multiply-adds>, reading        ns that it adds where the shader does as much around, or reads memory; NaN if it
+                                       was not timed there
     model, off                         the compiler's ratio on the adapter's family, and measured over it; NaN likewise
     float32, float16                   largest error found on the device at the row's exponent; NaN likewise
     """
@@ -50,8 +51,8 @@ def measured(rows: Rows) -> pd.DataFrame:
     bare = at(costs, context=0, reads=0).rename(columns={"cost": "ns"})
     table = bare[[*_KEY, "ns", "ratio", "ratio_low", "ratio_high"]]
     for context in sorted(set(costs["context"]) - {0}):
-        table = _beside(table, at(costs, context=context), "ratio", f"in_{context}")
-    table = _beside(table, at(costs, context=0)[at(costs, context=0)["reads"] > 0], "ratio", "reading")
+        table = _beside(table, at(costs, context=context), "cost", f"in_{context}")
+    table = _beside(table, at(costs, context=0)[at(costs, context=0)["reads"] > 0], "cost", "reading")
     family = family_of(str(rows.run.manifest.get("gpu", {}).get("adapter", "")))
     compiled = at(rows.raw("costs"), target=family or "", context=0, reads=0)
     table = _beside(table, compiled, "ratio", "model")
@@ -67,7 +68,7 @@ def _worst(rows: Rows, precision: str) -> pd.DataFrame:
         return pd.DataFrame(columns=[*_KEY, "max_abs"])
     errors = at(errors, precision=precision, truth="angle")
     told = (errors["perturbation"] == "none") | (errors["normalise"] != "none")
-    return errors[told].groupby(_KEY, dropna=False, as_index=False, observed=True)["max_abs"].max()
+    return errors[told].groupby(_KEY, dropna=False, observed=True)[["max_abs"]].max().reset_index()
 
 
 def _beside(table: pd.DataFrame, other: pd.DataFrame, column: str, name: str) -> pd.DataFrame:

@@ -20,8 +20,8 @@ def adapter(study: Rows) -> Table | Absent:
         return Absent("No GPU was measured.", "Run with --target gpu where WebGPU finds one.")
     about = study.run.manifest["gpu"]
     contexts = [name for name in data.columns if name.startswith("in_") and data[name].notna().any()]
-    around = [(f"amid {name.removeprefix('in_')}", name) for name in contexts]
-    around += [("reading", "reading")] if data["reading"].notna().any() else []
+    around = [(f"ns amid {name.removeprefix('in_')}", name) for name in contexts]
+    around += [("ns, reading", "reading")] if data["reading"].notna().any() else []
     family = family_of(about["adapter"])
     model = [(f"{family}, compiled", "model"), ("measured / compiled", "off")] if data["off"].notna().any() else []
     shown = [*_TIMES, *around, *model, *((title, name) for title, name in _ERRORS if data[name].notna().any())]
@@ -30,7 +30,7 @@ def adapter(study: Rows) -> Table | Absent:
     )
     basis = (
         f"{about['tool']} ({about['tool_version']}), {about['rounds']} rounds; in brackets the 99 % interval. Amid so "
-        "many multiply-adds of other work, or reading memory, a ratio near 1 says that the formula no longer matters. "
+        "many multiply-adds of other work, or reading memory: what it adds there; near 0 it no longer matters. "
         "Errors are of the code that was timed, on unit vectors, the largest that samples, a search or every cosine "
         "show on this device"
     )

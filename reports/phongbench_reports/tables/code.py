@@ -5,12 +5,12 @@ from dataclasses import dataclass
 
 from phongbench.analysis.by_target import PRECISION
 from phongbench.analysis.ready_code import ready_code
-from phongbench.analysis.target_costs import CPU
 from phongbench.errors import PhongbenchError
 from phongbench.formulas.formula import Formula
 from phongbench.formulas.shader_code.export import Options
 from phongbench.formulas.shader_code.languages import LANGUAGES
 from phongbench.formulas.user_files import installed
+from phongbench.results.schema import CPU
 from phongbench.targets.chips import TARGETS
 from phongbench_reports.table import Absent, Table
 from phongbench_reports.text import listed
@@ -66,7 +66,7 @@ def code(answer: Table | Absent) -> CodeList | Absent:
 
 
 def _winner(name: str, alpha: float, targets: list[str]) -> Winner:
-    gpu = {target != CPU and LANGUAGES[TARGETS[target].language].gpu for target in targets}
+    gpu = {LANGUAGES[TARGETS[target].language].gpu if target in TARGETS else target != CPU for target in targets}
     languages = (GPU if True in gpu else {}) | (PROCESSOR if False in gpu else {})
     registry, listings = installed(), []
     with suppress(PhongbenchError):  # of a user's file that is not at hand, or that has no spelling in a language
