@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import Any
 
 import click
-
-from phongbench.targets.webgpu.session import Session, found
 from soaking import gpu as gpus
 from soaking import inverse as inverses
+
+from phongbench.targets.webgpu.session import Session, found
 
 SEED = click.option("--seed", default=1, show_default=True, help="Equal seeds try the same.")
 
