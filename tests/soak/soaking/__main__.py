@@ -1,7 +1,6 @@
 """`PYTHONPATH=tests/soak python -m soaking`: exits 1 on any fault."""
 
 import json
-import math
 import sys
 import tempfile
 from collections.abc import Callable
@@ -9,14 +8,13 @@ from pathlib import Path
 from typing import Any
 
 import click
-
-from phongbench_reports.readme.fill import write
 from soaking import disk_tries, faulty_disk, tables
+from soaking import gpu as gpus
 from soaking import inverse as inverses
 
-CHECKOUT = Path(__file__).resolve().parents[3]
-DOCS = click.option("--docs", is_flag=True, help="Write the table into the guide, too.")
-MINUTES = click.option("--minutes", default=math.inf, help="Begin nothing after so many.  [default: no end]")
+from phongbench.targets.webgpu.session import Session, found
+from phongbench_reports.readme.fill import write
+
 SEED = click.option("--seed", default=1, show_default=True, help="Equal seeds try the same.")
 
 
@@ -34,8 +32,8 @@ def inverse(count: int, seed: int) -> None:
         tempfile.TemporaryDirectory(prefix="phongbench-soak-") as folder,
         click.progressbar(length=count, hidden=not sys.stderr.isatty(), file=sys.stderr) as bar,
     ):
-        found = inverses.soak(count, seed, Path(folder), bar.update)
-    _tell(found.as_dict(), found.faults)
+        seen = inverses.soak(count, seed, Path(folder), bar.update)
+    _tell(seen.as_dict(), seen.faults)
 
 
 @main.command()
@@ -68,14 +66,30 @@ def _say(text: str) -> None:
 def _inside(part: str, tries: Callable[[disk_tries.Bench], dict[str, disk_tries.Tries]]) -> None:
     """Try in a process whose calls to the disk can fail; write the guide's part of this name, if there is one."""
     if not faulty_disk.is_preloaded():
-        found = faulty_disk.preloaded(sys.argv[1:])
-        click.echo(found.stdout, nl=False)
-        sys.exit(found.returncode)
+        ended = faulty_disk.preloaded(sys.argv[1:])
+        click.echo(ended.stdout, nl=False)
+        sys.exit(ended.returncode)
     with tempfile.TemporaryDirectory(prefix="phongbench-soak-") as folder:
         done = tries(disk_tries.Bench(Path(folder)))
     if part:
         write(CHECKOUT, {part: tables.of_tries(done)}, {})
     _tell({name: one.as_dict() for name, one in done.items()}, [fault for one in done.values() for fault in one.faults])
+
+
+@main.command()
+@click.option("--runs", type=click.IntRange(min=1), default=10, show_default=True, help="Of the order of formulas.")
+@click.option("--twins", type=click.IntRange(min=1), default=100, show_default=True, help="Exact Phong beside itself.")
+def gpu(runs: int, twins: int) -> None:
+    """The adapter of this machine against its bars; let nothing else run."""
+    adapter, lacking = found()
+    if adapter is None:
+        raise click.ClickException(str(lacking))
+    with (
+        Session() as session,
+        click.progressbar(length=runs + twins + 3, hidden=not sys.stderr.isatty(), file=sys.stderr) as bar,
+    ):
+        seen = gpus.soak(runs, twins, gpus.here(session, adapter), bar.update)
+    _tell(seen.as_dict(), seen.faults)
 
 
 def _tell(data: dict[str, Any], faults: list[str]) -> None:
