@@ -15,6 +15,9 @@ from soaking import inverse as inverses
 from phongbench.targets.webgpu.session import Session, found
 from phongbench_reports.readme.fill import write
 
+CHECKOUT = Path(__file__).resolve().parents[3]
+DOCS = click.option("--docs", is_flag=True, help="Write the table into the guide, too.")
+MINUTES = click.option("--minutes", default=math.inf, help="Begin nothing after so many.  [default: no end]")
 SEED = click.option("--seed", default=1, show_default=True, help="Equal seeds try the same.")
 
 
