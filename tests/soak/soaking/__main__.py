@@ -1,6 +1,7 @@
 """`PYTHONPATH=tests/soak python -m soaking`: exits 1 on any fault."""
 
 import json
+import math
 import sys
 import tempfile
 from collections.abc import Callable
