@@ -12,19 +12,27 @@ from typing import Any
 import pandas as pd
 
 from phongbench.analysis import inverse_errors, law_bounds, measured_errors, raw_vectors
-from phongbench.analysis.choice import Judge, as_given, choose, promised, remembered
+from phongbench.analysis.choice import Choice, Judge, as_given, choose, promised, remembered
 from phongbench.analysis.choice_words import answered, plain
 from phongbench.analysis.error_budget import Budget, length_error_of
 from phongbench.analysis.exponents import Exponents
+from phongbench.analysis.front import records
 from phongbench.analysis.promises import DEVICES, UNIT_ON_DEVICES, domain
 from phongbench.analysis.target_costs import CPU, checked, own_prices, priced
 from phongbench.compiler.precisions import precision_named
-from phongbench.errors import InputError
+from phongbench.errors import InputError, UnknownNameError
 from phongbench.formulas.formula import Formula
 from phongbench.formulas.user_files import installed
 from phongbench.results import runs
 from phongbench.results.runs import DEFAULT_ROOT, Run
+from phongbench.results.schema import BASELINE
 from phongbench.targets.chips import TARGETS
+
+#: what a caller holds: vectors, or R.V alone; and the forms that need no more
+INPUTS = VECTORS, COSINE = "vectors", "cosine"
+COSINE_FORMS = ("dot", "none")
+#: the share of an error budget from which on the rounding of a cosine is told
+SHOWS = 0.1
 
 
 def recommend(
@@ -43,6 +51,7 @@ def recommend(
     mesh_angle: float | str | None = None,
     inverse_error: float | str | None = None,
     contract: bool = False,
+    inputs: str = VECTORS,
     root: Path = DEFAULT_ROOT,
 ) -> dict[str, Any]:
     """The cheapest formula within an error budget, the next cheapest, and the nearest miss, as plain data.
@@ -63,17 +72,22 @@ def recommend(
     inverse_error        how many degrees normals may be off that the formula gives back, see `inverse_errors`
     contract             True: what is within is so on every device that keeps the accuracies of WGSL and Vulkan, of the
                          emitted code; in float32 or float16
+    inputs               vectors, or cosine: only formulas of R.V itself, for those who hold no vectors any more
     root                 the folder of the runs, in which measured targets were added
     returns              basis ("run" or "laws"), run, the budget, `choices` (best, then next; empty where nothing is
-                         within it), `nearest_miss`, `notes` in words. In each choice `max_abs` is the largest error
-                         that was measured, or a law's; `bound` is what is compared with the budget, None where nothing
-                         is promised, and `coverage` what it rests on
+                         within it), `nearest_miss`, `verdict` and `notes` in words. In each choice `max_abs` is the
+                         largest error that was measured, or a law's; `bound` is what is compared with the budget, None
+                         where nothing is promised, and `coverage` what it rests on
     Raises InputError for numbers out of range and for what the run did not measure, naming the command that does;
     UnknownNameError for an unknown precision or space; CorruptRunError for a run whose bytes have changed.
     """
     length_error = _length_error(length_error, mesh_angle)
     budget = Budget.of(alpha, max_error, length_error, precision, space, working_set, contract=contract)
+    if inputs not in INPUTS:
+        raise UnknownNameError("inputs", inputs, INPUTS)
     if raw:
+        if inputs != VECTORS:
+            raise InputError("recipes start from N, L and V, which are vectors", "inputs", "leave raw or inputs out")
         if checked(target, short_of, root) != CPU:
             raise InputError("recipes are chosen by their times on this machine", "target", "leave raw or target out")
         return raw_vectors.recommend(run, budget, any_length=length_error is None)
@@ -82,11 +96,37 @@ def recommend(
     cells = known if target == CPU else _on_target(known, run, budget, (target, short_of, root), notes)
     if inverse_error is not None:
         cells = inverse_errors.within(cells, run, budget.alpha, inverse_error, notes)
+    if inputs == COSINE:
+        cells = of_cosine(cells, budget, notes)
     if unknown := sorted(set(cells["approximation"]) - set(installed())):
         notes.append(f"{', '.join(unknown)}: only sampled, and the formula is not here, so nothing is promised of it")
-    choice = choose(cells, budget.max_error, _judge(run, budget, search=search))
+    judge = _judge(run, budget, search=search)
+    choice = choose(cells, budget.max_error, judge)
     notes.append(f"what an answer says holds in {precision} {_where(budget)}")
-    return {**_asked(run, budget), "target": target, "short_of": short_of, **answered(choice, budget), "notes": notes}
+    words = answered(choice, budget, exact=_exact_fits(cells, choice, budget, judge))
+    return {**_asked(run, budget), "inputs": inputs, "target": target, "short_of": short_of, **words, "notes": notes}
+
+
+def _exact_fits(cells: pd.DataFrame, choice: Choice, budget: Budget, judge: Judge) -> bool:
+    """Whether exact Phong is within the budget; asked only where the choice is not surely cheaper."""
+    if choice.best is None or choice.best["ratio_high"] < 1:
+        return False
+    kept = [judge(row, False) for row in records(cells[cells["approximation"] == BASELINE])]
+    return any(one.kept and one.bound <= budget.max_error for one in kept)
+
+
+def of_cosine(cells: pd.DataFrame, budget: Budget, notes: list[str]) -> pd.DataFrame:
+    """The formulas that need R.V alone; notes receive what rounding that cosine costs, where it shows."""
+    precision = precision_named(budget.precision)
+    step = precision.eps if precision.saturates else precision.eps / 2  # of floating point it halves below 1
+    change = budget.alpha.values[-1] * step / 2
+    if change > SHOWS * budget.max_error:
+        notes.append(
+            f"R.V in {budget.precision} has steps of {step:.3g} below 1, which alone change the highlight by up "
+            f"to {255 * change:.2g} 8-bit codes at alpha {budget.alpha.values[-1]:g}: keep the vectors, of which the "
+            "difference and cross forms lose less, or R.V in a longer format"
+        )
+    return cells[cells["lambda_form"].isin(COSINE_FORMS)]
 
 
 def _where(budget: Budget) -> str:
@@ -148,6 +188,7 @@ def elsewhere(
     length_error: float | str | None = None,
     mesh_angle: float | str | None = None,
     inverse_error: float | str | None = None,
+    inputs: str = VECTORS,
     root: Path = DEFAULT_ROOT,
     **question: Any,
 ) -> list[dict[str, Any]]:
@@ -162,6 +203,8 @@ def elsewhere(
     known = _known(run, budget, [], timed=False)
     if inverse_error is not None:
         known = inverse_errors.within(known, run, budget.alpha, inverse_error, [])
+    if inputs == COSINE:
+        known = of_cosine(known, budget, [])
     judge, told = remembered(_judge(run, budget, search=False)), answer["choices"]
     best = []
     for target in TARGETS:

@@ -38,7 +38,7 @@ def measure(context: ProbeContext) -> Mapping[str, pd.DataFrame]:
     held = [(p, bound) for p, bound in zip(work, bounds, strict=True) if math.isfinite(bound)]
     if len(held) < len(work):
         left = len(work) - len(held)
-        context.note(f"{left} of {len(work)} cells have no bound by contract: nothing limits what they divide by")
+        context.detail(f"{left} of {len(work)} cells have no bound by contract: nothing limits what they divide by")
     if not held:
         return {}
     positions, errors = np.array([p for p, _ in held]), np.array([bound for _, bound in held])
