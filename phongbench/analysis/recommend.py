@@ -57,11 +57,9 @@ def recommend(
     """The cheapest formula within an error budget, the next cheapest, and the nearest miss, as plain data.
 
     run                  a stored run with timing rows, or None: answer from the laws
-    alpha                exact Phong's exponent, > 0: one, several or a range, as `Exponents.of` reads them; an error is
-                         the worst over all of them
+    alpha                exact Phong's: one, several or a range, as `Exponents.of` reads them, all of which it is for
     max_error            largest absolute error allowed, above 0; text may be a fraction such as 1/255
     length_error         how wrong vector lengths may be, relative, >= 0: 0.01 is up to 1 %; None for unit vectors
-    precision            a name that `precision_named` knows
     space                reflect (R, V), or half (N, H), judged over all configurations of N, L and V
     working_set          whose times count: l1, l2 or memory
     target, short_of     where the formula will run, as `targets` lists it, and the unit that is scarce there
@@ -72,7 +70,7 @@ def recommend(
     inverse_error        how many degrees normals may be off that the formula gives back, see `inverse_errors`
     contract             True: what is within is so on every device that keeps the accuracies of WGSL and Vulkan, of the
                          emitted code; in float32 or float16
-    inputs               vectors, or cosine: only formulas of R.V itself, for those who hold no vectors any more
+    inputs               vectors, or cosine: only formulas of R.V itself
     root                 the folder of the runs, in which measured targets were added
     returns              basis ("run" or "laws"), run, the budget, `choices` (best, then next; empty where nothing is
                          within it), `nearest_miss`, `verdict` and `notes` in words. In each choice `max_abs` is the
@@ -85,26 +83,46 @@ def recommend(
     budget = Budget.of(alpha, max_error, length_error, precision, space, working_set, contract=contract)
     if inputs not in INPUTS:
         raise UnknownNameError("inputs", inputs, INPUTS)
+    here = checked(target, short_of, root) == CPU
+    if raw and (inputs != VECTORS or not here):
+        what = "recipes start from N, L and V, and are chosen by their times on this machine"
+        raise InputError(what, "raw", "leave raw or inputs and target out")
     if raw:
-        if inputs != VECTORS:
-            raise InputError("recipes start from N, L and V, which are vectors", "inputs", "leave raw or inputs out")
-        if checked(target, short_of, root) != CPU:
-            raise InputError("recipes are chosen by their times on this machine", "target", "leave raw or target out")
         return raw_vectors.recommend(run, budget, any_length=length_error is None)
     notes: list[str] = []
-    known = _known(run, budget, notes, timed=checked(target, short_of, root) == CPU)
-    cells = known if target == CPU else _on_target(known, run, budget, (target, short_of, root), notes)
+    cells = _known(run, budget, notes, timed=here)
+    cells = cells if here else _on_target(cells, run, budget, (target, short_of, root), notes)
+    cells = _meant(cells, run, budget, inputs, inverse_error, notes)
+    words = _words(cells, budget, _judge(run, budget, search=search))
+    notes += _held(cells, budget)
+    return {**_asked(run, budget), "inputs": inputs, "target": target, "short_of": short_of, **words, "notes": notes}
+
+
+def _meant(
+    cells: pd.DataFrame,
+    run: Run | None,
+    budget: Budget,
+    inputs: str,
+    inverse_error: float | str | None,
+    notes: list[str],
+) -> pd.DataFrame:
+    """The cells that take what is at hand, and give normals back as well as asked."""
     if inverse_error is not None:
         cells = inverse_errors.within(cells, run, budget.alpha, inverse_error, notes)
-    if inputs == COSINE:
-        cells = of_cosine(cells, budget, notes)
-    if unknown := sorted(set(cells["approximation"]) - set(installed())):
-        notes.append(f"{', '.join(unknown)}: only sampled, and the formula is not here, so nothing is promised of it")
-    judge = _judge(run, budget, search=search)
+    return of_cosine(cells, budget, notes) if inputs == COSINE else cells
+
+
+def _words(cells: pd.DataFrame, budget: Budget, judge: Judge) -> dict[str, Any]:
+    """The choice among these cells, with its reasons."""
     choice = choose(cells, budget.max_error, judge)
-    notes.append(f"what an answer says holds in {precision} {_where(budget)}")
-    words = answered(choice, budget, exact=_exact_fits(cells, choice, budget, judge))
-    return {**_asked(run, budget), "inputs": inputs, "target": target, "short_of": short_of, **words, "notes": notes}
+    return answered(choice, budget, exact=_exact_fits(cells, choice, budget, judge))
+
+
+def _held(cells: pd.DataFrame, budget: Budget) -> list[str]:
+    """Of which formulas nothing is promised, and where an answer holds, as notes."""
+    unknown = sorted(set(cells["approximation"]) - set(installed()))
+    lacking = f"{', '.join(unknown)}: only sampled, and the formula is not here, so nothing is promised of it"
+    return [*([lacking] if unknown else []), f"what an answer says holds in {budget.precision} {_where(budget)}"]
 
 
 def _exact_fits(cells: pd.DataFrame, choice: Choice, budget: Budget, judge: Judge) -> bool:
@@ -201,10 +219,7 @@ def elsewhere(
         return []
     budget = Budget.of(length_error=_length_error(length_error, mesh_angle), **question)
     known = _known(run, budget, [], timed=False)
-    if inverse_error is not None:
-        known = inverse_errors.within(known, run, budget.alpha, inverse_error, [])
-    if inputs == COSINE:
-        known = of_cosine(known, budget, [])
+    known = _meant(known, run, budget, inputs, inverse_error, [])
     judge, told = remembered(_judge(run, budget, search=False)), answer["choices"]
     best = []
     for target in TARGETS:

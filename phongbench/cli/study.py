@@ -98,25 +98,16 @@ def run(
         wanted = _composed(plan, preset_name, materials, registry, quiet=as_json, **options)
     with TerminalProgress(quiet=as_json, verbose=verbose) as progress:
         if dry_run:
-            prediction = forecast(wanted, registry, jobs, progress).as_dict()
+            told = forecast(wanted, registry, jobs, progress).as_dict()
         else:
-            outcome = run_study(
-                wanted,
-                out,
-                registry=registry,
-                jobs=jobs,
-                resume=resume,
-                fresh=fresh,
-                progress=progress,
-                build_report=None if no_report else _build_report,
-                command=("phongbench", *sys.argv[1:]),
-                files=names,
-            )
-    if dry_run:
-        show(prediction, as_json, lambda: facts(prediction))
-        return
-    show(outcome.as_dict(), as_json, lambda: _summary(outcome))
-    _exit_on_failures(outcome)
+            drawn = None if no_report else _build_report
+            given: dict[str, Any] = {"registry": registry, "jobs": jobs, "resume": resume, "fresh": fresh}
+            given |= {"command": ("phongbench", *sys.argv[1:]), "files": names}
+            outcome = run_study(wanted, out, build_report=drawn, progress=progress, **given)
+            told = outcome.as_dict()
+    show(told, as_json, lambda: facts(told) if dry_run else _summary(outcome))
+    if not dry_run:
+        _exit_on_failures(outcome)
 
 
 def _composed(

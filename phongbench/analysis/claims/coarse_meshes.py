@@ -42,7 +42,8 @@ def judge(rows: Rows) -> Finding:
     judged = [one for one in records if all(one[k] == v for k, v in MEANT.items())]
     fine = [one["alpha"] for one in judged if (one["edge_degrees_to"] or 0.0) >= COARSE]
     some = any(one["edge_degrees_to"] is not None for one in records)
-    verdict = grade(judged and len(fine) == len(judged), some, len(fine) / max(len(judged), 1))
+    open_ = [one for one in judged if one["beyond_measured"] and one["alpha"] not in fine]  # how far is not known
+    verdict = grade(judged and len(fine) == len(judged), some, (len(fine) + len(open_)) / max(len(judged), 1))
     found = Finding(verdict, _because(judged or records, records, fine), tuple(records), _rows(cells), "sampled")
     return priced(replace(found, brief=_brief(judged, fine)), rows, [FROM_PAIR, FROM_N_L_V])
 

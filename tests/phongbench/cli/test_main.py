@@ -137,7 +137,7 @@ def test_a_tolerance_is_a_finite_number_of_at_least_0(call):
         (["recommend", "--max-error", "1/255"], 2, "Missing option '--alpha'"),
         (["recommend", "--alpha", "5", "--materials", "a.mtl", "--max-error", "1"], 2, "--alpha or --materials"),
         (["recommend", "--alpha", "50", "--max-error", "1", "--inputs", "sine"], 2, "known: vectors, cosine"),
-        (["recommend", "--alpha", "50", "--max-error", "1", "--inputs", "cosine", "--raw"], 2, "leave raw or inputs"),
+        (["recommend", "--alpha", "50", "--max-error", "1", "--inputs", "cosine", "--raw"], 2, "recipes start from"),
         (["recommend", "--alpha", "20..80", "--max-error", "1", "--code", "c"], 2, "list some"),
         (["run", "--alpha", ""], 2, "what follows --alpha is empty"),
         (["run", "--alpha="], 2, "what follows --alpha is empty"),
