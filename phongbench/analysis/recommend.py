@@ -63,10 +63,9 @@ def recommend(
     space                reflect (R, V), or half (N, H), judged over all configurations of N, L and V
     working_set          whose times count: l1, l2 or memory
     target, short_of     where the formula will run, as `targets` lists it, and the unit that is scarce there
-    search               False: what cannot be proven is not searched either, which takes seconds; nothing is promised
+    search               False: what cannot be proven is not searched either, which takes seconds
     raw                  True: choose among whole recipes from raw N, L and V, see `raw_vectors.recommend`
-    mesh_angle           instead of length_error: degrees between the normals at the ends of an edge, which make the
-                         normals between them shorter than 1 by up to 1 - cos(mesh_angle / 2)
+    mesh_angle           instead: degrees between the normals at the ends of an edge, see `length_error_of`
     inverse_error        how many degrees normals may be off that the formula gives back, see `inverse_errors`
     contract             True: what is within is so on every device that keeps the accuracies of WGSL and Vulkan, of the
                          emitted code; in float32 or float16
