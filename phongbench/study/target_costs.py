@@ -18,7 +18,7 @@ from phongbench.formulas.registry import REGISTRY
 from phongbench.formulas.spec import Approximation
 from phongbench.inputs.plan import Cell
 from phongbench.results.formula_columns import FORMULA, RAW
-from phongbench.results.schema import TABLES
+from phongbench.results.schema import CPU, GPU, TABLES
 from phongbench.targets.chips import TARGETS
 from phongbench.targets.code_shapes import Code, code, shipped_code
 from phongbench.targets.costs import CostTable, compiled, shipped
@@ -26,8 +26,6 @@ from phongbench.targets.measure import CONTEXTS, Cost
 from phongbench.targets.target import Target
 from phongbench.timing.timed_kernels import ALPHA
 
-#: this machine's processor, which is timed
-CPU = "cpu"
 #: the precision that compiled costs are those of
 PRECISION = "float32"
 #: a formula and the exponent that its code is written for
@@ -38,8 +36,8 @@ def checked(targets: Iterable[str]) -> tuple[str, ...]:
     """The targets; UnknownNameError for a name that is none."""
     chosen = tuple(dict.fromkeys(targets))
     for name in chosen:
-        if name not in (CPU, *TARGETS):
-            raise UnknownNameError("target", name, (CPU, *TARGETS), "targets")
+        if name not in (CPU, GPU, *TARGETS):
+            raise UnknownNameError("target", name, (CPU, GPU, *TARGETS), "targets")
     return chosen
 
 
@@ -58,14 +56,18 @@ class Costs:
     _written: dict[str, dict[_Key, Code]] = field(default_factory=dict, init=False, repr=False)
     _lacking: dict[str, list[str]] = field(default_factory=dict, init=False, repr=False)
 
-    def frame(self, targets: Sequence[str], timing: pd.DataFrame) -> pd.DataFrame:
+    def frame(
+        self, targets: Sequence[str], timing: pd.DataFrame, adapter: Iterable[Mapping[str, Any]] = ()
+    ) -> pd.DataFrame:
         """The rows of costs.parquet for these targets, for all without any.
 
-        timing  the run's times, of which those of the processor are made
+        timing   the run's times, of which those of the processor are made
+        adapter  rows of an adapter of this machine, where it was measured: `gpu.rows` of `codes`
         """
-        rows = list(self._timed(timing)) if not targets or CPU in targets else []
+        rows = [*self._timed(timing)] if not targets or CPU in targets else []
+        rows += map(dict, adapter)
         for name in targets or TARGETS:
-            if name != CPU:
+            if name not in (CPU, GPU):
                 with self._noted(name):
                     rows += list(self._compiled(shipped(name)))
         for reason, names in self._lacking.items():
@@ -84,17 +86,17 @@ class Costs:
 
     def _compiled(self, table: CostTable) -> Iterator[dict[str, Any]]:
         """The rows of one target: a row for each formula and context."""
-        codes = self._codes(table.target.language)
+        codes = self.codes(table.target.language)
         mine = [one for (f, _), one in codes.items() if self._own(f) and table.known(one) is None]
         own = self._made_now(table.target, mine) if mine else None
         for (formula, alpha), one in codes.items():
             for source in filter(None, (table, own)):
                 if (cost := source.known(one)) is not None:
-                    named = _named(formula, alpha)
-                    yield from ({**named, **row} for row in compiled_rows(source, cost))
+                    about = named(formula, alpha)
+                    yield from ({**about, **row} for row in compiled_rows(source, cost))
                     break
 
-    def _codes(self, language: str) -> dict[_Key, Code]:
+    def codes(self, language: str) -> dict[_Key, Code]:
         """The formulas' codes in a language, but of those that it has none for; most targets share it."""
         if language not in self._written:
             codes = {key: self._code(*key, language) for key in self._formulas.items()}
@@ -133,6 +135,7 @@ class Costs:
                 "cost_kind": "measured",
                 "alpha": ALPHA,
                 "context": 0,
+                "reads": 0,
                 "unit": "ns",
                 "cost": row["ns_min"],
                 "over_dot": row["dot_ratio"],
@@ -149,7 +152,8 @@ class Costs:
             self.note(f"costs on {target} are incomplete: {problem}")
 
 
-def _named(formula: Formula, alpha: float) -> dict[str, Any]:
+def named(formula: Formula, alpha: float) -> dict[str, Any]:
+    """The columns that name a formula at an exponent, whose costs are those of float32."""
     return {
         "approximation": formula.approximation,
         "lambda_form": formula.lambda_form,
@@ -173,6 +177,7 @@ def compiled_rows(table: CostTable, cost: Cost) -> Iterator[dict[str, Any]]:
             "target": target.name,
             "cost_kind": "compiled",
             "context": context,
+            "reads": 0,
             "unit": target.unit,
             "cost": here,
             "over_dot": (bare + here) / bare if bare else float("nan"),
