@@ -25,6 +25,7 @@ from phongbench.results import checkpoints, runs
 from phongbench.results.runs import Run
 from phongbench.results.schema import TIMING
 from phongbench.study import gpu, precompile, run_folder, target_costs
+from phongbench.study.checked_progress import Checked
 from phongbench.study.kernel_timing import time_all
 from phongbench.support import process
 from phongbench.support.process import seldom_collected
@@ -111,7 +112,7 @@ def run_study(
         process.heeded() as check,
         precompile.beside(plan) as helper,
     ):
-        checked = _Checked(progress or Progress(), check)
+        checked = Checked(progress or Progress(), check)
         parts = run_folder.prepare(path, plan, fresh=fresh, resume=resume)
         prepared = sweep.prepare(plan, registry)
         if parts is None:
@@ -149,31 +150,6 @@ def _clocked(seconds: dict[str, float], stage: str) -> Iterator[None]:
     started = time.perf_counter()
     yield
     seconds[stage] = time.perf_counter() - started
-
-
-@dataclass(frozen=True)
-class _Checked(Progress):
-    """A progress that looks for the user's interruption before every step."""
-
-    progress: Progress
-    check: Callable[[], None]
-
-    def stage(self, text: str, total: float | None = None) -> None:
-        self.check()
-        self.progress.stage(text, total)
-
-    def advance(self, steps: float = 1) -> None:
-        self.check()
-        self.progress.advance(steps)
-
-    def stages(self, count: int) -> None:
-        self.progress.stages(count)
-
-    def note(self, text: str) -> None:
-        self.progress.note(text)
-
-    def detail(self, text: str) -> None:
-        self.progress.detail(text)
 
 
 @dataclass
