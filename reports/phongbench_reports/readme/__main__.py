@@ -12,7 +12,7 @@ from phongbench.benchmarks import false_alarms, kernel_bench
 from phongbench.errors import InputError, PhongbenchError
 from phongbench.results import runs
 from phongbench.support.progress import Progress
-from phongbench_reports.readme import bench_parts, measurements, pictures, tour
+from phongbench_reports.readme import bench_parts, heads_part, measurements, pictures, tour
 from phongbench_reports.readme.fill import of_run, write
 from phongbench_reports.readme.measurements import PEER_SECONDS, REPEATS, load_programs, study_as_command
 from phongbench_reports.readme.parts import problems
@@ -63,6 +63,10 @@ def _service(wanted: Wanted) -> Made:
     return {"service": measurements.service(load_programs(wanted.root))}, {}
 
 
+def _heads(_: Wanted) -> Made:
+    return {"heads": heads_part.heads()}, {}
+
+
 def _pictures(_: Wanted) -> Made:
     files = {pictures.SPHERES: pictures.spheres(), pictures.EXPLORER: pictures.explorer(runs.DEFAULT_ROOT)}
     return {"pictures": pictures.part()}, {f"{pictures.PICTURES}/{name}": content for name, content in files.items()}
@@ -80,6 +84,7 @@ STEPS: Mapping[str, Callable[[Wanted], Made]] = {
     "alarms": _alarms,
     "scenes": _scenes,
     "service": _service,
+    "heads": _heads,
     "pictures": _pictures,
     "tour": _tour,
 }

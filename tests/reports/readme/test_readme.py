@@ -120,6 +120,7 @@ def measured(checkout: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setattr("phongbench.benchmarks.false_alarms.count", lambda *_, **__: ALARMS)
     monkeypatch.setattr(measurements, "measured_scenes", lambda *_: PICTURES)
     monkeypatch.setattr(measurements, "service", lambda _: "of the service")
+    monkeypatch.setattr(program.heads_part, "heads", lambda: "of heads")
     monkeypatch.setattr(pictures, "explorer", lambda _: b"a page")
     monkeypatch.setattr(pictures, "spheres", lambda: b"three spheres")
     monkeypatch.setattr(tour, "executed", lambda _: [[]] * len(tour.cells()))
