@@ -9,11 +9,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pandas as pd
 from PIL import Image
 
 from phongbench.errors import InputError
-from phongbench.face.highlight import curve
+from phongbench.formulas.curves import against_exact
+from phongbench.formulas.formula import Formula
 from phongbench_reports.figures.spheres import ACROSS, RADIUS, Highlight, show, sphere
 from phongbench_reports.plots import Vector, ink, sheet
 from phongbench_reports.text import number
@@ -24,7 +24,7 @@ PICTURES = Path("reports/pictures")
 FORMULA, ALPHA = "lyon:dot:8:minimax", 10.0
 COSINES = np.linspace(0.0, 1.0, 4097)
 #: what Chromium is called, and the size of its window
-BROWSERS, WINDOW = ("chromium", "chromium-browser", "google-chrome"), {"width": 1200, "height": 860}
+BROWSERS, WINDOW = ("chromium", "chromium-browser", "google-chrome"), (1200, 860)
 SPHERES, EXPLORER = "spheres.png", "explorer.webp"
 
 
@@ -42,8 +42,8 @@ def spheres() -> bytes:
     """Exact Phong, the approximation, and their difference in codes, as PNG."""
     with ink():
         figure, panels = sheet(3.1, 1, 3, left=0.01, right=0.9, top=0.88, bottom=0.03, wspace=0.05)
-        show(panels[0], sphere(_highlight("exact")), f"exact Phong, alpha {ALPHA:g}")
-        show(panels[1], sphere(_highlight("value")), FORMULA)
+        show(panels[0], sphere(_highlight(1)), f"exact Phong, alpha {ALPHA:g}")
+        show(panels[1], sphere(_highlight(0)), FORMULA)
         codes = _difference()
         most = float(np.nanmax(np.abs(codes)))
         shades = panels[2].imshow(codes, cmap="RdBu_r", vmin=-most, vmax=most, interpolation="nearest")
@@ -57,13 +57,16 @@ def spheres() -> bytes:
 
 
 @cache
-def _curve() -> pd.DataFrame:
-    return curve(FORMULA, alpha=ALPHA, degrees=np.degrees(np.arccos(COSINES)))
+def _curves() -> tuple[Vector, Vector]:
+    """The approximation and exact Phong at COSINES."""
+    formula = Formula.parse(FORMULA)
+    degrees = np.degrees(np.arccos(COSINES))
+    return against_exact(formula.spec(), formula.lambda_form, formula.setting(ALPHA), degrees)
 
 
-def _highlight(column: str) -> Highlight:
-    """A column of the curve as a function of (N.V)^2, between cosines so near that a picture shows no finer."""
-    values = _curve()[column].to_numpy(np.float64)
+def _highlight(which: int) -> Highlight:
+    """The approximation (0) or exact Phong (1) over (N.V)^2, between cosines so near that a picture shows no finer."""
+    values = _curves()[which]
     return lambda facing_squared: np.interp(2.0 * facing_squared - 1.0, COSINES, values, left=0.0)
 
 
@@ -71,7 +74,7 @@ def _difference() -> Vector:
     """Approximation minus exact in codes of 255, NaN beside the sphere."""
     x, y = np.meshgrid(*2 * [np.linspace(-1.0, 1.0, ACROSS) / RADIUS])
     squared = 1.0 - x * x - y * y
-    difference = 255.0 * (_highlight("value")(squared) - _highlight("exact")(squared))
+    difference = 255.0 * (_highlight(0)(squared) - _highlight(1)(squared))
     return np.where(squared > 0.0, difference, np.nan)
 
 
@@ -86,7 +89,7 @@ def explorer(runs: Path) -> bytes:
     with subprocess.Popen(words, stderr=subprocess.PIPE, text=True) as server, sync_playwright() as playwright:
         try:
             browser = playwright.chromium.launch(executable_path=found, args=["--no-sandbox"])
-            page = browser.new_page(viewport=WINDOW)
+            page = browser.new_page(viewport={"width": WINDOW[0], "height": WINDOW[1]})
             page.set_default_timeout(300_000)
             page.goto(_address(server))
             page.wait_for_selector('#main[aria-busy="false"]')

@@ -81,7 +81,7 @@ def claims(run: Run) -> str:
 def glossary(study: Rows) -> str:
     """The words of the first screen, with the names of formulas and targets that its table holds."""
     content = by_target_table(study, *BUDGETS[0], TARGETS)
-    named = {} if isinstance(content, Absent) else content.data
+    named: Any = {} if isinstance(content, Absent) else content.data
     formulas = names(name for name in named.get("name", ()) if name)
     rows = [*WORDS.items(), ("names", formulas), ("chips", chips(dict.fromkeys(named.get("target", ()))))]
     return table(("word", "meaning"), [row for row in rows if row[1]])
