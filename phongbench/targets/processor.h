@@ -51,7 +51,8 @@ static inline float expf(float x) { return exp2f(x * 1.4426950408889634f); }
 static inline float powf(float x, float y) { return x > 1.2e-38f ? exp2f(y * log2f(x)) : 0.0f; }
 
 static inline float acosf(float x) {
-    float inside = x > -1.0f ? (x < 1.0f ? x : 1.0f) : -1.0f;
+    float above = x > -1.0f ? x : -1.0f;
+    float inside = above < 1.0f ? above : 1.0f;
     float size = fabsf(inside);
     float t = 1.0f - 2.0f * size;
     float ratio = ARC[8];
