@@ -5,16 +5,14 @@ from dataclasses import replace
 from typing import Any
 
 from phongbench.analysis.promises import bound_at, contract_at
-from phongbench.analysis.target_costs import CPU, checked, unit_of
+from phongbench.analysis.target_costs import CPU, checked, table_of, unit_of
 from phongbench.errors import InputError
 from phongbench.formulas.formula import Formula, Registry
 from phongbench.formulas.registry import REGISTRY
 from phongbench.formulas.shader_code.export import OVER_LONG, Options, Shader, shader
 from phongbench.formulas.shader_code.language import FLOAT16, FLOAT32
 from phongbench.targets import measured
-from phongbench.targets.chips import TARGETS
 from phongbench.targets.code_shapes import code
-from phongbench.targets.costs import shipped
 from phongbench.targets.measure import costs as compiled_costs
 
 
@@ -51,10 +49,9 @@ def cost_on(
     if checked(target, None) == CPU:
         fix = "name another one, e.g. rdna2; `phongbench recommend` tells this machine's times"
         raise InputError("cpu has no cost of a single function: it is timed as a whole", "target", fix)
-    if options.precision != FLOAT32:
-        raise InputError(f"costs on {target} are those of float32 code", "target", "leave the precision out")
-    table = shipped(target) if target in TARGETS else measured.added(target)
-    wanted = code(formula, alpha, table.language, registry, limited=options.over_long == OVER_LONG[0])
+    held = FLOAT32 if options.precision == FLOAT32 else FLOAT16  # the least that mediump is
+    table, limited = table_of(target, precision=held), options.over_long == OVER_LONG[0]
+    wanted = code(formula, alpha, table.language, registry, limited=limited, precision=held)
     tool = table.tool if isinstance(table, measured.MeasuredTable) else table.target.tool
     told = {"target": target, **unit_of(target), "tool": tool, "tool_version": table.tool_version}
     if isinstance(table, measured.MeasuredTable):

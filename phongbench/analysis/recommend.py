@@ -130,7 +130,7 @@ def _on_target(
     where  the target, the unit that is scarce there, and the folder of the runs
     """
     target, short_of, root = where
-    own = own_prices(None if run is None else run.costs, target, short_of)
+    own = own_prices(None if run is None else run.costs, target, short_of, budget.precision)
     return priced(known, budget.alpha.values, target, short_of, notes, root, own)
 
 

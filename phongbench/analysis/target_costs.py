@@ -15,6 +15,7 @@ import pandas as pd
 from phongbench.errors import InputError, UnknownNameError
 from phongbench.formulas.formula import Formula
 from phongbench.formulas.registry import REGISTRY
+from phongbench.formulas.shader_code.language import FLOAT32
 from phongbench.results.runs import DEFAULT_ROOT
 from phongbench.results.schema import KERNEL
 from phongbench.targets import measured
@@ -71,12 +72,14 @@ def unit_of(target: str, root: Path = DEFAULT_ROOT) -> dict[str, str]:
     return {"unit": measured.UNIT if target == CPU else measured.added(target, root).unit, "cost_kind": "measured"}
 
 
-def own_prices(costs: pd.DataFrame | None, target: str, short_of: str | None) -> dict[Formula, Price]:
+def own_prices(
+    costs: pd.DataFrame | None, target: str, short_of: str | None, precision: str = FLOAT32
+) -> dict[Formula, Price]:
     """What a run's costs say of formulas that do not ship, which were compiled with it; nothing of a scarce unit."""
     if costs is None or costs.empty or short_of is not None:
         return {}
     rows = costs[(costs["target"] == target) & (costs["context"] == 0)]
-    rows = rows[~rows["approximation"].isin(list(REGISTRY))]
+    rows = rows[(rows["precision"] == precision) & ~rows["approximation"].isin(list(REGISTRY))]
     kept: list[dict[Any, Any]] = rows.to_dict("records")
     return {
         Formula.of_row(r): Price(r["cost"], r["cost"], r["ratio"], r["ratio_low"], r["ratio_high"], r["bound_by"])
@@ -95,17 +98,16 @@ def priced(
 ) -> pd.DataFrame:
     """The cells whose cost on the target is known, with columns ns (of a time), ratio, its ends, COLUMNS and TIE.
 
-    cells     rows of CELL and any others; what they say of time is replaced
+    cells     rows of CELL in one precision, and any others; what they say of time is replaced
     alphas    the cost is the largest over these exponents
     short_of  issue or special: the unit that counts; None for none in particular
     notes     receives which formulas are left out
     root      the folder of the runs, in which targets were added
     own       prices of formulas that no table knows
-    Raises InputError for another precision than float32, and what `checked` and `shipped` raise.
+    Raises InputError for a precision that no costs on the target are of, and what `checked` and `shipped` raise.
     """
-    if set(cells["precision"].astype(str)) - {"float32"}:
-        raise InputError(f"costs on {target} are those of float32 code", "precision", "leave the precision out")
-    table, every = table_of(target, root), tuple(alphas)
+    precision = next(iter(cells["precision"].astype(str)), FLOAT32)
+    table, every = table_of(target, root, precision), tuple(alphas)
     rows: list[dict[Any, Any]] = cells.to_dict("records")
     found = prices([Formula.of_row(row) for row in rows], every, table, short_of, own)
     known = pd.Series([price is not None for price in found], index=cells.index, dtype=bool)
@@ -128,9 +130,14 @@ def priced(
     )
 
 
-def table_of(target: str, root: Path = DEFAULT_ROOT) -> CostTable | MeasuredTable:
-    """The costs that are known of a target other than cpu."""
-    return shipped(target) if target in TARGETS else measured.added(target, root)
+def table_of(target: str, root: Path = DEFAULT_ROOT, precision: str = FLOAT32) -> CostTable | MeasuredTable:
+    """The costs that are known of a target other than cpu, of code in a precision; InputError for one without any."""
+    if target in TARGETS:
+        return shipped(target, precision)
+    table = measured.added(target, root)
+    if precision != table.precision:
+        raise InputError(f"costs on {target} are those of {table.precision} code", "precision", "leave it out")
+    return table
 
 
 def prices(
@@ -150,7 +157,7 @@ def _worst(
     """A formula's largest price over exponents; None where one is not in the table."""
     if formula.approximation not in REGISTRY:
         return None
-    codes = [shipped_code(formula, alpha, table.language) for alpha in alphas]
+    codes = [shipped_code(formula, alpha, table.language, table.precision) for alpha in alphas]
     each = [None if one is None else _price(table, one, short_of) for one in codes]
     return None if None in each else max((price for price in each if price is not None), key=lambda price: price.cost)
 

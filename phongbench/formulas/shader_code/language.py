@@ -10,8 +10,8 @@ from phongbench.errors import InputError, UnknownNameError
 
 #: functions that every language has
 _BUILT_IN = """
-    abs acos ceil clamp exp exp2 floor guarded guarded_square inverseSqrt inversesqrt length limited log log2 max min mix
-    multiply_add normalize np pow reflect round rsqrt saturate saturated_sum select sign sqrt
+    abs acos ceil clamp exp exp2 floor guarded guarded_square inverseSqrt inversesqrt length limited log log2 max min
+    mix multiply_add normalize np pow reflect round rsqrt saturate saturated_sum select sign sqrt
 """
 BUILT_IN = frozenset(_BUILT_IN.split())
 #: words of GLSL, HLSL, WGSL, C, C++ and Python that a kernel's author may well have taken for a name

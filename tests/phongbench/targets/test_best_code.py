@@ -105,6 +105,7 @@ OWN float unit_dot(float3 a, float3 b) { return unit_sum(a.z, b.z, a.x * b.x + a
 #define at_most(x, high) fminf(x, high)
 #define from_bits of_bits
 #define OWN static inline
+#define vec3 vec3<float>
 OWN vec3 make_float3(float x, float y, float z) { return vec3{{x, y, z}}; }
 """,
 }
