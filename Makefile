@@ -27,8 +27,9 @@ run: $(RUN) ## a quick study on this machine; prints where its report is
 test: $(TEST) ## the tests, on all cores
 	$(PY) -m pytest --numprocesses=auto
 
-soak: $(TEST) ## a thousand error budgets, each answer attacked by a search
+soak: $(TEST) ## for minutes: error budgets attacked by a search, random lines and pictures
 	PHONGBENCH_SOAK=1000 $(PY) -m pytest --numprocesses=auto tests/phongbench/analysis/test_promise.py tests/phongbench/analysis/test_raw_promise.py
+	PYTHONPATH=tests/soak $(PY) -m soaking inverse
 
 check: $(DEV) ## lint, format, types, layers
 	$(PY) -m ruff check .

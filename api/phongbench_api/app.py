@@ -13,6 +13,7 @@ from fastapi import FastAPI
 
 from phongbench import __version__
 from phongbench_api.http import openapi, problems
+from phongbench_api.http.cross_origin import CrossOrigin, origin
 from phongbench_api.http.middleware import Guard
 from phongbench_api.routes import ROUTERS
 from phongbench_api.service import Service
@@ -57,7 +58,10 @@ def _draining_on_signals(service: Service) -> Iterator[None]:
 
 
 def create_app(settings: Settings | None = None) -> FastAPI:
-    """The application; its kernels are compiled when it starts, not when it is made."""
+    """The application; its kernels are compiled when it starts, not when it is made.
+
+    Raises InputError for a setting of `cors` that is no origin.
+    """
     chosen = settings or Settings()
     app = FastAPI(
         title="phongbench",
@@ -70,6 +74,8 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     )
     app.state.service = Service(chosen)
     app.add_middleware(Guard, settings=chosen)
+    if chosen.cors:  # around the guard, whose refusals a page may read too
+        app.add_middleware(CrossOrigin, origins=tuple(map(origin, chosen.cors)))
     problems.install(app)
     for router in ROUTERS:
         app.include_router(router)

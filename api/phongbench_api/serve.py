@@ -18,6 +18,7 @@ from uvicorn.supervisors import Multiprocess
 from phongbench.errors import InputError
 from phongbench.support.user_paths import reading
 from phongbench_api.app import create_app
+from phongbench_api.http.cross_origin import origin
 from phongbench_api.settings import Settings
 
 log = logging.getLogger("phongbench.api")
@@ -30,9 +31,11 @@ GRACE = 30
 def serve(settings: Settings, app: FastAPI | None = None) -> None:
     """Serve until SIGTERM or SIGINT; then requests under way finish, and it returns.
 
-    Raises InputError if it cannot listen, or where the runs are in no folder that can be read.
+    Raises InputError if it cannot listen, where the runs are in no folder that can be read, and for what is no origin.
     app  what to serve by one worker instead of the usual application, as load programs do
     """
+    for text in settings.cors:
+        origin(text)
     if os.path.lexists(settings.runs):
         with reading(settings.runs, "folder of the runs", "give one with --runs; it may be missing as yet"):
             os.scandir(settings.runs).close()
@@ -56,7 +59,7 @@ def serve(settings: Settings, app: FastAPI | None = None) -> None:
 def from_environment() -> FastAPI:
     """The application of a worker process, by the settings of the one that started it."""
     members: dict[str, Any] = json.loads(os.environ[ENVIRONMENT])
-    members |= {"runs": Path(members["runs"]), "allowed_hosts": tuple(members["allowed_hosts"])}
+    members |= {"runs": Path(members["runs"])} | {name: tuple(members[name]) for name in ("allowed_hosts", "cors")}
     _log_to_stderr()
     return create_app(Settings(**members))
 

@@ -25,6 +25,7 @@ class Settings:
     workers          processes; each has its own kernels and admits work for its share of the cores
     allowed_hosts    names a request's Host may have, besides those of loopback; empty on a bind that is not loopback:
                      any name
+    cors             origins whose pages may read answers, such as http://localhost:8888 of a notebook; none: no other
     cores            kernels that may run at once in this process
     max_body         bytes of a binary or multipart body
     max_json         bytes of a JSON body: parsing holds the interpreter, about 10 ms a MiB, and health waits for it
@@ -51,6 +52,7 @@ class Settings:
     port: int = 8000
     workers: int = 1
     allowed_hosts: tuple[str, ...] = ()
+    cors: tuple[str, ...] = ()
     cores: int = field(default_factory=_cores)
     max_body: int = 64 * _MIB
     max_json: int = 4 * _MIB

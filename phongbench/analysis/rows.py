@@ -51,6 +51,7 @@ class Rows:
     scene_times = _table("scene_times")
     far = _table("far")
     inverse = _table("inverse")
+    emitted = _table("emitted")
     incidence = _table("incidence")
     incidence_times = _table("incidence_times")
     moments = _table("moments")

@@ -5,7 +5,7 @@ from typing import Any
 
 import click
 
-from phongbench.cli.common import JSON, PATH, WITH, CommaList, facts, notes, show
+from phongbench.cli.common import JSON, PATH, WITH, CommaList, facts, grid, notes, show
 
 
 @click.group(short_help="Normals and heights from shading.")
@@ -152,23 +152,42 @@ def photometric(
 @click.option(
     "--components", default=20, show_default=True, metavar="K", help="Principal components, at most maps - 1."
 )
+@click.option(
+    "--held-out", default=0, metavar="N", help="Learn without the last N maps, and tell how well they come back."
+)
 @click.option("--out", required=True, type=PATH, metavar="FILE.npz", help="The shapes: mean, components, variances.")
 @JSON
-def learn(depths: Path | None, synthetic: int | None, components: int, out: Path, as_json: bool) -> None:
+def learn(depths: Path | None, synthetic: int | None, components: int, held_out: int, out: Path, as_json: bool) -> None:
     """Learn the principal components of depth maps: a folder of .npy (h, w), or a .npz with one array (maps, h, w).
 
     Heights are towards the viewer, in pixels. No faces are shipped: --synthetic makes heads of a few parameters.
+    Maps held out are drawn by exact Phong with noise, and fitted with the prior on coefficients, with the components
+    alone, and not at all: angles between normals in degrees, heights' errors as a share of the map's span.
     """
+    from phongbench.cli.terminal import table
+    from phongbench.inverse import held_out as trials
     from phongbench.inverse import shape_model
 
     if (depths is None) == (synthetic is None):
         raise click.UsageError("give depth maps, or --synthetic N")
     maps = shape_model.read_depths(depths) if depths is not None else shape_model.synthetic_heads(synthetic or 2)
-    shapes = shape_model.learn(maps, components)
+    shapes, rows = trials.learn_and_try(maps, components, held_out)
     shape_model.save_shapes(shapes, out)
-    share = float(shapes.variances.sum() / max(maps.var(axis=0, ddof=1).sum(), 1e-300))
-    answer = {"out": str(out), "maps": len(maps), "components": components, "share_of_variance": share}
-    show(answer, as_json, lambda: facts(answer))
+    learnt = maps[: len(maps) - held_out]
+    share = float(shapes.variances.sum() / max(learnt.var(axis=0, ddof=1).sum(), 1e-300))
+    answer: dict[str, Any] = {"out": str(out), "maps": len(learnt), "components": components}
+    answer |= {"share_of_variance": share}
+    if not held_out:
+        show(answer, as_json, lambda: facts(answer))
+        return
+    answer |= {"ratio_to_mean_shape": trials.ratio(rows)}
+    records = [{str(name): value for name, value in row.items()} for row in rows.to_dict("records")]
+    show(
+        answer | {"held_out": records} if as_json else answer,
+        as_json,
+        lambda: facts(answer),
+        lambda: table("Maps held out", *grid(records)),
+    )
 
 
 @inverse.command(short_help="From one picture: the cone of normals, or the most probable shape.")

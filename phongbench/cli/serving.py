@@ -20,6 +20,12 @@ from phongbench.cli.common import PATH, ROOT
     help="A name that requests may come under. Repeatable; localhost always may.",
 )
 @click.option(
+    "--cors",
+    multiple=True,
+    metavar="ORIGIN",
+    help="An origin whose pages may read answers, such as a notebook's. Repeatable.",
+)
+@click.option(
     "--drain",
     "drain_seconds",
     type=click.FloatRange(0, 600),
@@ -31,13 +37,15 @@ def serve(**options: Any) -> None:
     """Serve until stopped: the explorer page at /, the interface at /docs.
 
     Nothing is ever written, and nothing is measured: that is `phongbench run`. On loopback, requests under another
-    name than localhost are refused unless --allowed-host names it.
+    name than localhost are refused unless --allowed-host names it. Pages of other origins cannot read answers unless
+    --cors names theirs, and never with credentials.
 
     \b
     Examples:
       phongbench serve
       phongbench serve --port 8080 --runs /srv/phongbench-runs --workers 4
       phongbench serve --host 0.0.0.0 --allowed-host phong.example.org
+      phongbench serve --cors http://localhost:8888
     """
     from phongbench_api.serve import serve as start
     from phongbench_api.settings import Settings

@@ -23,11 +23,12 @@ from phongbench.inputs.strata import STRATUM_NAMES, USUAL_STRATA
 
 #: questions beyond the sweep; phongbench.accuracy.probes answers them
 PROBE_NAMES: tuple[str, ...] = (
-    "cosines", "search", "certify", "contract", "meshes", "hostile", "smoothness", "incidence", "lobes", "inverse",
-    "scenes", "recheck",
+    "cosines", "search", "certify", "contract", "emitted", "meshes", "hostile", "smoothness", "incidence", "lobes",
+    "inverse", "scenes", "recheck",
 )  # fmt: skip
-#: those of a study that does not ask for others: pictures, inverted or drawn, and bounds by contract take minutes
-USUAL_PROBES = tuple(name for name in PROBE_NAMES if name not in ("contract", "inverse", "scenes"))
+#: those of a study that does not ask for others: pictures, inverted or drawn, and bounds by contract take minutes;
+#: a header tells how wrong written code is
+USUAL_PROBES = tuple(name for name in PROBE_NAMES if name not in ("contract", "emitted", "inverse", "scenes"))
 #: what must not be empty
 _AXES = (
     "alphas", "gammas", "lambda_forms", "approximations", "slopes", "spaces", "length_spaces", "precisions", "strata",
@@ -249,7 +250,7 @@ PRESETS: Mapping[str, Plan] = {
         timing_budget=60.0,
         processes=2,
         skipping=True,
-        probes=(*USUAL_PROBES, "contract", "inverse"),
+        probes=(*USUAL_PROBES, "contract", "emitted", "inverse"),
     ),
     "full": Plan(
         preset="full",

@@ -5,13 +5,14 @@ from collections.abc import Callable, Mapping
 import numpy as np
 
 from phongbench.compiler.precisions import Array
+from phongbench.inverse.smooth_branch import right_side
 
-#: x, the branch turned left and the branch turned right (n,), in radians from the viewer's direction towards x ->
-#: (n,) True where the right one is meant
-Chooser = Callable[[Array, Array, Array], Array]
+#: x, the branch turned left and the branch turned right (n,), in radians from the viewer's direction towards x, and the
+#: standard deviation of the cosine between normal and light -> (n,) True where the right one is meant
+Chooser = Callable[[Array, Array, Array, float], Array]
 
 
-def convex(x: Array, left: Array, right: Array) -> Array:
+def convex(x: Array, left: Array, right: Array, wide: float) -> Array:
     """The surface bulges towards the viewer: the angle grows with x, so it is left of the light, then right of it.
 
     Of all places to change over, the one at which the angle falls least.
@@ -19,45 +20,30 @@ def convex(x: Array, left: Array, right: Array) -> Array:
     return np.arange(len(x)) >= _turn(x, left, right)
 
 
-def concave(x: Array, left: Array, right: Array) -> Array:
+def concave(x: Array, left: Array, right: Array, wide: float) -> Array:
     """The surface is hollow: the angle falls with x, so it is right of the light, then left of it."""
     return np.arange(len(x)) < _turn(x, -right, -left)
 
 
-def towards_viewer(x: Array, left: Array, right: Array) -> Array:
+def towards_viewer(x: Array, left: Array, right: Array, wide: float) -> Array:
     """Each sample by itself: the normal that is nearer to the viewer's direction."""
     return np.abs(right) < np.abs(left)
 
 
-def continuous(x: Array, left: Array, right: Array) -> Array:
-    """The angle's slope changes as little as possible: the least sum of its squared changes over all choices.
+def continuous(x: Array, left: Array, right: Array, wide: float) -> Array:
+    """The surface is smooth: the likeliest sides of the light, between the places where it faces the light.
 
-    Turned over at the light, every choice is as smooth. Of the two, the one that faces the viewer more. Noise hides the
-    change where the surface faces the light for long.
-    Source  Viterbi's algorithm over the branches of two samples in a row
+    Where mirroring at the light leaves it as smooth, as it does for a light beside the viewer, the answer that faces
+    the viewer more.
     """
-    angles = np.stack([left, right], axis=1)
-    if len(x) < 3:
-        return towards_viewer(x, left, right)
-    step = np.diff(x)
-    #: [i, b, c]: slope of the angle from branch b of sample i to branch c of the next
-    slopes = (angles[1:, None, :] - angles[:-1, :, None]) / step[:, None, None]
-    cost, came = np.zeros((2, 2)), np.zeros((len(x), 2, 2), np.int8)
-    for i in range(1, len(slopes)):
-        change = cost[:, :, None] + (slopes[i][None] - slopes[i - 1][:, :, None]) ** 2
-        came[i + 1], cost = np.argmin(change, axis=0), np.min(change, axis=0)
-    chosen = np.zeros(len(x), np.int8)
-    chosen[-2], chosen[-1] = np.unravel_index(np.argmin(cost), (2, 2))
-    for i in range(len(x) - 1, 1, -1):
-        chosen[i - 2] = came[i, chosen[i - 1], chosen[i]]
-    found = chosen.astype(bool)
-    facing = [float(np.cos(np.where(side, right, left)).sum()) for side in (found, ~found)]
-    return found if facing[0] >= facing[1] else ~found
+    if len(x) < 4:
+        return towards_viewer(x, left, right, wide)
+    return right_side(x, (right - left) / 2, float(left[0] + right[0]) / 2, wide)
 
 
 def expected(angles: Array) -> Chooser:
     """Each sample by itself: the normal that is nearer to the angle (n,) expected there, in radians."""
-    return lambda x, left, right: np.abs(right - angles) < np.abs(left - angles)
+    return lambda x, left, right, wide: np.abs(right - angles) < np.abs(left - angles)
 
 
 def _turn(x: Array, before: Array, after: Array) -> int:

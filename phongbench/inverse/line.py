@@ -8,7 +8,7 @@ With c the left side over the light's length, N = c l + sqrt(1 - c^2) m, l along
 side. Which side, a prior says. Heights are the integral of -Nx / Nz. x to the right, z and heights to the viewer;
 angles are measured from the viewer's direction, positive towards x.
 
-Source  Boom, Spreeuwers and Veldhuis 2009
+Source  Boom, Spreeuwers and Veldhuis 2009 (BOOM_2009 of `formulas.citations`, which says how far that was checked)
 """
 
 import math
@@ -131,7 +131,7 @@ def invert_line(
     for kind, name, known in (("rule", rule, RULES), ("start", start, STARTS)):
         if name not in known:
             raise UnknownNameError(kind, name, known, kind)
-    choose = _chooser(prior, len(values))
+    choose = _chooser(prior, len(values), model.spread)
     cosine, marks = _cosines(values, model)
     usable = marks == OK
     normals, other = _both(cosine, model, usable, places, choose)
@@ -207,7 +207,7 @@ def _heights(
 
 def _noise(cosine: Array, angles: Array, model: LineModel) -> dict[str, Array]:
     """What noise does to each slope: its spread, and how far its mean may be off, where the slope bends."""
-    wide = model.noise / (model.diffuse * model.length)
+    wide = model.spread
     side = np.sign(angles - math.atan2(*model.light))
     turned = [
         np.arccos(np.clip(cosine + shift, -1.0, 1.0)) - np.arccos(np.clip(cosine, -1.0, 1.0)) for shift in (-wide, wide)
@@ -246,15 +246,15 @@ def _row(given: Any, where: str, place: Place, count: int | None = None) -> Arra
     return values
 
 
-def _chooser(prior: Any, count: int) -> Callable[[Array, Array, Array, Array], Array]:
+def _chooser(prior: Any, count: int, wide: float) -> Callable[[Array, Array, Array, Array], Array]:
     """The choice among the usable samples."""
     if isinstance(prior, str):
         if prior not in PRIORS:
             raise UnknownNameError("prior", prior, PRIORS, "prior")
         by_name = PRIORS[prior]
-        return lambda usable, x, left, right: by_name(x[usable], left[usable], right[usable])
+        return lambda usable, x, left, right: by_name(x[usable], left[usable], right[usable], wide)
     angles = np.radians(_row(prior, "prior", "{}[{}]".format, count))
-    return lambda usable, x, left, right: expected(angles[usable])(x[usable], left[usable], right[usable])
+    return lambda usable, x, left, right: expected(angles[usable])(x[usable], left[usable], right[usable], wide)
 
 
 def _plain(array: Array) -> list[Any]:

@@ -42,6 +42,11 @@ class LineModel:
         """Of the light."""
         return math.hypot(*self.light)
 
+    @property
+    def spread(self) -> float:
+        """What the noise is of the cosine of the angle to the light: its standard deviation."""
+        return self.noise / (self.diffuse * self.length)
+
     def unit(self) -> "LineModel":
         """The same with a light of length 1."""
         x, z = self.light

@@ -9,7 +9,7 @@ V = (0, 0, 1). x to the right, y up, z to the viewer; rows of pictures go down.
 
 Start   the Lambertian solution of the three darkest usable samples: the highlight is in the brighter ones; where that
         ends in a poor fit, each light's highlight
-Source  Woodham 1980 for the start; `solver` for the steps
+Source  Woodham 1980, Optical Engineering 19(1), for the start; `solver` for the steps
 """
 
 from collections.abc import Sequence

@@ -4,7 +4,7 @@ A pixel's unknowns are two turns of its normal, in the plane across it, and as f
 its diffuse and its specular term. The formula of the highlight is a compiled loop that is called at its address, so
 nothing is compiled again for another one. Its derivative is a difference quotient: steps need no more.
 
-Source  Levenberg 1944 and Marquardt 1963 for the damping
+Source  Levenberg 1944 and Marquardt 1963 for the damping, quoted from memory
 """
 
 import math

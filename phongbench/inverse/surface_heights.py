@@ -4,7 +4,8 @@ The sum over neighbouring pixels of (height difference - mean slope of the two)^
 equation holds. Heights are towards the viewer, a pixel is 1 wide, x to the right and y up while rows go down. They are
 known up to a constant in each connected part of the mask: here its mean is 0.
 
-Source  Horn and Brooks 1986; Queau, Durou and Aujol 2018 survey the methods
+Source  Horn and Brooks 1986, Computer Vision, Graphics, and Image Processing 33(2); the methods are surveyed by Queau,
+        Durou and Aujol 2018, Journal of Mathematical Imaging and Vision 60
 """
 
 from collections.abc import Callable

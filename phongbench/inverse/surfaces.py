@@ -24,6 +24,12 @@ class KnownSurface:
     mask: Array
 
 
+def degrees_between(one: Array, other: Array) -> Array:
+    """Angles (..) between vectors (.., 3), in degrees; near 0 as exact as anywhere."""
+    across, along = np.linalg.norm(np.cross(one, other), axis=-1), (one * other).sum(axis=-1)
+    return np.asarray(np.degrees(np.arctan2(across, along)))
+
+
 def _grid(size: int) -> tuple[Array, Array]:
     y, x = np.mgrid[1 : -1 : size * 1j, -1 : 1 : size * 1j]
     return x, y

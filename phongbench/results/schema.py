@@ -11,6 +11,7 @@ from phongbench.results.columns import Column, Table
 from phongbench.results.columns import key_column as _key
 from phongbench.results.columns import table as _table
 from phongbench.results.cost_table import COSTS
+from phongbench.results.emitted_table import EMITTED
 from phongbench.results.formula_columns import BY_NAME as _BY_NAME
 from phongbench.results.formula_columns import CELL_COLUMNS as _CELL
 from phongbench.results.formula_columns import FORMULA as _FORMULA
@@ -278,6 +279,7 @@ TABLES: Mapping[str, Table] = {
     "cuts": CUTS,
     "costs": COSTS,
     "inverse": INVERSE,
+    "emitted": EMITTED,
 }
 #: all metrics of accuracy rows
 METRICS = [column.name for column in (*_ERRORS, *_COUNTS)]

@@ -1,15 +1,13 @@
 """The examples of the guide's page on the service, run against a server."""
 
-import argparse
 import re
-import shlex
 from pathlib import Path
 
 import httpx2 as httpx
 import pytest
+from curl_words import HERE, sent
 
 PAGE = Path(__file__).resolve().parents[2] / "reports" / "docs" / "service.md"
-HERE = "http://localhost:8000"
 
 
 def blocks(language: str) -> list[str]:
@@ -21,23 +19,10 @@ def curls() -> list[str]:
     return [line.removeprefix("$ ") for line in lines if line.startswith("$ curl ")]
 
 
-def as_curl(command: str, client: httpx.Client) -> tuple[httpx.Response, str | None]:
-    """Send what curl would send; curl itself need not be installed."""
-    words = argparse.ArgumentParser()
-    words.add_argument("url")
-    words.add_argument("-H", dest="headers", action="append", default=[])
-    words.add_argument("-d", dest="data")
-    words.add_argument("-o", dest="out")
-    told = words.parse_args(shlex.split(command)[1:])
-    assert told.url.startswith(HERE)
-    headers = dict(header.split(": ", 1) for header in told.headers)
-    method = "GET" if told.data is None else "POST"
-    return client.request(method, told.url.removeprefix(HERE), headers=headers, content=told.data), told.out
-
-
 @pytest.mark.parametrize("command", curls())
 def test_a_curl_shown_is_answered(live: httpx.Client, command: str) -> None:
-    answer, out = as_curl(command, live)
+    method, path, options, out = sent(command)
+    answer = live.request(method, path, **options)
     assert answer.status_code == 200, answer.text
     assert answer.content
     assert out is None or answer.headers["content-type"].startswith("image/")

@@ -114,7 +114,7 @@ def test_a_worker_gets_the_settings_of_its_parent(monkeypatch: pytest.MonkeyPatc
     import json
     from dataclasses import asdict
 
-    settings = Settings(runs=tmp_path, allowed_hosts=("a", "b"), workers=2, drain_seconds=3.0)
+    settings = Settings(runs=tmp_path, allowed_hosts=("a", "b"), cors=("http://a",), workers=2, drain_seconds=3.0)
     monkeypatch.setenv("PHONGBENCH_SERVE", json.dumps(asdict(settings), default=str))
     assert from_environment().state.service.settings == settings
 

@@ -11,7 +11,12 @@ from starlette.responses import Response
 from phongbench import __version__
 from phongbench_api.http import media
 from phongbench_api.http.problems import KINDS, MEDIA
+from phongbench_api.http.shapes import Answer
 
+#: the member of an operation that holds a request for it
+ASK = "x-request"
+#: stands for None in examples, of which FastAPI leaves that out
+_NONE = "\0none"
 _PROBLEM = {
     "type": "object",
     "required": ["type", "title", "status", "detail"],
@@ -38,26 +43,20 @@ _PROBLEM = {
 _ABOUT = "Shading on request, stored runs and finished reports. Nothing here writes, and nothing starts a measurement."
 
 
-def described(example: Any, *problems: int, also: tuple[str, ...] = ()) -> dict[str, Any]:
-    """Arguments of a route: its answer by example, the other media types it makes, and the problems it may answer.
+def described(made: Answer | None, *problems: int, also: tuple[str, ...] = (), ask: str = "") -> dict[str, Any]:
+    """Arguments of a route: its answer as JSON, the other media types it makes, and the problems it may answer.
 
+    ask  a request that is answered, as path and query, for /docs; left out: the path alone
     Every route may answer 421 (a foreign Host) and 415 (a compressed body) too.
     """
     content: dict[str, Any] = {kind: {"schema": {"type": "string", "format": "binary"}} for kind in also}
-    if example is not None:
-        content |= {media.JSON: {"schema": _shape(example), "example": example}}
+    if made is not None:
+        content = {media.JSON: {"schema": made.schema, "example": _with(made.example, None, _NONE)}} | content
     responses: dict[int | str, Any] = {200: {"description": "The answer", "content": content}}
     for status in sorted({*problems, 415, 421}):
         reference = {"schema": {"$ref": "#/components/schemas/Problem"}}
         responses[status] = {"description": KINDS[status].title, "content": {MEDIA: reference}}
-    return {"responses": responses, "response_class": _Raw}
-
-
-def _shape(example: Any) -> dict[str, Any]:
-    """The schema that an example stands for, as far as its members go."""
-    if isinstance(example, dict):
-        return {"type": "object", "required": sorted(example), "properties": {k: {} for k in example}}
-    return {}
+    return {"responses": responses, "response_class": _Raw} | ({"openapi_extra": {ASK: ask}} if ask else {})
 
 
 def object_schema(properties: dict[str, Any], *required: str) -> dict[str, Any]:
@@ -107,7 +106,19 @@ def _operations(document: Mapping[str, Any]) -> list[dict[str, Any]]:
 
 def _ours(operation: dict[str, Any]) -> None:
     """FastAPI documents its own form of a 422; ours is a problem document like all others."""
+    answer = operation["responses"]["200"].get("content", {}).get(media.JSON, {})
+    if "example" in answer:
+        answer["example"] = _with(answer["example"], _NONE, None)
     refused = operation["responses"].get("422")
     if refused:
         reference = {"schema": {"$ref": "#/components/schemas/Problem"}}
         operation["responses"]["422"] = {"description": KINDS[422].title, "content": {MEDIA: reference}}
+
+
+def _with(value: Any, old: str | None, new: str | None) -> Any:
+    """The value with everything in it that is `old` replaced."""
+    if isinstance(value, dict):
+        return {name: _with(one, old, new) for name, one in value.items()}
+    if isinstance(value, list):
+        return [_with(one, old, new) for one in value]
+    return new if value == old else value

@@ -13,6 +13,7 @@ from phongbench.analysis.error_budget import Budget
 from phongbench.analysis.front import points
 from phongbench.analysis.recommend import recommend as cheapest
 from phongbench.results.runs import Run
+from phongbench_api.answers import CLAIMS, FRONT, RECOMMEND
 from phongbench_api.http import media
 from phongbench_api.http.openapi import described
 from phongbench_api.models import FrontParameters, RecommendParameters
@@ -27,7 +28,7 @@ SECONDS = 0.2
 @router.get(
     "/recommend",
     summary="The cheapest formula within an error budget",
-    **described({"choices": [], "nearest_miss": None}, *_STORED, 413),
+    **described(RECOMMEND, *_STORED, 413, ask="/v1/recommend?alpha=50&max_error=1/255"),
 )
 async def recommend(request: Request, parameters: Annotated[RecommendParameters, Query()]) -> Response:
     """The cheapest formula whose largest error is within the budget, the next one, and the nearest miss.
@@ -46,14 +47,22 @@ async def recommend(request: Request, parameters: Annotated[RecommendParameters,
     return await here.admission.run(request, cost, work, media.json, media.Spans())
 
 
-@router.get("/runs/{run}/front", summary="The error/time front of a run", **described({"points": []}, *_STORED))
+@router.get(
+    "/runs/{run}/front",
+    summary="The error/time front of a run",
+    **described(FRONT, *_STORED, ask="/v1/runs/latest/front?alpha=50"),
+)
 async def front(request: Request, run: str, parameters: Annotated[FrontParameters, Query()]) -> Response:
     """Every timed formula with its error, its time, and whether another one beats it in both."""
     options, root = parameters.model_dump(), service(request).store.root
     return await _answer(request, run, parameters, lambda stored: points(stored, **options, root=root))
 
 
-@router.get("/runs/{run}/claims", summary="The textbook claims, judged", **described({"claims": []}, *_STORED))
+@router.get(
+    "/runs/{run}/claims",
+    summary="The textbook claims, judged",
+    **described(CLAIMS, *_STORED, ask="/v1/runs/latest/claims"),
+)
 async def claims(request: Request, run: str) -> Response:
     """Each claim with its verdict, its conditions and the rows that decide it."""
     return await _answer(request, run, "claims", judged)

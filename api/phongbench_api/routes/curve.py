@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from starlette.responses import Response
 
 from phongbench.compiler.precisions import precision_named
+from phongbench_api.answers import CURVE, LYON
 from phongbench_api.http import media
 from phongbench_api.http.openapi import described
 from phongbench_api.models import CurveParameters
@@ -21,13 +22,6 @@ from phongbench_api.work import evaluation
 router = APIRouter(prefix="/v1", tags=["shading"])
 FAMILY = (media.JSON, media.CSV, media.SVG)
 COLUMNS = ("angle_degrees", "value", "exact", "error")
-EXAMPLE: dict[str, Any] = {name: [0.0] for name in COLUMNS} | {
-    "name": "lyon:cross:8",
-    "max_abs_error": 0.0,
-    "worst_index": 0,
-    "beta": 6.25,
-    "cutoff_degrees": 34.0,
-}
 #: predicted seconds of drawing; the first picture also imports what draws
 DRAWING = 0.5
 
@@ -35,7 +29,7 @@ DRAWING = 0.5
 @router.get(
     "/curve",
     summary="Value and error against the angle",
-    **described(EXAMPLE, 406, 413, 422, 503, also=(media.CSV, media.SVG)),
+    **described(CURVE, 406, 413, 422, 503, also=(media.CSV, media.SVG), ask=f"/v1/curve?{LYON}&points=7"),
 )
 async def curve(request: Request, parameters: Annotated[CurveParameters, Query()]) -> Response:
     """The lobe of a formula, exact Phong's, and their difference, over the angle between R and V."""

@@ -40,7 +40,7 @@ _HOW = "phongbench report RUN draws it"
 @router.get(
     "/v1/runs/{run}/figures/{name}.{kind}",
     summary="A figure of a finished report",
-    **described(None, 404, 409, 503, also=(media.SVG, media.PNG)),
+    **described(None, 404, 409, 503, also=(media.SVG, media.PNG), ask="/v1/runs/latest/figures/front.svg"),
 )
 async def figure(
     request: Request,
@@ -58,7 +58,7 @@ async def figure(
 @router.get(
     "/runs/{run}/report/{path:path}",
     summary="A finished report",
-    **described(None, 404, 409, 503, also=("text/html", "text/css", media.SVG, media.CSV)),
+    **described(None, 404, 409, 503, also=("text/html", "text/css", media.SVG, media.CSV), ask="/runs/latest/report/"),
 )
 async def report(request: Request, run: str, path: str) -> Response:
     """The report as `phongbench report` drew it: its page, and the files the page names."""

@@ -9,30 +9,33 @@ from starlette.responses import Response
 
 from phongbench import __version__
 from phongbench.compiler.lowering import PRECISIONS
+from phongbench.formulas.shader_code.export import LANGUAGES
 from phongbench.inputs.mtl_files import OPENGL
 from phongbench.inputs.optical_constants import EXACT
 from phongbench.results.provenance import versions
+from phongbench_api.answers import META
 from phongbench_api.http import arrays, media
 from phongbench_api.http.openapi import described
 from phongbench_api.http.problems import BusyError
+from phongbench_api.http.shapes import answer
 from phongbench_api.service import service
 from phongbench_api.settings import Settings
 
 router = APIRouter(tags=["server"])
-_EXAMPLE = {"name": "phongbench", "version": __version__}
+_OK = answer({"status": "ok"})
 _LIMITS = (
     "max_body", "max_json", "max_points", "max_json_points", "max_lights", "max_pixels", "max_scene", "max_triangles",
     "max_rows", "max_cost", "max_wait", "read_seconds",
 )  # fmt: skip
 
 
-@router.get("/healthz", summary="Is the server there?", **described({"status": "ok"}))
+@router.get("/healthz", summary="Is the server there?", **described(_OK))
 async def healthz() -> Response:
     """Answers as long as the process runs, however busy the cores are."""
     return media.json({"status": "ok"})
 
 
-@router.get("/readyz", summary="May requests be sent here?", **described({"status": "ok"}, 503))
+@router.get("/readyz", summary="May requests be sent here?", **described(_OK, 503))
 async def readyz(request: Request) -> Response:
     """503 until the kernels are warm, and again while the server goes down."""
     admission = service(request).admission
@@ -41,7 +44,7 @@ async def readyz(request: Request) -> Response:
     return media.json({"status": "ok"})
 
 
-@router.get("/v1/meta", summary="Versions, limits, media types", **described(_EXAMPLE))
+@router.get("/v1/meta", summary="Versions, limits, media types", **described(META))
 async def meta(request: Request) -> Response:
     """What this server is, what it reads and writes, and how much of it."""
     return media.json(_meta(service(request).settings))
@@ -59,12 +62,14 @@ def _reflectances() -> dict[str, list[list[float]]]:
 def _meta(settings: Settings) -> dict[str, Any]:
     values = asdict(settings)
     return {
-        **_EXAMPLE,
+        "name": "phongbench",
+        "version": __version__,
         "versions": asdict(versions()),
         "precisions": list(PRECISIONS),
         "materials": [asdict(material) for material in OPENGL],
         "reflectances": _reflectances(),
         "dtypes": list(arrays.DTYPES),
+        "languages": {name: [one.precision, *one.precisions] for name, one in LANGUAGES.items()},
         "limits": {name: values[name] for name in _LIMITS},
         "cores": settings.cores,
         "media_types": {

@@ -11,6 +11,7 @@ from phongbench.inverse.branches import PRIORS
 from phongbench.inverse.line import RULES, STARTS, InverseLine
 from phongbench.inverse.line_files import line_request
 from phongbench.support.document_paths import UNTRUSTED
+from phongbench_api.answers import INVERSE_LINE
 from phongbench_api.http import media
 from phongbench_api.http.openapi import described, object_schema
 from phongbench_api.http.problems import TooLargeError, request_errors
@@ -19,18 +20,6 @@ from phongbench_api.work import request_bodies
 
 router = APIRouter(prefix="/v1", tags=["shading"])
 EXAMPLE = {"intensity": [0.6, 0.8, 0.6], "ambient": 0.1, "diffuse": 0.7, "light": [0.0, 1.0], "prior": "convex"}
-EXAMPLE_ANSWER: dict[str, Any] = {
-    "x": [0.0, 1.0, 2.0],
-    "normals": [[-0.7, 0.714], [0.0, 1.0], [0.7, 0.714]],
-    "other": [[0.7, 0.714], [0.0, 1.0], [-0.7, 0.714]],
-    "height": [0.0, 0.653, 0.0],
-    "height_low": [0.0, 0.653, 0.0],
-    "height_high": [0.0, 0.653, 0.0],
-    "marks": ["ok", "ok", "ok"],
-    "light_length": 1.0,
-    "light_degrees": 0.0,
-    "notes": [],
-}
 #: predicted seconds of a sample
 SECONDS = 2e-5
 _NUMBER = {"type": "number"}
@@ -62,7 +51,7 @@ REQUEST_BODY = {"required": True, "content": {media.JSON: {"schema": _BODY, "exa
     "/inverse/line",
     summary="Normals and heights along a line across a cylinder",
     openapi_extra={"requestBody": REQUEST_BODY},
-    **described(EXAMPLE_ANSWER, 400, 406, 408, 413, 422, 503),
+    **described(INVERSE_LINE, 400, 406, 408, 413, 422, 503),
 )
 async def inverse_line(request: Request) -> Response:
     """Both normals that explain each intensity, the one that the prior means first, and heights with their band.

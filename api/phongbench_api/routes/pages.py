@@ -1,15 +1,14 @@
 """The pages that the package brings, read once, with no outside host: the explorer and the documentation."""
 
+import re
 from functools import cache
 from importlib import resources
 from typing import Any
 
 from fastapi import APIRouter, FastAPI, Request
-from jinja2 import Environment, PackageLoader
 from starlette.responses import Response
 
-from phongbench import __version__
-from phongbench_api.http import media, problems
+from phongbench_api.http import documentation, media
 from phongbench_api.http.problems import NotFoundError
 
 router = APIRouter(include_in_schema=False)
@@ -27,6 +26,8 @@ _MEDIA = {
     "webmanifest": "application/manifest+json",
     "md": "text/plain; charset=utf-8",
 }
+#: comments that stand alone on their lines, in scripts and styles of our own: a tenth of what the page would load
+_COMMENTS = re.compile(rb"(?m)^[ \t]*(?://[^\n]*|/\*(?:[^*]|\*(?!/))*\*/)[ \t]*\n")
 
 
 @router.get("/")
@@ -61,7 +62,9 @@ def _collect(folder: Any, prefix: str, pages: dict[str, tuple[bytes, str]]) -> N
         if entry.is_dir():
             _collect(entry, f"{prefix}{entry.name}/", pages)
         elif suffix in _MEDIA:
-            pages[prefix + entry.name] = (entry.read_bytes(), _MEDIA[suffix])
+            own = not prefix and suffix in ("js", "css")
+            content = entry.read_bytes()
+            pages[prefix + entry.name] = (_COMMENTS.sub(b"", content) if own else content, _MEDIA[suffix])
 
 
 def _file(path: str) -> tuple[bytes, str]:
@@ -73,11 +76,5 @@ def _file(path: str) -> tuple[bytes, str]:
 def _documentation(app: FastAPI) -> tuple[bytes, str]:
     """The documentation as a page without scripts, made from the OpenAPI document once."""
     if not hasattr(app.state, "documentation"):
-        loader = PackageLoader("phongbench_api")
-        templates = Environment(loader=loader, autoescape=True, trim_blocks=True, lstrip_blocks=True)
-        kinds = sorted(
-            {kind for _, kind in problems.STATUS} | set(problems.KINDS.values()), key=lambda kind: kind.status
-        )
-        page = templates.get_template("docs.html.j2").render(api=app.openapi(), kinds=kinds, version=__version__)
-        app.state.documentation = page.encode()
+        app.state.documentation = documentation.page(app.openapi()).encode()
     return app.state.documentation, _MEDIA["html"]

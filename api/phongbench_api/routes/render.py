@@ -20,6 +20,7 @@ from phongbench.support.documents import LARGEST
 from phongbench_api.http import arrays, media
 from phongbench_api.http.openapi import described, object_schema
 from phongbench_api.http.problems import Cancelled, TooLargeError, request_errors
+from phongbench_api.http.shapes import answer
 from phongbench_api.models import FORMULA_SCHEMA, FRESNEL_SCHEMA, SPELLING_SCHEMA
 from phongbench_api.service import Service, service
 from phongbench_api.settings import Settings
@@ -154,7 +155,7 @@ REQUEST_BODY = {"required": True, "content": {media.JSON: {"schema": _REQUEST, "
     "/render",
     summary="The picture of a scene",
     openapi_extra={"requestBody": REQUEST_BODY},
-    **described(EXAMPLE_ANSWER, 400, 406, 408, 413, 422, 503, also=(media.PNG, media.NPY)),
+    **described(answer(EXAMPLE_ANSWER), 400, 406, 408, 413, 422, 503, also=(media.PNG, media.NPY)),
 )
 async def render(request: Request) -> Response:
     """A scene, shipped or sent, drawn with any registered formula, and what was left out on the way.

@@ -6,9 +6,12 @@ from typing import Annotated, Any
 from fastapi import APIRouter, Query, Request
 from starlette.responses import Response
 
+from phongbench.results.schema import TABLES
+from phongbench_api.answers import RUN, RUNS
 from phongbench_api.http import media
-from phongbench_api.http.openapi import described
+from phongbench_api.http.openapi import ASK, described
 from phongbench_api.http.problems import RequestError
+from phongbench_api.http.shapes import rows as rows_of
 from phongbench_api.models import PageParameters
 from phongbench_api.runs import row_query
 from phongbench_api.runs.run_store import RunStore
@@ -17,11 +20,9 @@ from phongbench_api.service import service
 router = APIRouter(prefix="/v1/runs", tags=["runs"])
 #: predicted seconds of reading manifests
 READING = 0.01
-_RUN: dict[str, Any] = {"run": "20260101-000000-0123abcd", "state": "complete"}
-_RUNS = {"runs": [_RUN], "total": 1, "next": None}
 
 
-@router.get("", summary="Every stored run, newest first", **described(_RUNS, 422, 503))
+@router.get("", summary="Every stored run, newest first", **described(RUNS, 422, 503, ask="/v1/runs?limit=2"))
 async def runs(request: Request, parameters: Annotated[PageParameters, Query()]) -> Response:
     """Manifests; a run whose manifest cannot be read is listed with the state `corrupt`."""
     here = service(request)
@@ -29,7 +30,7 @@ async def runs(request: Request, parameters: Annotated[PageParameters, Query()])
     return await here.admission.run(request, READING, work, media.json, media.Spans())
 
 
-@router.get("/{run}", summary="One run", **described(_RUN, 404, 409, 503))
+@router.get("/{run}", summary="One run", **described(RUN, 404, 409, 503, ask="/v1/runs/latest"))
 async def run(request: Request, run: str) -> Response:
     """The manifest of a run, by its id or `latest`."""
     here = service(request)
@@ -71,8 +72,8 @@ def _add_rows(table: str) -> None:
         summary=f"Rows of {table}.parquet",
         description="Filtered by any key column (repeatable), with chosen `columns`, `sort`ed (`-` before a name: "
         "descending), in pages: `next` is the `cursor` of the following one.",
-        openapi_extra={"parameters": row_query.parameters(table)},
-        **described(row_query.EXAMPLE, 404, 406, 409, 422, 503, also=(media.CSV, media.PARQUET)),
+        openapi_extra={"parameters": row_query.parameters(table), ASK: row_query.request(table)},
+        **described(rows_of(table, TABLES[table]), 404, 406, 409, 422, 503, also=(media.CSV, media.PARQUET)),
     )
 
 

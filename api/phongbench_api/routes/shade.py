@@ -16,6 +16,7 @@ from phongbench.support.document_paths import UNTRUSTED
 from phongbench_api.http import arrays, media, multipart
 from phongbench_api.http.openapi import described, object_schema
 from phongbench_api.http.problems import Cancelled, TooLargeError, request_errors
+from phongbench_api.http.shapes import REAL, WHOLE, Answer, by_name, list_of, record
 from phongbench_api.models import FORMULA_SCHEMA, FRESNEL_SCHEMA
 from phongbench_api.service import Service, service
 from phongbench_api.work import request_bodies
@@ -34,7 +35,10 @@ EXAMPLE = {
     "normals": [[0, 0, 1]],
     "normalise": True,
 }
-EXAMPLE_ANSWER: dict[str, Any] = {"colours": [[1.7, 1.6, 1.5]], "skipped": {"pairs": 1}}
+ANSWER = Answer(
+    record({"colours": list_of(list_of(REAL)), "skipped": by_name(WHOLE, "pairs left out, by reason")}),
+    {"colours": [[1.7, 1.6, 1.5]], "skipped": {"pairs": 1}},
+)
 
 _NUMBER = {"type": "number"}
 _THREE = {"type": "array", "items": _NUMBER, "minItems": 3, "maxItems": 3}
@@ -101,7 +105,7 @@ REQUEST_BODY = {
     "/shade",
     summary="Colours of points",
     openapi_extra={"requestBody": REQUEST_BODY},
-    **described(EXAMPLE_ANSWER, 400, 406, 408, 413, 422, 503, also=(media.NPY, media.OCTETS)),
+    **described(ANSWER, 400, 406, 408, 413, 422, 503, also=(media.NPY, media.OCTETS)),
 )
 async def shade(request: Request) -> Response:
     """Ambient, diffuse and specular terms of many lights, by Phong or Blinn-Phong, with any registered formula.

@@ -9,6 +9,7 @@ from starlette.responses import Response
 from phongbench.analysis.error_budget import number
 from phongbench.analysis.ready_code import ready_code
 from phongbench.formulas.shader_code.export import Options, Shader
+from phongbench_api.answers import LYON, SHADER
 from phongbench_api.http import media
 from phongbench_api.http.openapi import described
 from phongbench_api.http.problems import request_errors
@@ -18,10 +19,6 @@ from phongbench_api.work import evaluation
 
 router = APIRouter(prefix="/v1", tags=["shading"])
 FAMILY = (media.TEXT, media.JSON)
-EXAMPLE = {
-    "language": "glsl", "text": "float highlight(vec3 r, vec3 v) { .. }", "max_error": 0.0299, "bound": 0.0303,
-    "contract": 0.0303, "precision": "float32", "costs": [],
-}  # fmt: skip
 #: predicted seconds of writing one, of looking for its largest error, and of proving a bound; a length error is looked
 #: for at both ends of each direction's
 SECONDS, WITH_LENGTHS = 0.1, 0.3
@@ -30,7 +27,7 @@ SECONDS, WITH_LENGTHS = 0.1, 0.3
 @router.get(
     "/shader",
     summary="A formula as GLSL, HLSL, WGSL, ESSL, C, CUDA or NumPy",
-    **described(EXAMPLE, 406, 422, 503, also=(media.TEXT,)),
+    **described(SHADER, 406, 422, 503, also=(media.TEXT,), ask=f"/v1/shader?{LYON}&language=wgsl"),
 )
 async def shader(request: Request, parameters: Annotated[ShaderParameters, Query()]) -> Response:
     """The source of a function of two directions, or of n, l and v, with its constants filled in."""

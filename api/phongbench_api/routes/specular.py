@@ -13,6 +13,7 @@ from phongbench.compiler.precisions import Array
 from phongbench_api.http import arrays, media
 from phongbench_api.http.openapi import described, query
 from phongbench_api.http.problems import RequestError
+from phongbench_api.http.shapes import answer
 from phongbench_api.models import BinaryParameters, SpecularParameters
 from phongbench_api.service import Service, service
 from phongbench_api.work import evaluation, request_bodies
@@ -48,7 +49,7 @@ def _request_body() -> dict[str, Any]:
 @router.post(
     "/specular",
     summary="Highlights of pairs",
-    **described(EXAMPLE_ANSWER, 400, 406, 408, 413, 415, 422, 503, also=(media.OCTETS, media.NPY))
+    **described(answer(EXAMPLE_ANSWER), 400, 406, 408, 413, 415, 422, 503, also=(media.OCTETS, media.NPY))
     | {"openapi_extra": {"parameters": query(BinaryParameters, optional=True), "requestBody": _request_body()}},
 )
 async def specular(request: Request) -> Response:

@@ -23,7 +23,6 @@ from phongbench_api.runs.run_store import RunStore
 from phongbench_api.runs.table_cache import TableCache, column_kinds
 
 FAMILY = (media.JSON, media.CSV, media.PARQUET)
-EXAMPLE: dict[str, Any] = {"rows": [], "total": 0, "next": None}
 DEFAULT_LIMIT = 1000
 #: predicted seconds of a page: filter, sort, write
 PAGE = 0.05
@@ -225,6 +224,14 @@ def _parquet(rows: Any) -> bytes:
     out = io.BytesIO()
     pq.write_table(rows, out, compression="zstd")
     return out.getvalue()
+
+
+def request(table: str) -> str:
+    """A request for some rows and columns of a table, for the documentation."""
+    known = TABLES[table]
+    columns = [*known.key[:4], *(name for name in known.names if name not in known.key)][:7]
+    chosen = "approximation=lyon&" if "approximation" in known.key else ""
+    return f"/v1/runs/latest/{table}?{chosen}columns={','.join(columns)}&limit=2"
 
 
 def parameters(table: str) -> list[dict[str, Any]]:

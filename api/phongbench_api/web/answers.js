@@ -77,9 +77,10 @@ export function reproduce(state, asked, question) {
 /** A command whose options stay whole where a line ends; its text is the command's. @param {string} command */
 const unbroken = (command) => command.split(/(?= --)/).flatMap((part) => (part.startsWith(' --') ? [' ', make('span', { class: 'whole' }, part.slice(1))] : [part]));
 
-function copier(title) {
+/** A button that copies the text before it, or that of another place. @param {string} title @param {Element} [place] */
+export function copier(title, place) {
   return make('button', { type: 'button', 'aria-label': `Copy: ${title}`, onclick: async ({ currentTarget: button }) => {
-    const code = button.previousElementSibling;
+    const code = place ?? button.previousElementSibling;
     try {
       await navigator.clipboard.writeText(code.textContent);
       button.textContent = 'Copied';

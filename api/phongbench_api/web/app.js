@@ -14,7 +14,7 @@ const POINTS = 601;
 
 /** @type {import('./state.js').State} */
 let state = fromHash(location.hash);
-let offered = { registry: [], materials: [], reflectances: {}, precisions: [], targets: [] };
+let offered = { registry: [], materials: [], reflectances: {}, precisions: [], targets: [], languages: {} };
 let past = {};
 
 const specOf = (name) => offered.registry.find((spec) => spec.name === name) ?? offered.registry.find((spec) => spec.name === DEFAULTS.approximation) ?? offered.registry[0];
@@ -93,6 +93,27 @@ const askCurve = newest(async (signal) => {
 const askFront = newest((signal) => front.ask(state, asked(), signal), busy('front'), 60);
 const askRecommend = newest((signal) => recommend(state, adopt, signal), busy('recommend'), 120);
 
+/** What a panel sees of the page. */
+const page = {
+  get state() { return state; }, get offered() { return offered; }, get spec() { return specOf(state.approximation); },
+  asked, question, set, adopt, front, busy,
+};
+/**
+ * Panels that are closed at first. Opening one loads its module, whose `open(place, page)` fills the place and returns
+ * what shows another state there; that is called at once, and at every change while the panel is open.
+ */
+const panels = [...document.querySelectorAll('[data-panel]')];
+for (const panel of panels) {
+  panel.addEventListener('toggle', async () => {
+    if (!panel.open) return;
+    const told = busy(panel);
+    told(true);
+    panel.update ??= (await import(`./${panel.dataset.panel}.js`)).open(panel.lastElementChild, page);
+    panel.update();
+    told(false);
+  });
+}
+
 /** Does something if a value has changed since it was last done. */
 function onChange(what, value, act) {
   const key = JSON.stringify(value);
@@ -115,6 +136,7 @@ function show() {
   onChange('mark', [now, state.budget], () => front.mark(now, state.budget));
   onChange('curve', question(), () => askCurve());
   onChange('front', [state.alpha, state.precision, now.space, state.target, front.run?.run], () => askFront());
+  for (const panel of panels) if (panel.open) panel.update?.();
   onChange('recommend', [state.alpha, state.precision, state.length_error, state.budget, state.target, front.run?.run], () => askRecommend());
 }
 
@@ -136,7 +158,7 @@ async function start() {
   busy('start')(true);
   try {
     const [meta, approximations, { targets }] = await Promise.all([get('/v1/meta'), get('/v1/approximations'), get('/v1/targets')]);
-    offered = { registry: approximations.approximations ?? approximations, materials: meta.materials ?? [], reflectances: meta.reflectances ?? {}, precisions: meta.precisions, targets: targets.filter((one) => one.available) };
+    offered = { registry: approximations.approximations ?? approximations, materials: meta.materials ?? [], reflectances: meta.reflectances ?? {}, precisions: meta.precisions, targets: targets.filter((one) => one.available), languages: meta.languages };
     $('versions').textContent = `phongbench ${meta.versions?.phongbench ?? meta.version ?? ''}`;
   } catch (problem) {
     tell($('problem'), problem, start);

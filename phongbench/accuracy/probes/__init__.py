@@ -11,6 +11,7 @@ import pandas as pd
 
 from phongbench.accuracy.probes import (
     contracts,
+    emitted,
     exhaustive,
     hostile_inputs,
     incidence,
@@ -60,6 +61,7 @@ PROBES: tuple[Probe, ...] = (
     Probe("search", "searching for worse", search.measure, search.seconds),
     Probe("certify", "proving bounds", bounds.measure, bounds.seconds),
     Probe("contract", "bounding devices", contracts.measure, contracts.seconds),
+    Probe("emitted", "measuring written code", emitted.measure, emitted.seconds),
     Probe("meshes", "measuring interpolated normals", meshes.measure, meshes.seconds),
     Probe("hostile", "hostile inputs", hostile_inputs.measure, hostile_inputs.seconds),
     Probe("smoothness", "smoothness of the lobes", smoothness.measure, smoothness.seconds),

@@ -8,7 +8,8 @@ and makes the run end with exit code 3.
 3. A certified bound is at least every model_max, whatever the inputs: that part is the formula on unit directions.
 4. An error is at most its parts: max_abs <= certified + length_max + rounding_max, over all cosines too.
 5. A bound by contract is at least what was measured in its precision on nearly unit vectors, and at least the certified
-   one of the formula alone, but for what makes the latter tight: devices may err, and need not.
+   one of the formula alone, but for what makes the latter tight: devices may err, and need not. The same of what its
+   written code errs by where every operation is rounded to nearest (`of_written_code`).
 
 Measured numbers are those of float64 arithmetic, which errs by at most `slack`: half a dozen roundings of lambda, each
 raised alpha times by the slope of the highlight, and the power itself.
@@ -50,6 +51,13 @@ def violations(accuracy: pd.DataFrame) -> list[str]:
     contradictions += _by_contract(accuracy)
     more = len(contradictions) - REPORTED
     return contradictions[:REPORTED] + ([f"and {more} more contradictions of coverage"] if more > 0 else [])
+
+
+def of_written_code(emitted: pd.DataFrame, accuracy: pd.DataFrame) -> list[str]:
+    """Sentences on written code that errs beyond its bound by contract, which holds with every rounding."""
+    bounds = accuracy[accuracy["coverage"] == "contract"]
+    code = emitted[emitted["code"] == "gpu"].assign(gated=True)
+    return list(_larger(code, bounds, [*_CELL, "precision"], ("max_abs",), "written code's", "contract"))
 
 
 def slack(alpha: float | NDArray[np.float64]) -> float | NDArray[np.float64]:

@@ -23,7 +23,7 @@ from phongbench.inputs.plan import Plan
 from phongbench.inverse.photometric import Normals, invert_pictures
 from phongbench.inverse.surface_heights import HeightEquations
 from phongbench.inverse.surface_model import PhotometricLight, SurfaceModel
-from phongbench.inverse.surfaces import SURFACES, KnownSurface, known_surface
+from phongbench.inverse.surfaces import SURFACES, KnownSurface, degrees_between, known_surface
 from phongbench.results.inverse_table import INVERSE
 
 #: pixels of a picture's side
@@ -126,8 +126,7 @@ def errors(surface: KnownSurface, found: Normals, name: str) -> dict[str, Any]:
     known = surface.mask & np.isfinite(found.normals[..., 0])
     result = {"samples": int(surface.mask.sum()), "known": int(known.sum()), **_angles(np.zeros(0))}
     if known.any():
-        one, other = found.normals[known], surface.normals[known]
-        turned = np.degrees(np.arctan2(np.linalg.norm(np.cross(one, other), axis=1), (one * other).sum(axis=1)))
+        turned = degrees_between(found.normals[known], surface.normals[known])
         result |= _angles(turned) | {"residual_rms": float(np.sqrt(np.mean(found.residual[known] ** 2)))}
     facing = bool((found.normals[..., 2][known] > 0.05).all())
     result["depth_rmse"] = math.nan

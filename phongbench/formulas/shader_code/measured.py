@@ -63,12 +63,21 @@ def compiled(
     spec: Approximation, formula: Formula, setting: Setting, language: Language, *, limited: bool, fused: bool = False
 ) -> Callable[..., Array]:
     """What the code for a language computes, as a function of arrays (..., 3) of the language's precision."""
-    held = FLOAT32 if language.precision == FLOAT32 else FLOAT16
-    dialect = replace(NUMPY.in_precision(held), gpu=language.gpu, fused=fused)
     scope: dict[str, Any] = {}
-    exec(written(spec, formula, setting, dialect, limited=limited), scope)
+    exec(written(spec, formula, setting, _in_numpy(language, fused=fused), limited=limited), scope)
     made: Callable[..., Array] = scope["highlight"]
     return made
+
+
+def fuses(spec: Approximation, formula: Formula, setting: Setting, language: Language) -> bool:
+    """Whether compilers may fuse a product with the constant that it is added to, so that code rounds in two ways."""
+    return "multiply_add(" in written(spec, formula, setting, _in_numpy(language, fused=True))
+
+
+def _in_numpy(language: Language, *, fused: bool) -> Language:
+    """NumPy, with the statements that the language would have."""
+    held = FLOAT32 if language.precision == FLOAT32 else FLOAT16
+    return replace(NUMPY.in_precision(held), gpu=language.gpu, fused=fused)
 
 
 def directions(formula: Formula, degrees: Array) -> list[Array]:

@@ -7,7 +7,7 @@ from phongbench.analysis.rows import Rows
 from phongbench.errors import InputError
 from phongbench.results.runs import Run
 from phongbench.support.atomic_files import write_bytes
-from phongbench_reports.readme import bench_parts, column_parts, parts, raw_part, run_parts
+from phongbench_reports.readme import bench_parts, column_parts, heads_part, parts, raw_part, run_parts
 from phongbench_reports.readme.markdown import PICTURES
 from phongbench_reports.readme.measurements import Measurements
 
@@ -32,6 +32,7 @@ def of_run(run: Run) -> tuple[dict[str, str], dict[str, bytes]]:
     bodies = {
         "targets": run_parts.by_target(study),
         "columns": column_parts.columns(),
+        "heads": heads_part.heads(),
         "verdict": run_parts.verdict(study),
         "front": front,
         "shader": run_parts.shader(study),

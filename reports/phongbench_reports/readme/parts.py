@@ -17,6 +17,7 @@ PAGES: Mapping[str, tuple[str, ...]] = {
     README: ("targets", "front", "raw_answer"),
     f"{DOCS}/code.md": ("shader",),
     f"{DOCS}/columns.md": ("columns",),
+    f"{DOCS}/inverse.md": ("heads",),
     f"{DOCS}/speed.md": ("verdict", "speed", "raw", "peers", "alarms", "throughput", "machine"),
     f"{DOCS}/claims.md": ("claims",),
     f"{DOCS}/pictures.md": ("scenes",),

@@ -75,6 +75,7 @@ BUILDS = {
     ),
 }
 BUILDS["cuda"] = (*BUILDS["hlsl"][:2], CUDA, *BUILDS["hlsl"][3:])
+_USUAL = ("-Werror", "-O1", "-ffp-contract=off", "-shared", "-fPIC")
 
 
 def formula_of(name: str, form: str, space: str) -> Formula:
@@ -88,8 +89,8 @@ def text_of(formula: Formula | str, language: str, alpha: float = ALPHA, **optio
     return shader(one, alpha, Options(language, **options)).text
 
 
-def built(language: str, text: str, folder: Path) -> Any:
-    """(a, b) -> highlights, by the text compiled with warnings as errors."""
+def built(language: str, text: str, folder: Path, *more: str) -> Any:
+    """(a, b) -> highlights, by the text compiled with warnings as errors; `more` options follow the usual ones."""
     if language == "numpy":
         scope: dict[str, Any] = {}
         exec(text, scope)
@@ -101,10 +102,7 @@ def built(language: str, text: str, folder: Path) -> Any:
     arguments = "(int count, const float *a, const float *b, float *out) {"
     source, library = folder / "source", folder / "library.so"
     source.write_text(f"{shim}\n{text}\n{begin}{arguments}{loop}")
-    subprocess.run(
-        [found, *options, "-Werror", "-O1", "-ffp-contract=off", "-shared", "-fPIC", "-o", library, source, "-lm"],
-        check=True,
-    )
+    subprocess.run([found, *options, *_USUAL, *more, "-o", library, source, "-lm"], check=True)
     run = ctypes.CDLL(str(library)).run
     rows = np.ctypeslib.ndpointer(np.float32, flags="C")
     run.argtypes, run.restype = [ctypes.c_int, rows, rows, rows], None

@@ -1,6 +1,6 @@
 """Formulas written for other languages: compiled and run where a compiler is here, they give what the kernels give.
 
-GLSL and WGSL run in the browser, in tests/browser.
+GLSL and WGSL run in the browser too, in tests/browser; WGSL by naga in test_wgsl.py.
 """
 
 import json

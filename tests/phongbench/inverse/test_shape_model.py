@@ -10,7 +10,7 @@ from click.testing import CliRunner, Result
 from phongbench.cli.main import main
 from phongbench.errors import InputError
 from phongbench.formulas.formula import Formula
-from phongbench.inverse import shape_model
+from phongbench.inverse import held_out, shape_model
 from phongbench.inverse.shape_model import ShapeModel, cone, fit, learn, normals_of, synthetic_heads
 from phongbench.inverse.surface_model import PhotometricLight, SurfaceModel
 from phongbench.support import image_files
@@ -59,12 +59,28 @@ def test_components_are_those_of_the_covariance(heads: np.ndarray) -> None:
 
 
 def test_heads_held_out_come_back_from_one_picture(heads: np.ndarray, shapes: ShapeModel) -> None:
-    for truth in heads[:HELD_OUT]:
-        found = fit(shaded(truth), shapes, LIGHT, MODEL)
-        assert off(found.heights, truth) <= off(shapes.mean, truth) / 3
-        centred = [heights - heights.mean() for heights in (found.heights, shapes.mean, truth)]
-        assert np.std(centred[0] - centred[2]) < np.std(centred[1] - centred[2])
-        assert found.residual < 0.02
+    rows = held_out.recovery(shapes, heads[:HELD_OUT])
+    assert held_out.ratio(rows) <= 1 / 3
+    assert (rows["prior_degrees"] <= rows["mean_degrees"] / 3).all()
+    assert (rows["prior_depth_rmse"] <= rows["mean_depth_rmse"] / 3).all()
+    # the prior is worth something where there is noise
+    assert rows["prior_degrees"].mean() < rows["components_degrees"].mean()
+    truth = held_out.drawn(heads[0], 0)
+    assert np.std(truth - shaded(heads[0], held_out.LIGHT, held_out.MODEL)) == pytest.approx(held_out.NOISE, rel=0.1)
+    found = fit(shaded(heads[0]), shapes, LIGHT, MODEL)
+    assert off(shapes.mean, heads[0]) == pytest.approx(rows["mean_degrees"][0])
+    assert found.residual < 0.02
+
+
+def test_learning_holds_maps_out(heads: np.ndarray, shapes: ShapeModel, tmp_path: Path) -> None:
+    np.savez(tmp_path / "maps.npz", np.concatenate([heads[HELD_OUT:], heads[:2]]))
+    out = tmp_path / "shapes.npz"
+    shown = call("learn", tmp_path / "maps.npz", "--held-out", 2, "--out", out, "--json")
+    told = json.loads(shown.stdout)
+    assert (told["maps"], len(told["held_out"])) == (100, 2)
+    assert told["ratio_to_mean_shape"] <= 1 / 3
+    np.testing.assert_array_equal(shape_model.read_shapes(out).components, shapes.components)
+    assert "mean_degrees" in call("learn", tmp_path / "maps.npz", "--held-out", 1, "--out", out).stdout
 
 
 @pytest.mark.parametrize("formula", ["phong", "lyon:cross:8", "blinn"])
@@ -126,6 +142,7 @@ def test_the_commands_learn_and_fit(heads: np.ndarray, tmp_path: Path) -> None:
         (["learn", "--synthetic", "4", "--out", "{}/o.npz"], "20 components of 4 depth maps"),
         (["learn", "--synthetic", "4", "--components", "2", "--out", "{}/o.txt"], "not written as .txt"),
         (["learn", "--out", "{}/o.npz"], "give depth maps"),
+        (["learn", "--synthetic", "4", "--held-out", "4", "--out", "{}/o.npz"], "4 maps held out of 4"),
         (["image", "{}/p.npy", "--light", "0,0,-1", "--out", "{}/o.npy"], "--light"),
         (["image", "{}/p.npy", "--light", "0,0,1", "--out", "{}/o.png"], "not written as .png"),
         (["image", "{}/p.npy", "--light", "0,0,1", "--ks", "1", "--out", "{}/o.npy"], "no cone"),
