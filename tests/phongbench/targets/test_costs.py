@@ -47,6 +47,14 @@ def test_usual_formulas_have_a_cost_at_every_exponent(name: str, spelling: str) 
     assert all(shipped(name).known_of(Formula.parse(spelling), alpha) for alpha in (0.7, 3.0, 33.3, 50.0, 4096.0))
 
 
+@pytest.mark.parametrize("name", TARGETS)
+def test_longer_chains_on_raw_vectors_have_one_too(name: str) -> None:
+    known = [shipped(name).known_of(Formula.parse(f"lyon:dot:{gamma}/each"), 50.0) for gamma in (8, 16, 32)]
+    assert all(known)
+    costs = [cost.cost for cost in known if cost is not None]
+    assert costs == sorted(costs)
+
+
 @pytest.mark.parametrize(("name", "precision"), TABLES)
 def test_its_numbers_are_of_this_world(name: str, precision: str) -> None:
     table = shipped(name, precision)
