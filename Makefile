@@ -27,8 +27,9 @@ run: $(RUN) ## a quick study on this machine; prints where its report is
 test: $(TEST) ## the tests, on all cores
 	$(PY) -m pytest --numprocesses=auto
 
-soak: $(TEST) ## for minutes: error budgets attacked by a search, random lines and pictures
-	PHONGBENCH_SOAK=1000 $(PY) -m pytest --numprocesses=auto tests/phongbench/analysis/test_promise.py tests/phongbench/analysis/test_raw_promise.py
+soak: $(TEST) ## for minutes: error budgets attacked by a search, devices at their worst, random lines and pictures
+	PHONGBENCH_SOAK=1000 $(PY) -m pytest --numprocesses=auto tests/phongbench/analysis/test_promise.py tests/phongbench/analysis/test_raw_promise.py \
+		tests/phongbench/accuracy/test_contract_catalogue.py
 	PYTHONPATH=tests/soak $(PY) -m soaking inverse
 
 check: $(DEV) ## lint, format, types, layers

@@ -20,6 +20,7 @@ from phongbench_api.http.shapes import (
 LYON = "approximation=lyon&lambda=cross&gamma=8&alpha=50"
 _OBJECT: Schema = {"type": "object"}
 _NAMES = list_of(TEXT)
+_VALUE: Schema = {"type": ["string", "number", "boolean", "null"]}
 _COSTS = {
     "cost": or_none(REAL, "what it takes, in `unit`"),
     "unit": told(TEXT, "ns, cycles or slots; operations where only laws answer"),
@@ -90,7 +91,11 @@ _POINT = record(
         **_RATIOS,
         "state": {"type": "string", "enum": ["on", "off", "unresolved"]},
     },
-    optional=_COSTS,
+    optional={
+        "target": told(TEXT, "where it would run, if not here"),
+        **_COSTS,
+        "cost_alone": told(REAL, "the cost where no unit is scarce"),
+    },
 )
 FRONT = Answer(
     record(
@@ -141,6 +146,7 @@ _TARGET = record(
         "tool": TEXT,
         "unit": TEXT,
         "rows": or_none(WHOLE, "codes that have a cost"),
+        "precisions": or_none(_OBJECT, "of these, how many are of each precision's code"),
         "tool_version": or_none(TEXT),
         "needs": or_none(TEXT),
         "compiles": or_none(FLAG),
@@ -183,6 +189,21 @@ RUN = Answer(_RUN, example("run"))
 RUNS = Answer(
     record({"runs": list_of(_RUN), "total": WHOLE, "next": or_none(TEXT, "the `cursor` of the next page")}),
     example("runs"),
+)
+_COLUMN = record(
+    {
+        "name": TEXT,
+        "kind": {"type": "string", "enum": ["text", "whole", "real", "flag"]},
+        "unit": told(TEXT, "1 of shares and ratios; empty of names"),
+        "meaning": TEXT,
+        "key": told(FLAG, "whether it helps to identify a row"),
+        "filter": told(FLAG, "whether rows can be filtered by it"),
+        "values": or_none(list_of(_VALUE), "those it has, of a filter with few; null among them: missing"),
+    }
+)
+COLUMNS = Answer(
+    record({"run": TEXT, "table": TEXT, "meaning": TEXT, "rows": WHOLE, "columns": list_of(_COLUMN)}),
+    example("columns"),
 )
 _COLOUR = list_of(REAL)
 _MATERIAL = record({"name": TEXT, "ambient": _COLOUR, "diffuse": _COLOUR, "specular": _COLOUR, "shininess": REAL})

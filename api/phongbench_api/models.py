@@ -1,12 +1,13 @@
 """Parameters of requests as models: names, bounds and examples come from the registry, and go into the OpenAPI."""
 
 from collections.abc import Iterable
+from dataclasses import fields
 from typing import Annotated, Any
 
 from pydantic import BaseModel, ConfigDict, Field, GetCoreSchemaHandler
 from pydantic_core import CoreSchema, core_schema
 
-from phongbench.analysis.target_costs import CPU
+from phongbench.analysis.error_budget import Budget as ErrorBudget
 from phongbench.compiler.lowering import PRECISIONS
 from phongbench.formulas import slopes
 from phongbench.formulas.fresnel.catalogue import KINDS
@@ -19,7 +20,7 @@ from phongbench.formulas.shader_code.export import LANGUAGES, OVER_LONG
 from phongbench.formulas.shader_code.language import HELD
 from phongbench.formulas.spec import ALPHA, GAMMA, SPACES
 from phongbench.inputs.strata import STRATUM_NAMES
-from phongbench.results.schema import ERROR_METRICS
+from phongbench.results.schema import CPU, ERROR_METRICS, TABLES
 from phongbench.targets.chips import TARGETS
 from phongbench.targets.target import UNITS
 from phongbench.timing.blocks import WORKING_SETS
@@ -183,12 +184,22 @@ class RecommendParameters(Parameters):
     short_of: UnitName | None = None
     run: RunName | None = Field(None, description="which run answers; left out: the newest with times, or the laws")
 
+    def budget(self) -> ErrorBudget:
+        """The budget among them."""
+        return ErrorBudget.of(**{field.name: getattr(self, field.name) for field in fields(ErrorBudget)})
+
 
 class PageParameters(Parameters):
     """A page of a list."""
 
     limit: int = Field(50, ge=1, le=1000, description="entries of an answer")
     cursor: str | None = Field(None, max_length=200, description="`next` of the answer before")
+
+
+class ColumnsParameters(Parameters):
+    """A table of a run."""
+
+    table: Annotated[str, OneOf(TABLES)] = Field(description="whose columns", examples=["timing"])
 
 
 #: a formula inside a JSON body: its spelling, or its parts

@@ -14,7 +14,7 @@ from phongbench.accuracy.accumulators import EXCLUDED, METRICS, WORST_FIELDS, Er
 from phongbench.accuracy.sweep import Measured, Sweep
 from phongbench.formulas.exact import TRUTHS
 from phongbench.formulas.recipes import PAIR
-from phongbench.results.schema import ACCURACY, WORST
+from phongbench.results.schema import ACCURACY, CPU, WORST
 
 #: worst inputs kept per cell: of unit vectors, of wrong lengths, of hostile ones; the last would crowd out the rest
 WORST_KEPT = {"unit": 3, "lengths": 1, "hostile": 1}
@@ -91,7 +91,7 @@ def _keys(sweep: Sweep, numbers: pd.DataFrame) -> pd.DataFrame:
 
 
 def of_cells(sweep: Sweep, positions: NDArray[Any]) -> pd.DataFrame:
-    """The columns that tell cells apart, CELL_COLUMNS, for each of these positions in the sweep's cells."""
+    """The columns that tell cells apart, CELL_COLUMNS, for each of these positions in the sweep's cells, and device."""
     known, index = np.unique(positions, return_inverse=True)  # often few of the sweep's
     cells = [sweep.cells[position] for position in known]
     formulas = [cell.formula for cell in cells]
@@ -107,6 +107,7 @@ def of_cells(sweep: Sweep, positions: NDArray[Any]) -> pd.DataFrame:
         "beta": np.array([_beta(sweep, int(position)) for position in known], np.float64)[index],
         "precision": looked_up([cell.precision for cell in cells], index),
         "gated": np.array([cell.gated for cell in cells], bool)[index],
+        "device": looked_up([CPU] * len(cells), index),
     }
     return pd.DataFrame(columns)
 

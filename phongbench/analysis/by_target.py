@@ -11,11 +11,11 @@ from phongbench.analysis.choice import Judge, Row, promised, remembered
 from phongbench.analysis.error_budget import Budget
 from phongbench.analysis.front import errors_at, judged, records
 from phongbench.analysis.rows import Rows, at
-from phongbench.analysis.target_costs import CPU, Price, own_prices, priced, prices, table_of, unit_of
+from phongbench.analysis.target_costs import Price, own_prices, priced, prices, table_of, unit_of
 from phongbench.formulas.formula import Formula
 from phongbench.formulas.user_files import installed
 from phongbench.results.runs import DEFAULT_ROOT
-from phongbench.results.schema import INPUT
+from phongbench.results.schema import CPU, GPU, INPUT
 from phongbench.targets.chips import TARGETS
 
 #: the precision of compiled costs
@@ -53,7 +53,7 @@ def targets_of(rows: Rows) -> list[str]:
     """The targets that a run has costs of, in the order of the list of targets."""
     known = set(rows.costs["target"].astype(str))
     timed = [] if at(rows.timing, precision=PRECISION).empty else [CPU]
-    return [*timed, *(name for name in TARGETS if name in known)]
+    return [*timed, *(name for name in (GPU, *TARGETS) if name in known)]
 
 
 def answers(

@@ -9,9 +9,9 @@ import pandas as pd
 from phongbench.analysis.choice import Choice, Row
 from phongbench.analysis.error_budget import Budget
 from phongbench.analysis.promises import DEVICES, exponents_of
-from phongbench.analysis.target_costs import CPU
 from phongbench.formulas.formula import Formula
 from phongbench.formulas.user_files import installed
+from phongbench.results.schema import CPU
 
 
 def plain(cell: Row, budget: Budget) -> dict[str, Any]:

@@ -5,7 +5,6 @@ timing rows; time depends neither on alpha nor on the beta policy, so the join l
 of exact Phong in the same run, with a 99 % interval.
 """
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,13 +13,14 @@ import pandas as pd
 
 from phongbench.analysis.exponents import Exponents
 from phongbench.analysis.kernel_times import WHOLE_POWER, timed, timed_precision, times_at, times_of
-from phongbench.analysis.target_costs import CPU, checked, own_prices, priced, same_cost, unit_of
+from phongbench.analysis.target_costs import checked, own_prices, priced, same_cost, unit_of
 from phongbench.errors import UnknownNameError
 from phongbench.formulas.formula import Formula
 from phongbench.inputs.strata import CONFIGURATIONS
 from phongbench.results.provenance import fingerprint_machine
 from phongbench.results.runs import DEFAULT_ROOT, Run, as_given, intact, strongest
-from phongbench.results.schema import CELL, ERROR_METRICS, INPUT, KERNEL
+from phongbench.results.schema import CELL, CPU, ERROR_METRICS, INPUT, KERNEL
+from phongbench.targets.measured import Shelf
 
 COLUMNS = [*CELL, "error", "ns", "ratio", "ratio_low", "ratio_high", "state"]
 
@@ -147,7 +147,7 @@ def points(
     space: str = "reflect",
     target: str = CPU,
     short_of: str | None = None,
-    root: Path = DEFAULT_ROOT,
+    root: Shelf = DEFAULT_ROOT,
 ) -> dict[str, Any]:
     """The front of a stored run as plain data: what was requested, and `points`, fastest first.
 
@@ -157,7 +157,7 @@ def points(
     ns     None in every point where the run was timed on another kind of machine
     space  reflect, or half: formulas of (N, H), of which the stratum highlight holds coplanar vectors only
     target, short_of   whose costs count, and which unit's: another target's stand instead of the run's times
-    root   the folder of the runs, in which measured targets were added
+    root   the folder of the runs, in which measured targets were added, or the measurement of the only one
     Raises CorruptRunError for a run whose bytes have changed, and InputError for one that is partial or was not timed;
     UnknownNameError for a name that the run does not hold.
     """
@@ -176,7 +176,7 @@ def points(
     else:
         wrong = errors_at(accuracy, alpha=exponents, metric=metric, stratum=stratum, precision=precision)
         alphas = exponents.measured(accuracy["alpha"].unique())
-        own = own_prices(run.costs, target, short_of, precision)
+        own = own_prices(run.costs, target, short_of, precision, notes)
         cells = judged(priced(wrong, alphas, target, short_of, notes, root, own))
     return {
         "run": run.id,

@@ -112,8 +112,11 @@ def promise_half(formula: Formula, budget: Budget, registry: Mapping[str, Approx
         or registry.get(formula.approximation) is not REGISTRY[formula.approximation]
     ):
         return UNPROMISED
-    if formula.raw or budget.length_error or budget.contract or not isinstance(formula.slope, str):
+    if formula.raw or budget.length_error or not isinstance(formula.slope, str):
         return UNPROMISED
+    if budget.contract:  # on coplanar vectors the value is so near to what lies between 0 and 1
+        coplanar = promise(formula, budget, registry)
+        return Promise(1.0 + coplanar.bound, coplanar.coverage)
     room = max(rounding_bound(formula.gamma, alpha, budget.precision, "half") for alpha in budget.alpha.values)
     return Promise(1.0 + room, "certified")
 
@@ -189,6 +192,32 @@ def contract_at(
     except NotEnclosedError:
         return None
     return bound if math.isfinite(bound) else None
+
+
+def without_contract(
+    formula: Formula,
+    alpha: float,
+    precision: str = "float32",
+    registry: Mapping[str, Approximation] = REGISTRY,
+    *,
+    length_error: float = 0.0,
+    limited: bool = True,
+) -> str:
+    """Why `contract_at` has no bound, and the one short of right angles where there is one, for a shader's header; ""
+    where nothing is known of the formula.
+    """
+    if formula.approximation not in registry or not alpha > 0:
+        return ""
+    spec, setting, held = formula.spec(registry), formula.setting(alpha), precision_named(precision)
+    reason = contract.why_not(spec, formula, setting, held)
+    try:
+        short = contract.largest(
+            spec, formula, setting, held, length_error=length_error, domain=contract.SHORT, limited=limited
+        )
+    except NotEnclosedError:
+        short = math.inf
+    most = f"; {contract.short_of(formula)} it errs by at most {short:.3g} there: proven" if short < math.inf else ""
+    return f"no bound holds {DEVICES}: {reason}{most}"
 
 
 def seconds(budget: Budget) -> float:

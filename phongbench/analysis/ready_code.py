@@ -4,13 +4,14 @@ from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from typing import Any
 
-from phongbench.analysis.promises import bound_at, contract_at
-from phongbench.analysis.target_costs import CPU, checked, table_of, unit_of
+from phongbench.analysis.promises import bound_at, contract_at, without_contract
+from phongbench.analysis.target_costs import checked, table_of, unit_of
 from phongbench.errors import InputError
 from phongbench.formulas.formula import Formula, Registry
 from phongbench.formulas.registry import REGISTRY
 from phongbench.formulas.shader_code.export import OVER_LONG, Options, Shader, shader
 from phongbench.formulas.shader_code.language import FLOAT16, FLOAT32
+from phongbench.results.schema import CPU, GPU
 from phongbench.targets import measured
 from phongbench.targets.code_shapes import code
 from phongbench.targets.measure import costs as compiled_costs
@@ -32,13 +33,16 @@ def ready_code(
     language, options = options.checked(), replace(options, targets=tuple(dict.fromkeys(options.targets)))
     formula.check(alpha, registry)
     costs = [cost_on(target, formula, alpha, options, registry, compiles=compiles) for target in options.targets]
-    wrong, bound, contract = options.length_error, None, None
+    wrong, bound, contract, told = options.length_error, None, None, list[str]()
     if options.precision == FLOAT32:
         bound = bound_at(formula, alpha, registry, length_error=wrong)
-    if language.gpu and language.components is None and not formula.raw:  # shading languages, on unit vectors
+    if language.gpu and language.components is None:  # shading languages
         held, limited = FLOAT32 if options.precision == FLOAT32 else FLOAT16, options.over_long == OVER_LONG[0]
-        contract = contract_at(formula, alpha, held, registry, length_error=wrong, limited=limited)
-    told = _said(costs)
+        about: Any = (formula, alpha, held, registry)
+        contract = contract_at(*about, length_error=wrong, limited=limited)
+        if contract is None:
+            told = [why] if (why := without_contract(*about, length_error=wrong, limited=limited)) else []
+    told += _said(costs)
     return shader(formula, alpha, options, registry=registry, bound=bound, contract=contract, costs=costs, notes=told)
 
 
@@ -49,6 +53,9 @@ def cost_on(
     if checked(target, None) == CPU:
         fix = "name another one, e.g. rdna2; `phongbench recommend` tells this machine's times"
         raise InputError("cpu has no cost of a single function: it is timed as a whole", "target", fix)
+    if target == GPU:
+        fix = "name another one, e.g. rdna2; `phongbench recommend --target gpu` tells a run's times"
+        raise InputError("times of gpu are a run's", "target", fix)
     held = FLOAT32 if options.precision == FLOAT32 else FLOAT16  # the least that mediump is
     table, limited = table_of(target, precision=held), options.over_long == OVER_LONG[0]
     wanted = code(formula, alpha, table.language, registry, limited=limited, precision=held)

@@ -17,14 +17,16 @@ from phongbench.analysis.choice_words import answered, plain
 from phongbench.analysis.error_budget import Budget, length_error_of
 from phongbench.analysis.exponents import Exponents
 from phongbench.analysis.promises import DEVICES, UNIT_ON_DEVICES, domain
-from phongbench.analysis.target_costs import CPU, checked, own_prices, priced
+from phongbench.analysis.target_costs import checked, own_prices, priced
 from phongbench.compiler.precisions import precision_named
 from phongbench.errors import InputError
 from phongbench.formulas.formula import Formula
 from phongbench.formulas.user_files import installed
 from phongbench.results import runs
 from phongbench.results.runs import DEFAULT_ROOT, Run
+from phongbench.results.schema import CPU
 from phongbench.targets.chips import TARGETS
+from phongbench.targets.measured import Shelf
 
 
 def recommend(
@@ -43,7 +45,7 @@ def recommend(
     mesh_angle: float | str | None = None,
     inverse_error: float | str | None = None,
     contract: bool = False,
-    root: Path = DEFAULT_ROOT,
+    root: Shelf = DEFAULT_ROOT,
 ) -> dict[str, Any]:
     """The cheapest formula within an error budget, the next cheapest, and the nearest miss, as plain data.
 
@@ -63,7 +65,7 @@ def recommend(
     inverse_error        how many degrees normals may be off that the formula gives back, see `inverse_errors`
     contract             True: what is within is so on every device that keeps the accuracies of WGSL and Vulkan, of the
                          emitted code; in float32 or float16
-    root                 the folder of the runs, in which measured targets were added
+    root                 the folder of the runs in which targets were added, or the measurement of the only one
     returns              basis ("run" or "laws"), run, the budget, `choices` (best, then next; empty where nothing is
                          within it), `nearest_miss`, `notes` in words. In each choice `max_abs` is the largest error
                          that was measured, or a law's; `bound` is what is compared with the budget, None where nothing
@@ -123,14 +125,14 @@ def _known(run: Run | None, budget: Budget, notes: list[str], *, timed: bool) ->
 
 
 def _on_target(
-    known: pd.DataFrame, run: Run | None, budget: Budget, where: tuple[str, str | None, Path], notes: list[str]
+    known: pd.DataFrame, run: Run | None, budget: Budget, where: tuple[str, str | None, Shelf], notes: list[str]
 ) -> pd.DataFrame:
     """These formulas with their costs on a target.
 
-    where  the target, the unit that is scarce there, and the folder of the runs
+    where  the target, the unit that is scarce there, and where measured targets are looked up
     """
     target, short_of, root = where
-    own = own_prices(None if run is None else run.costs, target, short_of, budget.precision)
+    own = own_prices(None if run is None else run.costs, target, short_of, budget.precision, notes)
     return priced(known, budget.alpha.values, target, short_of, notes, root, own)
 
 

@@ -13,9 +13,10 @@ from phongbench.analysis.front import records
 from phongbench.analysis.lobes import beside_phong
 from phongbench.analysis.mesh_edges import in_words, reaches
 from phongbench.analysis.rows import Rows, at
-from phongbench.analysis.target_costs import CPU, checked
+from phongbench.analysis.target_costs import checked
 from phongbench.errors import InputError
 from phongbench.results.runs import DEFAULT_ROOT, FINISH, Run, require_rows, unfinished
+from phongbench.results.schema import CPU
 
 #: the exponent at which a fact on raw normals is given, or the measured one nearest to it
 _EDGES_ALPHA = 128.0
@@ -54,6 +55,7 @@ def summarise(run: Run, targets: Sequence[str] = (), root: Path = DEFAULT_ROOT) 
         "timing rows": len(run.timing),
         "seconds": manifest.get("seconds", {}),
     }
+    facts |= {"gpu": manifest["gpu"]["adapter"]} if "gpu" in manifest else {}
     facts |= {"note": f"{lacking}; {FINISH}"} if (lacking := unfinished(run)) else {}
     edges = [] if run.meshes.empty else records(reaches(run.meshes))
     precision = "float32" if "float32" in plan.precisions else plan.precisions[-1]

@@ -6,7 +6,6 @@ they are times, with one.
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
@@ -17,16 +16,16 @@ from phongbench.formulas.formula import Formula
 from phongbench.formulas.registry import REGISTRY
 from phongbench.formulas.shader_code.language import FLOAT32
 from phongbench.results.runs import DEFAULT_ROOT
-from phongbench.results.schema import KERNEL
+from phongbench.results.schema import CPU, GPU, KERNEL, NO_FORMULAS
 from phongbench.targets import measured
 from phongbench.targets.chips import TARGETS
 from phongbench.targets.code_shapes import Code, shipped_code
 from phongbench.targets.costs import CostTable, shipped
-from phongbench.targets.measured import MeasuredTable
+from phongbench.targets.measured import MeasuredTable, Shelf
 from phongbench.targets.target import UNITS
 
-#: this machine, whose costs are the times of a run
-CPU = "cpu"
+#: in which code of the adapter is compared with another's
+_WRITTEN = "wgsl"
 #: what a row says of its cost besides: in which unit, of which kind, and what limits the program
 COLUMNS = ["target", "cost", "unit", "cost_kind", "bound_by"]
 #: the column that decides between formulas which take equally much of a scarce unit: their cost where none is
@@ -41,6 +40,7 @@ class Price:
     alone       the same where no unit is scarce
     ratio, low, high   to exact Phong, with the ends of the interval
     bound_by    the unit that limits, None where a time was measured
+    alpha       the exponent that the price is of, where another one's code may be another; None where it holds for all
     """
 
     cost: float
@@ -49,15 +49,16 @@ class Price:
     low: float
     high: float
     bound_by: str | None
+    alpha: float | None = None
 
 
-def checked(target: str, short_of: str | None, root: Path = DEFAULT_ROOT) -> str:
+def checked(target: str, short_of: str | None, root: Shelf = DEFAULT_ROOT) -> str:
     """The target; UnknownNameError for a name that is none, InputError for a unit that is none or not known of it.
 
-    root  the folder of the runs, in which targets were added
+    root  the folder of the runs, in which targets were added, or the measurement of the one that is meant
     """
-    if target not in (CPU, *TARGETS) and target not in (here := measured.names(root)):
-        raise UnknownNameError("target", target, (CPU, *TARGETS, *here), "target")
+    if target not in (CPU, GPU, *TARGETS) and target not in (here := measured.names(root)):
+        raise UnknownNameError("target", target, (CPU, GPU, *TARGETS, *here), "target")
     if short_of not in (None, *UNITS):
         raise UnknownNameError("unit", short_of, UNITS, "short_of")
     if short_of is not None and target not in TARGETS:
@@ -65,17 +66,29 @@ def checked(target: str, short_of: str | None, root: Path = DEFAULT_ROOT) -> str
     return target
 
 
-def unit_of(target: str, root: Path = DEFAULT_ROOT) -> dict[str, str]:
+def unit_of(target: str, root: Shelf = DEFAULT_ROOT) -> dict[str, str]:
     """What costs on a target are: `unit` and `cost_kind`."""
     if target in TARGETS:
         return {"unit": TARGETS[target].unit, "cost_kind": "compiled"}
-    return {"unit": measured.UNIT if target == CPU else measured.added(target, root).unit, "cost_kind": "measured"}
+    unit = measured.UNIT if target in (CPU, GPU) else measured.added(target, root).unit
+    return {"unit": unit, "cost_kind": "measured"}
 
 
 def own_prices(
-    costs: pd.DataFrame | None, target: str, short_of: str | None, precision: str = FLOAT32
+    costs: pd.DataFrame | None,
+    target: str,
+    short_of: str | None,
+    precision: str = FLOAT32,
+    notes: list[str] | None = None,
 ) -> dict[Formula, Price]:
-    """What a run's costs say of formulas that do not ship, which were compiled with it; nothing of a scarce unit."""
+    """What a run's costs say of formulas that do not ship, which were compiled with it; nothing of a scarce unit.
+
+    Of GPU, which was measured with it, what they say of every formula; InputError where it was not.
+    precision  of their code
+    notes      receives what was measured on, and how
+    """
+    if target == GPU:
+        return _gpu_prices(costs, notes if notes is not None else [])
     if costs is None or costs.empty or short_of is not None:
         return {}
     rows = costs[(costs["target"] == target) & (costs["context"] == 0)]
@@ -87,13 +100,31 @@ def own_prices(
     }
 
 
+def _gpu_prices(costs: pd.DataFrame | None, notes: list[str]) -> dict[Formula, Price]:
+    """The prices of formulas whose times have an interval."""
+    rows = pd.DataFrame() if costs is None or costs.empty else costs[costs["target"] == GPU]
+    if rows.empty:
+        raise InputError("the run has no times of an adapter", "target", "measure one: phongbench run --target gpu")
+    notes.append(f"gpu: {rows['tool'].iloc[0]}")
+    rows = rows[(rows["context"] == 0) & (rows["reads"] == 0) & ~rows["approximation"].isin(NO_FORMULAS)]
+    rows = rows[rows["ratio_low"].notna() & rows["ratio_high"].notna()]
+    if rows.empty:
+        fix = "measure again while nothing else runs: phongbench run --target gpu"
+        raise InputError("the run's times of the adapter are too few for intervals", "target", fix)
+    kept: list[dict[Any, Any]] = rows.to_dict("records")
+    return {
+        Formula.of_row(r): Price(r["cost"], r["cost"], r["ratio"], r["ratio_low"], r["ratio_high"], None, r["alpha"])
+        for r in kept
+    }
+
+
 def priced(
     cells: pd.DataFrame,
     alphas: Iterable[float],
     target: str,
     short_of: str | None,
     notes: list[str],
-    root: Path = DEFAULT_ROOT,
+    root: Shelf = DEFAULT_ROOT,
     own: Mapping[Formula, Price] = MappingProxyType({}),
 ) -> pd.DataFrame:
     """The cells whose cost on the target is known, with columns ns (of a time), ratio, its ends, COLUMNS and TIE.
@@ -130,11 +161,15 @@ def priced(
     )
 
 
-def table_of(target: str, root: Path = DEFAULT_ROOT, precision: str = FLOAT32) -> CostTable | MeasuredTable:
-    """The costs that are known of a target other than cpu, of code in a precision; InputError for one without any."""
+def table_of(target: str, root: Shelf = DEFAULT_ROOT, precision: str = FLOAT32) -> CostTable | MeasuredTable:
+    """The costs that are known of a target other than cpu, of code in a precision; of gpu none but a run's own.
+
+    Raises InputError for a precision that none are of.
+    """
     if target in TARGETS:
         return shipped(target, precision)
-    table = measured.added(target, root)
+    nothing = MeasuredTable(GPU, "", "WebGPU", "", measured.Timed(1.0, 1.0, 1.0), {})
+    table = nothing if target == GPU else measured.added(target, root)
     if precision != table.precision:
         raise InputError(f"costs on {target} are those of {table.precision} code", "precision", "leave it out")
     return table
@@ -148,7 +183,16 @@ def prices(
     own: Mapping[Formula, Price] = MappingProxyType({}),
 ) -> list[Price | None]:
     """Each formula's largest price over exponents; None where the table does not know one, nor `own`."""
-    return [own.get(formula) or _worst(table, formula, alphas, short_of) for formula in formulas]
+    return [_own(own, formula, alphas) or _worst(table, formula, alphas, short_of) for formula in formulas]
+
+
+def _own(own: Mapping[Formula, Price], formula: Formula, alphas: tuple[float, ...]) -> Price | None:
+    """The price that a run itself has, if its code is that of all these exponents but for numbers."""
+    price = own.get(formula)
+    if price is None or price.alpha is None or formula.approximation not in REGISTRY:
+        return price
+    codes = [shipped_code(formula, alpha, _WRITTEN) for alpha in (price.alpha, *alphas)]
+    return price if len({None if one is None else one.shape for one in codes}) == 1 else None
 
 
 def _worst(

@@ -200,7 +200,7 @@ def run(
 
 @main.command(short_help="Draw the report of a run again.")
 @click.argument("run_name", metavar="RUN")
-@click.option("--out", type=PATH, help="Where to write.  [default: RUN/report]")
+@click.option("--out", type=PATH, help="Folder to write into, or a .html with --single-file.  [default: RUN/report]")
 @click.option("--single-file", is_flag=True, help="One self-contained HTML file.")
 def report(run_name: str, out: Path | None, single_file: bool) -> None:
     """Draw the report of a run: a folder that opens by double click, or one file.

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields
-from html import escape
 from operator import index
 from pathlib import Path
 from typing import Any
@@ -11,8 +10,9 @@ import pandas as pd
 
 from phongbench.analysis import front as fronts
 from phongbench.analysis import recommend as advice
-from phongbench.analysis.summary import summarise
+from phongbench.analysis.rows import Rows
 from phongbench.errors import InputError, UnknownNameError
+from phongbench.face.notebook import Front, in_html
 from phongbench.formulas.spec import Approximation
 from phongbench.formulas.user_files import extended, installed
 from phongbench.inputs.plan import PRESETS, Plan, with_own
@@ -41,7 +41,7 @@ class Run(runs.Run):
         """The run with its answers."""
         return cls(stored.path, stored.manifest)
 
-    def front(self, *, alpha: float | str, **options: Any) -> pd.DataFrame:
+    def front(self, *, alpha: float | str | None = None, **options: Any) -> Front:
         """See `phongbench.front`."""
         return front(self, alpha=alpha, **options)
 
@@ -60,13 +60,8 @@ class Run(runs.Run):
         return build(self, self.path / "report" if out is None else Path(out), single_file=single_file)
 
     def _repr_html_(self) -> str:
-        """For notebooks: what was measured, and the most accurate formula of each exponent."""
-        summary = summarise(self)
-        rows = "".join(
-            f"<tr><th>{escape(str(name))}</th><td>{escape(str(value))}</td></tr>"
-            for name, value in summary["facts"].items()
-        )
-        return f"<table>{rows}</table>{pd.DataFrame(summary['best']).to_html(index=False)}"
+        """For notebooks: what was measured, and the answer at each exponent on each target."""
+        return in_html(self)
 
 
 def run(
@@ -118,10 +113,11 @@ def load(name: str | Path = "latest", *, root: str | Path = DEFAULT_ROOT) -> Run
     return Run.of(runs.find(str(name), Path(root)))
 
 
-def front(run: Run | str | Path = "latest", *, alpha: float | str, **options: Any) -> pd.DataFrame:
-    """The error/time front of a run: a row for each formula, the fastest first.
+def front(run: Run | str | Path = "latest", *, alpha: float | str | None = None, **options: Any) -> Front:
+    """The error/time front of a run: a row for each formula, the fastest first. Its `plot()` draws it.
 
     alpha    an exponent, or text with several or a range: "10,50", "10..200"; an error is then the worst over them
+             [default: the one of the run that is nearest to 50]
     options  metric, stratum, precision, working_set, space, as for `phongbench front`
     returns  name (the formula's spelling), what it consists of, error, ns, ratio and its interval, state: on, off or
              unresolved. `.attrs` has the question
@@ -130,7 +126,9 @@ def front(run: Run | str | Path = "latest", *, alpha: float | str, **options: An
     >>> pb.front("latest", alpha=10)["state"].isin(["on", "off", "unresolved"]).all()
     np.True_
     """
-    return _table(fronts.points(_stored(run), alpha=alpha, **options), "points")
+    stored = _stored(run)
+    wanted = Rows(runs.require_rows(stored)).alpha if alpha is None else alpha
+    return Front.of(_table(fronts.points(stored, alpha=wanted, **options), "points"))
 
 
 def recommend(

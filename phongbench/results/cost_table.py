@@ -7,13 +7,21 @@ _BEYOND = "beyond the dot product, a call"
 
 COSTS = table(
     "What a highlight costs on a target: measured, or counted in the machine code that the chip's compiler makes of it",
-    key_column("target", "str", "where it runs: cpu, a chip that is compiled for, or one that was measured elsewhere"),
+    key_column("target", "str", "where it runs: cpu, gpu (an adapter of this machine), or a chip that is compiled for"),
     key_column("cost_kind", "str", "measured: a time with an interval; compiled: counted, the same to the digit"),
     *(BY_NAME[name] for name in (*FORMULA, *RAW, "precision")),
     key_column(
         "alpha", "float64", "exponent whose code it is; at others it differs by a gate at most, and by the power"
     ),
     key_column("context", "int64", "multiply-adds that the shader does around each highlight", "count"),
+    Column(
+        "reads",
+        "int64",
+        "bytes that it reads from memory of a texture's size around each highlight",
+        "bytes",
+        key=True,
+        optional=True,
+    ),
     Column("unit", "str", "of cost, issue and busy: ns; cycles of a wave or an element; slots of a warp"),
     Column(
         "cost", "float64", "compiled: of the busiest unit, beyond the dot product; measured: of the whole highlight"

@@ -23,7 +23,7 @@ from phongbench.errors import CorruptRunError, InputError, LockedError
 from phongbench.inputs.plan import Plan
 from phongbench.results.checkpoints import PARTS
 from phongbench.results.manifests import REMEDY, read_manifest
-from phongbench.results.schema import CASE, COVERAGES, RAW, TABLES
+from phongbench.results.schema import CASE, COVERAGES, CPU, RAW, TABLES, UNSAID
 from phongbench.support.atomic_files import write_text, write_whole
 from phongbench.support.user_paths import is_file, is_folder, make_folder, reading, writing
 
@@ -66,7 +66,18 @@ class Run:
         """False if it was interrupted and can be resumed."""
         return bool(self.manifest["state"] == "complete")
 
-    accuracy = _table("accuracy")
+    @cached_property
+    def accuracy(self) -> pd.DataFrame:
+        """The errors that this machine's processor makes."""
+        mine = self._errors["device"] == CPU
+        return self._errors if mine.all() else self._errors[mine].reset_index(drop=True)
+
+    @cached_property
+    def device_accuracy(self) -> pd.DataFrame:
+        """The errors that other devices make, of the code that is written for them."""
+        return self._errors[self._errors["device"] != CPU].reset_index(drop=True)
+
+    _errors = _table("accuracy")
     timing = _table("timing")
     worst = _table("worst")
     meshes = _table("meshes")
@@ -95,6 +106,9 @@ class Run:
             raise CorruptRunError(f"cannot be read: {problem}", str(path), REMEDY) from problem
         if RAW.keys() <= set(TABLES[name].names):
             frame = with_raw(frame)
+        for column, value in UNSAID.get(name, {}).items():
+            if column not in frame:
+                frame[column] = value
         missing = [column for column in TABLES[name].required if column not in frame.columns]
         if missing:
             raise CorruptRunError(f"lacks the columns {', '.join(missing)}", str(path), REMEDY)

@@ -21,13 +21,19 @@ from phongbench.results.inverse_table import INVERSE
 BASELINE, TWIN, LIBM, DISTANT = "phong", "aa-twin", "phong-libm", "far-"  # the last before a name: L and V at infinity
 #: timing rows that are no formulas: what the machine can do at best
 CEILINGS = COPY, TRIAD, DOT, FMA = "copy", "triad", "dot", "fma"
+#: rows of times that are no formulas of the registry
+NO_FORMULAS = (TWIN, LIBM, *CEILINGS)
 #: how a largest error was found, the weaker first: in samples, by a search, over every input, bounded by a proof, or
 #: bounded for every device that keeps the accuracies of WGSL and Vulkan
 COVERAGES = ("sampled", "searched", "exhaustive", "certified", "contract")
+#: devices that compute: this machine's processor, and an adapter of WebGPU
+CPU, GPU = "cpu", "gpu"
 #: what stands for the precision of certified rows: the formula in exact arithmetic
 EXACT = "exact"
 
 
+#: columns that runs of older versions lack, with what goes without saying, by table
+UNSAID: Mapping[str, Mapping[str, str | int]] = {"accuracy": {"device": CPU}, "costs": {"reads": 0}}
 #: columns of what is done to raw vectors, and their values where nothing is: runs of older versions lack them
 RAW = formula_columns.RAW
 _INPUTS = (
@@ -85,6 +91,7 @@ ACCURACY = _table(
     _COVERAGE,
     *_COUNTS,
     Column("excluded", "int64", "inputs left out of the error statistics: no finite exact value", "count"),
+    Column("device", "str", "what computed: cpu, this machine's processor, or gpu, an adapter of it", "", True, True),
 )
 TIMING = _table(
     "Times of kernels from vectors to values, interleaved with exact Phong's",

@@ -15,6 +15,7 @@ from phongbench.formulas.registry import REGISTRY
 from phongbench.formulas.spec import Setting
 from phongbench.results.machine import machine
 from phongbench.results.provenance import flags, versions
+from phongbench.targets.webgpu import session
 
 #: bytes that a standard study and its report stay well below
 DISK_WANTED = 500 * 2**20
@@ -32,8 +33,21 @@ def examine() -> list[dict[str, str]]:
         _attempt("compiler", _compiles),
         _attempt("kernel cache", _cache),
         _check("disk", "good" if free > DISK_WANTED else "bad", f"{free / 2**30:.1f} GiB free here"),
+        _gpu(),
         *(_attempt(package, partial(_present, package)) for package in packages),
     ]
+
+
+def _gpu() -> dict[str, str]:
+    """Whether studies measure a GPU here; none is needed, and a software adapter is none."""
+    adapter, lacking = session.found()
+    if adapter is None:
+        return _check("gpu", "poor", f"not measured: {lacking}")
+    more = "; measured where asked for: phongbench run --target gpu" if adapter.software else ""
+    clocks = "" if "timestamp-query" in adapter.features else "; without a clock of its own"
+    held = "float32 and float16" if adapter.half else "float32"
+    told = f"{adapter.title}, {adapter.driver}, by {adapter.backend}; {held}{clocks}{more}"
+    return _check("gpu", "poor" if adapter.software else "good", told)
 
 
 def _present(package: str) -> str:

@@ -24,7 +24,7 @@ from phongbench.inputs.plan import Plan
 from phongbench.results import checkpoints, runs
 from phongbench.results.runs import Run
 from phongbench.results.schema import TIMING
-from phongbench.study import precompile, run_folder, target_costs
+from phongbench.study import gpu, precompile, run_folder, target_costs
 from phongbench.study.kernel_timing import time_all
 from phongbench.support import process
 from phongbench.support.process import seldom_collected
@@ -186,7 +186,7 @@ class _Study:
             end_help()
             times = time_all(self.sweep, self.progress) if self.sweep.plan.timing else {}
             self.store(times)
-            self.store({"costs": self.costs(times.get("timing", TIMING.frame()))})
+            self.store(self.costs(context, times.get("timing", TIMING.frame())))
         return self.complete(context, seconds)
 
     def accuracy(self, parts: list[pd.DataFrame]) -> ProbeContext:
@@ -249,11 +249,18 @@ class _Study:
             context.facts[probe.name] = said["facts"]
         return frames
 
-    def costs(self, timing: pd.DataFrame) -> pd.DataFrame:
-        """What the formulas cost on the plan's targets."""
+    def costs(self, context: ProbeContext, timing: pd.DataFrame) -> dict[str, pd.DataFrame]:
+        """What the formulas cost on the plan's targets; and, where an adapter was measured, its errors."""
         self.progress.stage("costs on targets")
+        plan = self.sweep.plan
         cells = [cell for at, cell in enumerate(self.sweep.cells) if cell.gated and at not in self.sweep.failures]
-        return target_costs.Costs(cells, self.sweep.registry, self.progress.note).frame(self.sweep.plan.targets, timing)
+        costs = target_costs.Costs(cells, self.sweep.registry, self.progress.note)
+        found = gpu.measure(self.sweep, costs.codes(gpu.LANGUAGE), self.progress) if gpu.wanted(plan) else None
+        if found is None:
+            return {"costs": costs.frame(plan.targets, timing)}
+        self.manifest["gpu"] = found.facts
+        whole = pd.concat([context.accuracy, found.errors], ignore_index=True).astype(context.accuracy.dtypes)
+        return {"costs": costs.frame(plan.targets, timing, found.rows), "accuracy": whole}
 
     def store(self, frames: Mapping[str, pd.DataFrame]) -> None:
         """Write tables into the folder, and that they are there: an interrupted run has what it has stored."""

@@ -19,7 +19,7 @@ from phongbench.formulas.shader_code.language import FLOAT32
 from phongbench.formulas.spec import Approximation
 from phongbench.inputs.plan import Cell
 from phongbench.results.formula_columns import FORMULA, RAW
-from phongbench.results.schema import TABLES
+from phongbench.results.schema import CPU, GPU, TABLES
 from phongbench.targets.chips import TARGETS
 from phongbench.targets.code_shapes import Code, code, shipped_code
 from phongbench.targets.costs import CostTable, compiled, in_precision, shipped
@@ -27,8 +27,6 @@ from phongbench.targets.measure import CONTEXTS, Cost
 from phongbench.targets.target import Target
 from phongbench.timing.timed_kernels import ALPHA
 
-#: this machine's processor, which is timed
-CPU = "cpu"
 #: a formula and the exponent that its code is written for
 _Key = tuple[Formula, float]
 #: the language and the precision of code
@@ -39,8 +37,8 @@ def checked(targets: Iterable[str]) -> tuple[str, ...]:
     """The targets; UnknownNameError for a name that is none."""
     chosen = tuple(dict.fromkeys(targets))
     for name in chosen:
-        if name not in (CPU, *TARGETS):
-            raise UnknownNameError("target", name, (CPU, *TARGETS), "targets")
+        if name not in (CPU, GPU, *TARGETS):
+            raise UnknownNameError("target", name, (CPU, GPU, *TARGETS), "targets")
     return chosen
 
 
@@ -59,14 +57,18 @@ class Costs:
     _written: dict[_Written, dict[_Key, Code]] = field(default_factory=dict, init=False, repr=False)
     _lacking: dict[str, list[str]] = field(default_factory=dict, init=False, repr=False)
 
-    def frame(self, targets: Sequence[str], timing: pd.DataFrame) -> pd.DataFrame:
+    def frame(
+        self, targets: Sequence[str], timing: pd.DataFrame, adapter: Iterable[Mapping[str, Any]] = ()
+    ) -> pd.DataFrame:
         """The rows of costs.parquet for these targets, for all without any.
 
-        timing  the run's times, of which those of the processor are made
+        timing   the run's times, of which those of the processor are made
+        adapter  rows of an adapter of this machine, where it was measured: `gpu.rows` of `codes`
         """
-        rows = list(self._timed(timing)) if not targets or CPU in targets else []
+        rows = [*self._timed(timing)] if not targets or CPU in targets else []
+        rows += map(dict, adapter)
         for name in targets or TARGETS:
-            if name != CPU:
+            if name not in (CPU, GPU):
                 with self._noted(name):
                     rows += [row for precision in self._precisions(name) for row in self._compiled(name, precision)]
         for reason, names in self._lacking.items():
@@ -91,17 +93,17 @@ class Costs:
     def _compiled(self, target: str, precision: str) -> Iterator[dict[str, Any]]:
         """The rows of one target: a row for each formula and context."""
         table = shipped(target, precision)
-        codes = self._codes(table.target.language, precision)
+        codes = self.codes(table.target.language, precision)
         mine = [one for (f, _), one in codes.items() if self._own(f) and table.known(one) is None]
         own = self._made_now(table.target, mine, precision) if mine else None
         for (formula, alpha), one in codes.items():
             for source in filter(None, (table, own)):
                 if (cost := source.known(one)) is not None:
-                    named = _named(formula, alpha, precision)
-                    yield from ({**named, **row} for row in compiled_rows(source, cost))
+                    about = named(formula, alpha, precision)
+                    yield from ({**about, **row} for row in compiled_rows(source, cost))
                     break
 
-    def _codes(self, language: str, precision: str) -> dict[_Key, Code]:
+    def codes(self, language: str, precision: str = FLOAT32) -> dict[_Key, Code]:
         """The formulas' codes in a language and precision that has one for them; most targets share it."""
         if (language, precision) not in self._written:
             codes = {key: self._code(*key, language, precision) for key in self._formulas.items()}
@@ -142,6 +144,7 @@ class Costs:
                 "cost_kind": "measured",
                 "alpha": ALPHA,
                 "context": 0,
+                "reads": 0,
                 "unit": "ns",
                 "cost": row["ns_min"],
                 "over_dot": row["dot_ratio"],
@@ -158,7 +161,8 @@ class Costs:
             self.note(f"costs on {target} are incomplete: {problem}")
 
 
-def _named(formula: Formula, alpha: float, precision: str) -> dict[str, Any]:
+def named(formula: Formula, alpha: float, precision: str = FLOAT32) -> dict[str, Any]:
+    """The columns that name a formula at an exponent, whose costs are those of code in a precision."""
     return {
         "approximation": formula.approximation,
         "lambda_form": formula.lambda_form,
@@ -182,6 +186,7 @@ def compiled_rows(table: CostTable, cost: Cost) -> Iterator[dict[str, Any]]:
             "target": target.name,
             "cost_kind": "compiled",
             "context": context,
+            "reads": 0,
             "unit": target.unit,
             "cost": here,
             "over_dot": (bare + here) / bare if bare else float("nan"),

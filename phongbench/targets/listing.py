@@ -5,17 +5,14 @@ from typing import Any
 
 from phongbench.errors import InputError
 from phongbench.results.runs import DEFAULT_ROOT
+from phongbench.results.schema import CPU, GPU
 from phongbench.targets import measured
 from phongbench.targets.chips import TARGETS
 from phongbench.targets.costs import place, shipped
 from phongbench.targets.target import Target
+from phongbench.targets.webgpu import session
 
-#: targets that are measured, not compiled: name, what it is, what measures it, and why not where nothing does yet
-_MEASURED = (
-    ("cpu", "this machine's processor", "phongbench run", None),
-    ("gpu", "a GPU of this machine", "WebGPU", "phongbench does not measure it yet"),
-    ("page", "the GPU of whoever opens the explorer", "WebGPU in a browser", "add one: phongbench targets add"),
-)
+_PAGE = "the GPU of whoever opens the explorer", "WebGPU in a browser", "add one: phongbench targets add"
 
 
 def listing(root: Path = DEFAULT_ROOT) -> list[dict[str, Any]]:
@@ -28,9 +25,22 @@ def listing(root: Path = DEFAULT_ROOT) -> list[dict[str, Any]]:
     unit, tool, tool_version of a cost, and of what says so
     compiles, needs          whether other formulas can be compiled here, and what is missing if not
     """
-    here = [_row(name, title, measured.KIND, tool, why_not=why) for name, title, tool, why in _MEASURED]
+    title, tool, why = _PAGE
+    here = [
+        _row(CPU, "this machine's processor", measured.KIND, "phongbench run", why_not=None),
+        _adapter(),
+        _row("page", title, measured.KIND, tool, why_not=why),
+    ]
     compiled = [_compiled(target) for target in TARGETS.values()]
     return here + compiled + [_added(name, root) for name in measured.names(root)]
+
+
+def _adapter() -> dict[str, Any]:
+    adapter, lacking = session.found()
+    if adapter is None:
+        return _row(GPU, "a GPU of this machine", measured.KIND, "WebGPU", why_not=lacking)
+    version = f"wgpu {adapter.version}, {adapter.driver}"
+    return _row(GPU, adapter.title, measured.KIND, "WebGPU", why_not=None, tool_version=version)
 
 
 def _added(name: str, root: Path) -> dict[str, Any]:

@@ -9,7 +9,9 @@ the folder of the runs, where the command, the library and the service find it. 
      "dot": {"cost": 0.031, "low": 0.030, "high": 0.032},
      "rows": [{"formula": "lyon:dot:8", "alpha": 50, "cost": 0.052, "low": 0.051, "high": 0.054}, ..]}
 
-low and high are the ends of a 99 % interval: of the ratio to exact Phong, times exact Phong's cost.
+low and high are the ends of a 99 % interval: of the ratio to exact Phong, times exact Phong's cost; of exact Phong
+itself, of the ratio to it of a second copy. Times are those of the code that this version writes, so what another one
+measured is refused.
 """
 
 import json
@@ -18,11 +20,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from pathlib import Path
+from typing import Any
 
+from phongbench import __version__
 from phongbench.errors import InputError, UnknownNameError
 from phongbench.formulas.formula import Formula
 from phongbench.results.runs import DEFAULT_ROOT
 from phongbench.support.atomic_files import write_text, write_whole
+from phongbench.support.document_paths import UNTRUSTED
 from phongbench.support.documents import Table, load
 from phongbench.support.user_paths import is_file, is_folder, reading
 from phongbench.targets.code_shapes import Code, code
@@ -38,6 +43,7 @@ PRECISION, UNIT, KIND = "float32", "ns", "measured"
 #: ns that no highlight takes less or more than
 LEAST, MOST = 1e-7, 1e9
 _MOST_ROWS, _LONGEST = 1000, 200
+_NOUN = "measurement"
 _FIX = "measure it again in the explorer, and give the file as it was downloaded"
 
 
@@ -100,13 +106,25 @@ class MeasuredTable:
         return timed.cost / exact.cost, timed.low / exact.cost, timed.high / exact.cost
 
 
+#: where measured targets are looked up: the folder of the runs in which they were added, or the only one that counts
+Shelf = Path | MeasuredTable
+
+
 def read(path: Path) -> MeasuredTable:
     """The measurement in a file; InputError names file, key and what is wrong."""
     if path.suffix.lower() != ".json":
         raise InputError("a measurement is a JSON file", str(path), _FIX)
-    with reading(path, "measurement", _FIX):
+    with reading(path, _NOUN, _FIX):
         path.open("rb").close()
-    table = load(path, "measurement", _FIX)
+    return _read(load(path, _NOUN, _FIX))
+
+
+def of_document(document: Any) -> MeasuredTable:
+    """The measurement in a document that anyone may have sent; InputError names the key, and repeats nothing of it."""
+    return _read(Table.of(document, UNTRUSTED, _NOUN))
+
+
+def _read(table: Table) -> MeasuredTable:
     schema = table.whole("schema", high=1 << 30)
     if schema != SCHEMA:
         raise table.error(f"schema {schema} is another version's; this one reads {SCHEMA}", "schema", _FIX)
@@ -116,7 +134,9 @@ def read(path: Path) -> MeasuredTable:
     for key, only in (("cost_kind", KIND), ("unit", UNIT), ("precision", PRECISION)):
         table.text(key, among=(only,))
     adapter, tool, version = (_words(table, key) for key in ("adapter", "tool", "tool_version"))
-    _words(table, "phongbench")
+    if _words(table, "phongbench") != __version__:
+        what = f"another version of phongbench measured it; the code that {__version__} writes may be other code"
+        raise table.error(what, "phongbench", _FIX)
     dot = _timed(table.table("dot"))
     found = MeasuredTable(name, adapter, tool, version, dot, _rows(table, dot))
     table.finish()
@@ -169,7 +189,7 @@ def add(path: Path, root: Path = DEFAULT_ROOT) -> tuple[MeasuredTable, Path]:
     Raises InputError as `read`, StorageError where it cannot be written.
     """
     found = read(path)
-    with reading(path, "measurement"):
+    with reading(path, _NOUN):
         document = json.loads(path.read_text(encoding="utf-8-sig"))
     place = place_of(found.name, root)
     text = json.dumps(document, indent=1, sort_keys=True, allow_nan=False) + "\n"
@@ -177,8 +197,10 @@ def add(path: Path, root: Path = DEFAULT_ROOT) -> tuple[MeasuredTable, Path]:
     return found, place
 
 
-def names(root: Path = DEFAULT_ROOT) -> list[str]:
+def names(root: Shelf = DEFAULT_ROOT) -> list[str]:
     """The targets that were added here, in order."""
+    if isinstance(root, MeasuredTable):
+        return [root.name]
     folder = root / FOLDER
     with reading(folder, "folder of the targets"):
         files = sorted(folder.iterdir()) if is_folder(folder) else []
@@ -190,8 +212,12 @@ def place_of(name: str, root: Path = DEFAULT_ROOT) -> Path:
     return root / FOLDER / f"{name}.json"
 
 
-def added(name: str, root: Path = DEFAULT_ROOT) -> MeasuredTable:
+def added(name: str, root: Shelf = DEFAULT_ROOT) -> MeasuredTable:
     """A target that was added; UnknownNameError where it was not, InputError where its file was changed since."""
+    if isinstance(root, MeasuredTable):
+        if name != root.name:
+            raise UnknownNameError("target", name, names(root), "target")
+        return root
     place = place_of(name, root)
     if not NAME.fullmatch(name) or not is_file(place):
         raise UnknownNameError("target", name, names(root), "target")

@@ -22,10 +22,12 @@ from phongbench_reports.figures.pictures import SECTIONS
 from phongbench_reports.page import Links, Section, render, style_sheet
 from phongbench_reports.plots import Plate, ink, svg_pair
 from phongbench_reports.second_process import Drawn, Shared, beside, drawn
+from phongbench_reports.svg import of_both
 from phongbench_reports.table import Absent, Part
 from phongbench_reports.tables.behaviour import hostile, smoothness
-from phongbench_reports.tables.by_target import by_target
+from phongbench_reports.tables.by_target import by_target, turned
 from phongbench_reports.tables.claims import claims
+from phongbench_reports.tables.code import code
 from phongbench_reports.tables.devices import devices
 from phongbench_reports.tables.mesh_edges import mesh_edges
 from phongbench_reports.tables.raw_verdict import raw_verdict
@@ -44,16 +46,16 @@ LONG = ("meshes", "raw_vectors", "targets")
 BESIDE = {"meshes": Part("mesh_edges", "How wide edges may be", mesh_edges, True)}
 #: the tables after the figures, and those at the end of the page
 BEHAVIOUR = (
-    Part("census", "Values above 1, negative, not finite", census),
-    Part("hostile", "Hostile inputs", hostile),
-    Part("smoothness", "Smoothness of the lobes", smoothness),
+    Part("census", "Values above 1, negative, not finite", census, True),
+    Part("hostile", "Hostile inputs", hostile, True),
+    Part("smoothness", "Smoothness of the lobes", smoothness, True),
 )
 CLAIMS = Part("claims", "The textbook claims", claims)
 LAST = (
     Part("skipped", "Skipping what is dark", skipped),
-    Part("sureness", "How sure the numbers are", sureness),
+    Part("sureness", "How sure the numbers are", sureness, True),
     Part("devices", "On every device", devices),
-    Part("worst", "Worst inputs", worst),
+    Part("worst", "Worst inputs", worst, True),
     Part("formulas", "The formulas", formulas, True),
 )
 
@@ -84,19 +86,22 @@ def section_of(part: Part, study: Rows) -> Section:
 
 
 def _answers(study: Rows) -> list[Section]:
-    """The verdicts: for both budgets, and for the other precisions."""
-    (code, code_name), (fine, fine_name) = BUDGETS
+    """The verdicts: on every target with code, on this machine for both budgets, and for the other precisions."""
+    (budget, within), (fine, fine_name) = BUDGETS
     first, *others = study.precisions
-    return [
-        Section("verdict", f"The answer, within {code_name}", verdict(study, first, code, code_name)),
-        Section("by_target", f"The answer by target, within {code_name}", by_target(study, code, code_name)),
-        Section("raw_verdict", f"From raw N, L and V, within {code_name}", raw_verdict(study, first, code, code_name)),
-        Section("verdict_fine", f"The answer, within {fine_name}", verdict(study, first, fine, fine_name), True),
-        *(
-            Section(f"verdict_{p}", f"The answer in {p}, within {code_name}", verdict(study, p, code, code_name), True)
-            for p in others
-        ),
+    targets, here = by_target(study, budget, within), verdict(study, first, budget, within)
+    raw, finer = raw_verdict(study, first, budget, within), verdict(study, first, fine, fine_name)
+    answers = [
+        Section("by_target", f"The answer by target, within {within}", turned(targets), stacked=True),
+        Section("code", "The code", code(targets)),
+        Section("verdict", f"The answer on this machine, within {within}", here, stacked=True),
+        Section("raw_verdict", f"From raw N, L and V, within {within}", raw, stacked=True),
+        Section("verdict_fine", f"The answer on this machine, within {fine_name}", finer, folded=True, stacked=True),
     ]
+    for p in others:
+        content = verdict(study, p, budget, within)
+        answers.append(Section(f"verdict_{p}", f"The answer in {p}, within {within}", content, True, True))
+    return answers
 
 
 def _figures(study: Rows, shared: Shared | None) -> tuple[dict[str, Section], dict[str, tuple[bytes, bytes]]]:
@@ -118,23 +123,28 @@ def _figures(study: Rows, shared: Shared | None) -> tuple[dict[str, Section], di
     return sections, pictures
 
 
+#: what an address may hold as it is, besides letters and digits
+_PLAIN = "/:;,()[]{}|^*!?@$=+-._~"
 #: a report is made again where a machine went down meanwhile: waiting for the disk would be most of the time of writing
 _write = partial(write_bytes, sync=False)
 
 
 def csv_of(frame: pd.DataFrame) -> bytes:
-    """The frame as UTF-8 CSV with unix line ends and nine significant digits: enough for any float32."""
+    """The frame as UTF-8 CSV with unix line ends and six significant digits; the run's own tables have them all."""
     floats = {name: _as_text(frame[name]) for name in frame.columns if frame[name].dtype == np.float64}
-    return frame.assign(**floats).to_csv(index=False, lineterminator="\n", float_format="%.9g").encode("utf-8")
+    return frame.assign(**floats).to_csv(index=False, lineterminator="\n", float_format="%.6g").encode("utf-8")
 
 
 def _as_text(column: pd.Series) -> list[str]:
     """What pandas would write with the same format, in a third of its time."""
-    return ["" if value != value else f"{value:.9g}" for value in column.tolist()]
+    return ["" if value != value else f"{value:.6g}" for value in column.tolist()]
 
 
 def _data_address(media: str, content: bytes) -> str:
-    return f"data:{media};base64,{base64.b64encode(content).decode('ascii')}"
+    """The content in an address: numbers are shorter as they are, pictures as base64."""
+    plain = f"data:{media};charset=utf-8,{quote(content, safe=_PLAIN)}"
+    coded = f"data:{media};base64,{base64.b64encode(content).decode('ascii')}"
+    return min(plain, coded, key=len)
 
 
 @seldom_collected()
@@ -143,25 +153,25 @@ def build(run: Run, out: Path, *, single_file: bool = False, processes: int = 1)
 
     run          phongbench.results.runs.Run
     out          Path     folder of the report; made if missing, its former report replaced
-    single_file  bool     one index.html with everything in it, no figures/, data/ or style.css
+    single_file  bool     one file with everything in it, no figures/, data/ or style.css: `out` itself where that is
+                          named .html, else index.html in that folder
     processes    int      from 2 on, where there are as many cores, another process draws some of the figures
-    returns      Path     of index.html
+    returns      Path     of the page
     Raises InputError for a run without accuracy rows, and for an `out` that can be no folder; StorageError.
     """
     study = Rows(require_rows(run))
-    make_folder(out)
+    named = single_file and out.suffix.lower() in (".html", ".htm") and not out.is_dir()
+    index = out if named else out / "index.html"
+    make_folder(index.parent)
     if min(processes, cores()) > 1:
         names = [part.name for part in FIGURES if part.name not in LONG]
         with beside(run.path, [*names, *LONG]) as shared:
             sections, pictures = sections_of(study, shared)
     else:
         sections, pictures = sections_of(study)
-    sheets = {
-        section.name: csv_of(section.content.data) for section in sections if not isinstance(section.content, Absent)
-    }
-    index = out / "index.html"
+    sheets = {section.name: csv_of(section.data) for section in sections if section.data is not None}
     if single_file:
-        figures = {name: tuple_of(pair) for name, pair in pictures.items()}
+        figures = {name: (_data_address("image/svg+xml", of_both(*pair)), "") for name, pair in pictures.items()}
         data = {name: _data_address("text/csv", content) for name, content in sheets.items()}
         links = Links(style_sheet(), figures, data)
     else:
@@ -170,11 +180,6 @@ def build(run: Run, out: Path, *, single_file: bool = False, processes: int = 1)
         _write_parts(out, pictures, sheets, [section.name for section in sections])
     _write(index, render(study, sections, links).encode("utf-8"))
     return index
-
-
-def tuple_of(pair: tuple[bytes, bytes]) -> tuple[str, str]:
-    """Both variants of a figure as data: addresses."""
-    return _data_address("image/svg+xml", pair[0]), _data_address("image/svg+xml", pair[1])
 
 
 def _write_parts(

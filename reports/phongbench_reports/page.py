@@ -1,18 +1,21 @@
 """The page: sections in the order of the report, rendered by one template into a folder's index or a single file."""
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+import pandas as pd
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from phongbench.analysis.rows import Rows
 from phongbench.formulas.registry import REGISTRY
+from phongbench_reports.glossary import LEGEND, WORDS, chips, names
 from phongbench_reports.plots import Plate
 from phongbench_reports.table import Absent, Table
 from phongbench_reports.tables.claims import ClaimTable
-from phongbench_reports.text import listed, number
+from phongbench_reports.tables.code import CodeList
+from phongbench_reports.text import counted, listed
 
 #: Provenance keys that change from minute to minute: times live in the manifest only; same rows give same bytes.
 VOLATILE = re.compile(
@@ -27,20 +30,32 @@ class Section:
 
     name      str                       anchor, and file name of its figure and CSV
     title     str                       heading
-    content   Plate, Table, ClaimTable or Absent    what it shows
+    content   Plate, Table, ClaimTable, CodeList or Absent    what it shows
     folded    bool                      behind a fold that opens by a click, without JavaScript
+    stacked   bool                      a table whose rows are cards on a narrow screen
     """
 
     name: str
     title: str
-    content: Plate | Table | ClaimTable | Absent
+    content: Plate | Table | ClaimTable | CodeList | Absent
     folded: bool = False
+    stacked: bool = False
 
     @property
     def kind(self) -> str:
-        """Which part of the template draws it: "figure", "table", "claims" or "absent"."""
-        kinds = {Plate: "figure", Table: "table", ClaimTable: "claims", Absent: "absent"}
+        """Which part of the template draws it: "figure", "table", "claims", "code" or "absent"."""
+        kinds = {Plate: "figure", Table: "table", ClaimTable: "claims", CodeList: "code", Absent: "absent"}
         return kinds[type(self.content)]
+
+    @property
+    def empty(self) -> bool:
+        """Whether the run has nothing to show here, and how to get it is all that can be said."""
+        return isinstance(self.content, Absent) and bool(self.content.fix)
+
+    @property
+    def data(self) -> pd.DataFrame | None:
+        """What its CSV holds; None where it has none."""
+        return None if isinstance(self.content, Absent | CodeList) else self.content.data
 
 
 @dataclass(frozen=True)
@@ -48,7 +63,7 @@ class Links:
     """Where the page finds its parts: relative paths in a folder, data: addresses in a single file.
 
     style     str                  contents of the style sheet to embed, "" to link style.css
-    figures   name -> (light, dark) addresses of SVGs
+    figures   name -> (light, dark) addresses of SVGs; dark is "" where the first is both
     data      name -> address of the CSV
     """
 
@@ -106,6 +121,25 @@ def unmeasured(study: Rows) -> list[str]:
     return sentences
 
 
+def lacking(sections: Iterable[Section]) -> list[str]:
+    """A sentence for each reason why sections are empty, with their titles and what fills them."""
+    titles: dict[tuple[str, str], list[str]] = {}
+    for one in sections:
+        if isinstance(one.content, Absent) and one.empty:
+            titles.setdefault((one.content.reason, one.content.fix), []).append(one.title)
+    return [f"{'; '.join(named)}: {reason} {fix}" for (reason, fix), named in titles.items()]
+
+
+def legend(sections: Iterable[Section]) -> list[tuple[str, list[str]]]:
+    """Words of the first table with their meanings, cut at backticks: every second piece is code."""
+    answer = next((one.content for one in sections if one.name == "by_target"), None)
+    told = {word: WORDS[word] for word in LEGEND}
+    if isinstance(answer, Table):
+        told["names"] = names(answer.data["name"].dropna().unique())
+        told["targets"] = chips(answer.data["target"].unique())
+    return [(word, meaning.split("`")) for word, meaning in told.items() if meaning]
+
+
 def _environment() -> Environment:
     return Environment(
         loader=PackageLoader("phongbench_reports"),
@@ -125,26 +159,30 @@ def style_sheet() -> str:
 
 
 def render(study: Rows, sections: list[Section], links: Links) -> str:
-    """The page as HTML text; every string of the run is escaped by the template."""
+    """The page as HTML text; every string of the run is escaped by the template.
+
+    sections  in page order; of empty ones the page tells at its end what fills them
+    """
     rows = study.accuracy
-    facts = {
-        "cells": number(len(rows)),
-        "samples": number(int(rows["samples"].sum())),
-        "alphas": len(study.alphas),
-        "formulas": int(rows["approximation"].nunique()),
-        "precisions": listed(study.precisions),
-        "timings": number(len(study.timing)),
-        "partial": study.partial,
-    }
+    facts = [
+        counted(int(rows["approximation"].nunique()), "formula"),
+        counted(len(study.alphas), "exponent"),
+        listed(study.precisions),
+        counted(len(rows), "accuracy row"),
+        counted(int(rows["samples"].sum()), "sample"),
+        counted(len(study.timing), "timing row"),
+    ]
     return (
         _environment()
         .get_template("page.html.j2")
         .render(
             name=study.name,
             facts=facts,
-            sections=sections,
+            partial=study.partial,
+            sections=[section for section in sections if not section.empty],
+            legend=legend(sections),
             links=links,
-            unmeasured=unmeasured(study),
+            unmeasured=[*unmeasured(study), *lacking(sections)],
             provenance=provenance(study),
             withheld=study.twin_differs,
             violations=study.run.manifest.get("violations") or [],

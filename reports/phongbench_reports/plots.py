@@ -18,6 +18,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from phongbench_reports.svg import slim
 from phongbench_reports.text import BUDGETS
 from phongbench_reports.ticks import merge_minor_ticks
 
@@ -178,12 +179,12 @@ def footnote(figure: Figure, text: str) -> None:
 def svg_pair(figure: Figure, name: str) -> tuple[bytes, bytes]:
     """The figure as SVG for light and for dark pages; same figure, same bytes.
 
-    name   salt of the element ids, so that two figures inlined into one page cannot clash
+    name   its title
     """
     merge_minor_ticks(figure)
     buffer = io.BytesIO()
     with mpl.rc_context({"svg.hashsalt": f"phongbench-{name}", "svg.fonttype": "none"}):
         figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": "phongbench", "Title": name})
-    light = buffer.getvalue().decode("utf-8")
+    light = slim(buffer.getvalue()).decode("utf-8")
     dark = re.sub(r"#[0-9a-f]{6}\b", lambda colour: DARK.get(colour[0], colour[0]), light)
     return light.encode("utf-8"), dark.encode("utf-8")

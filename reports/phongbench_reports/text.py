@@ -48,6 +48,11 @@ def number(value: Any, digits: int = 3) -> str:
     return f"{value:,.{decimals}f}".replace(",", "\u202f")
 
 
+def counted(count: int, noun: str) -> str:
+    """A count and what it counts: "1 exponent", "12 exponents"."""
+    return f"{number(count)} {noun}{'s' * (count != 1)}"
+
+
 def percent(value: float) -> str:
     """A signed fraction as percent: "+1 %", "−0.0175 %", "0 %"."""
     sign = "−" if value < 0 else "+" if value > 0 else ""

@@ -1,6 +1,7 @@
 """Ticks of logarithmic axes, and how a thousand of them are drawn in no time."""
 
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import Any
 
 import matplotlib as mpl
@@ -43,6 +44,26 @@ def steps_of_ten(low: float, high: float, digits: Sequence[float]) -> list[float
     first, last = int(np.floor(np.log10(low))), int(np.ceil(np.log10(high)))
     values = [digit * 10.0**exponent for exponent in range(first, last + 1) for digit in digits]
     return [value for value in values if low <= value <= high]
+
+
+def readable(low: float, high: float, letters: float) -> list[float]:
+    """The most round values from `low` to `high` whose labels lie apart, on a log axis that is so many letters wide.
+
+    Labels stay within the axis, so that those of the next panel cannot touch them.
+    """
+
+    def ends(value: float) -> tuple[float, float]:
+        middle = letters * np.log(value / low) / np.log(high / low)
+        return middle - len(f"{value:g}") / 2, middle + len(f"{value:g}") / 2
+
+    def inside(digits: Sequence[float]) -> list[float]:
+        return [v for v in steps_of_ten(low, high, digits) if ends(v)[0] >= 0 and ends(v)[1] <= letters]
+
+    tenths = tuple(tenth / 10 for tenth in range(10, 100))
+    choices = [inside(digits) for digits in (tenths, (1, 1.5, 2, 2.5, 3, 4, 5, 6, 8), (1, 2, 5), (1, 3), (1,))]
+    choices += [choices[-1][::step] for step in range(2, 2 + len(choices[-1]))]
+    apart = (v for v in choices if all(ends(a)[1] + 1 <= ends(b)[0] for a, b in pairwise(v)))
+    return next(apart, [])
 
 
 def merge_minor_ticks(figure: Figure) -> None:

@@ -17,12 +17,16 @@ import pandas as pd
 import pytest
 
 import phongbench_reports
+from phongbench.analysis.rows import Rows
 from phongbench.errors import InputError
 from phongbench_reports.figures import FIGURES
+from phongbench_reports.table import Table
+from phongbench_reports.tables.by_target import by_target
+from phongbench_reports.tables.code import GPU, PROCESSOR, CodeList, code
 
 HERE = Path(__file__).parent
 #: Elements without an end tag.
-VOID = {"meta", "link", "img", "source", "br"}
+VOID = {"meta", "link", "img", "source", "br", "wbr"}
 
 
 class Page(HTMLParser):
@@ -51,9 +55,13 @@ class Page(HTMLParser):
         return (attributes for name, attributes in self.elements if name == tag)
 
 
+def page_of(index: Path) -> Page:
+    return Page(index.read_text(encoding="utf-8"))
+
+
 @pytest.fixture(scope="module")
 def page(report: Path) -> Page:
-    return Page((report / "index.html").read_text(encoding="utf-8"))
+    return page_of(report / "index.html")
 
 
 def contents(folder: Path) -> dict[str, bytes]:
@@ -94,9 +102,42 @@ def test_the_page_runs_no_script_and_needs_no_inline_style(page: Page) -> None:
 
 def test_sections_come_in_the_order_of_the_report(page: Page) -> None:
     order = [str(attributes["id"]) for tag, attributes in page.elements if tag == "section"]
-    figures = [figure.name for figure in FIGURES if figure.name != "speed"]
-    after = ["census", "hostile", "smoothness", "pictures", "claims", "speed", "skipped", "sureness", "devices"]
-    assert order == ["verdict", "by_target", "raw_verdict", *figures, *after, "worst", "unmeasured", "provenance"]
+    figures = [figure.name for figure in DRAWN if figure.name != "speed"]
+    assert order == ["by_target", "code", "verdict", *figures, "claims", "speed", "unmeasured"]
+    folded = [attributes["id"] for tag, attributes in page.elements if tag == "details" and "id" in attributes]
+    answers = ["verdict_fine", "verdict_float16", "verdict_float64"]
+    behind = ["mesh_edges", "census", "hostile", "smoothness", "worst", "formulas", "provenance"]
+    assert [name for name in folded if name not in answers] == behind
+
+
+def test_the_code_of_each_answer_is_what_the_command_writes(page: Page, run: Any) -> None:
+    answer = by_target(Rows(run), 1 / 255, "1/255")
+    assert isinstance(answer, Table)
+    winners = answer.data[["alpha", "name"]].drop_duplicates().to_dict("records")
+    content = code(answer)
+    assert isinstance(content, CodeList)
+    assert [(one.alpha, one.formula) for one in content.winners] == [(w["alpha"], w["name"]) for w in winners]
+    assert {language for one in content.winners for language, _ in one.listings} == {*GPU.values(), *PROCESSOR.values()}
+    for one in content.winners:
+        for language, text in one.listings:
+            assert text in page.text
+            assert f"phongbench shader {one.formula} --alpha {one.alpha:g} --language {language.lower()}\n" in text
+    assert not [name for name in ("open", "onclick") for _, attributes in page.elements if name in attributes]
+
+
+def test_words_are_explained_beside_the_first_table(page: Page, run: Any) -> None:
+    first = page.text.split("The answer by target, within")[2].split("The code")[0]
+    for name in ("lyon Lyon", "gcn4 AMD GCN 4", "the shininess", "lambda form", "1/255"):
+        assert name in re.sub(r"\s+", " ", first)
+
+
+def test_a_cell_of_a_stacked_table_carries_its_heading(page: Page) -> None:
+    cells = [attributes["data-label"] for attributes in page.all("td") if "data-label" in attributes]
+    assert {"target", "α\u00a0=\u00a050", "formula", "runner-up"} <= set(cells)
+
+
+def test_all_that_a_report_weighs(report: Path) -> None:
+    assert sum(map(len, contents(report).values())) < 3_000_000
 
 
 def test_every_figure_has_alt_text_a_sentence_counts_and_its_csv(page: Page) -> None:
@@ -176,6 +217,16 @@ def test_the_single_file_holds_everything(run: Any, report: Path, tmp_path: Path
     )
 
 
+def test_a_single_file_may_be_named(run: Any, tmp_path: Path, made_up: Callable[..., Any]) -> None:
+    small = made_up(tmp_path / "run", alphas=(50.0,), gammas=(8,), precisions=("float32",))
+    page = phongbench_reports.build(small, tmp_path / "new" / "mine.html", single_file=True)
+    assert page == tmp_path / "new" / "mine.html"
+    assert contents(tmp_path / "new").keys() == {"mine.html"}
+    text = Page(page.read_text(encoding="utf-8")).text
+    assert re.search(r"\b1\s+exponent\n", text)
+    assert not re.search(r"\b1\s+(exponents|formulas)\b", text)
+
+
 def test_an_unwritable_folder_is_told_in_words(made_up: Callable[..., Any], tmp_path: Path) -> None:
     (tmp_path / "taken").write_text("a file where the folder should be", encoding="utf-8")
     small = made_up(tmp_path / "run", alphas=(50.0,), gammas=(8,), precisions=("float32",))
@@ -200,10 +251,12 @@ def test_sections_without_rows_say_so_and_how_to_get_them(
     bare = type(full)(full.path, full.manifest, accuracy, full.timing.iloc[:0], full.worst.iloc[:0])
     index = phongbench_reports.build(bare, tmp_path / "report")
     text = Page(index.read_text(encoding="utf-8")).text
-    assert text.count("Run again without --no-timing") == 6
     assert "not what is cheapest" in text
-    assert "This run kept no worst inputs" in text
-    assert "The run holds no lyon rows on vectors of the wrong length" in text
+    lacking = text.split("What was not measured")[-1]
+    assert re.search(r"Error against time.*: This run has no timing, so there is no front\. Run again without", lacking)
+    assert "This run kept no worst inputs" in lacking
+    assert "The run holds no lyon rows on vectors of the wrong length" in lacking
+    assert not {"front", "worst", "stability"} & {attributes.get("id") for _, attributes in page_of(index).elements}
     assert "Inputs of the strata" in text
     left = set(contents(tmp_path / "report"))
     assert not {"figures/front.svg", "figures/speed-dark.svg", "data/worst.csv"} & left

@@ -8,6 +8,7 @@ from phongbench_api.routes import (
     guide,
     health,
     inverse,
+    measured,
     pages,
     render,
     runs,
@@ -19,5 +20,6 @@ from phongbench_api.routes import (
 
 ROUTERS = (
     health.router, formulas.router, targets.router, specular.router, shade.router, render.router, curve.router,
-    shader.router, inverse.router, answers.router, runs.router, files.router, pages.router, guide.router,
+    shader.router, inverse.router, answers.router, measured.router, runs.router, files.router, pages.router,
+    guide.router,
 )  # fmt: skip

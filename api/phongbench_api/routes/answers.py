@@ -1,7 +1,6 @@
 """What to ship: recommendations, fronts and claims; answers are cached until a file of the run changes."""
 
 from collections.abc import Callable
-from dataclasses import fields
 from typing import Annotated, Any
 
 from fastapi import APIRouter, Query, Request
@@ -9,7 +8,6 @@ from starlette.responses import Response
 
 from phongbench.analysis import promises
 from phongbench.analysis.claims import answer as judged
-from phongbench.analysis.error_budget import Budget
 from phongbench.analysis.front import points
 from phongbench.analysis.recommend import recommend as cheapest
 from phongbench.results.runs import Run
@@ -42,8 +40,7 @@ async def recommend(request: Request, parameters: Annotated[RecommendParameters,
         run = here.store.newest_timed() if parameters.run is None else here.store.intact(parameters.run)
         return _cached(here, run, parameters, lambda: cheapest(run, **budget, search=False, root=here.store.root))
 
-    asked = {field.name: budget[field.name] for field in fields(Budget)}
-    cost = SECONDS + promises.seconds(Budget.of(**asked))
+    cost = SECONDS + promises.seconds(parameters.budget())
     return await here.admission.run(request, cost, work, media.json, media.Spans())
 
 

@@ -1,7 +1,7 @@
-"""The pages that the package brings, read once, with no outside host: the explorer and the documentation."""
+"""The pages that the package brings, read once, with no outside host: explorer, rows of a run, documentation."""
 
 import re
-from functools import cache
+from functools import cache, partial
 from importlib import resources
 from typing import Any
 
@@ -10,8 +10,11 @@ from starlette.responses import Response
 
 from phongbench_api.http import documentation, media
 from phongbench_api.http.problems import NotFoundError
+from phongbench_api.service import service
 
 router = APIRouter(include_in_schema=False)
+#: predicted seconds of reading a manifest
+READING = 0.01
 _MEDIA = {
     "html": "text/html; charset=utf-8",
     "css": "text/css; charset=utf-8",
@@ -42,6 +45,18 @@ async def docs(request: Request) -> Response:
     return media.file(request, {}, _documentation(request.app))
 
 
+@router.get("/runs/{run}/rows")
+async def rows(request: Request, run: str) -> Response:
+    """The page that filters, sorts and turns over the rows of a run; 404 where there is no such run."""
+    here = service(request)
+
+    def work(_cancelled: object) -> tuple[bytes, str]:
+        here.store.find(run)
+        return _file("rows.html")
+
+    return await here.admission.run(request, READING, work, partial(media.file, request, {}), media.Spans())
+
+
 @router.get("/web/{path:path}")
 async def asset(request: Request, path: str) -> Response:
     """A script, style or picture of the pages."""
@@ -62,7 +77,7 @@ def _collect(folder: Any, prefix: str, pages: dict[str, tuple[bytes, str]]) -> N
         if entry.is_dir():
             _collect(entry, f"{prefix}{entry.name}/", pages)
         elif suffix in _MEDIA:
-            own = not prefix and suffix in ("js", "css")
+            own = prefix != "vendor/" and suffix in ("js", "css")
             content = entry.read_bytes()
             pages[prefix + entry.name] = (_COMMENTS.sub(b"", content) if own else content, _MEDIA[suffix])
 

@@ -7,13 +7,13 @@ from fastapi import APIRouter, Query, Request
 from starlette.responses import Response
 
 from phongbench.results.schema import TABLES
-from phongbench_api.answers import RUN, RUNS
+from phongbench_api.answers import COLUMNS, RUN, RUNS
 from phongbench_api.http import media
 from phongbench_api.http.openapi import ASK, described
 from phongbench_api.http.problems import RequestError
 from phongbench_api.http.shapes import rows as rows_of
-from phongbench_api.models import PageParameters
-from phongbench_api.runs import row_query
+from phongbench_api.models import ColumnsParameters, PageParameters
+from phongbench_api.runs import row_query, table_columns
 from phongbench_api.runs.run_store import RunStore
 from phongbench_api.service import service
 
@@ -56,8 +56,8 @@ def _page(store: RunStore, parameters: PageParameters) -> dict[str, Any]:
 def _add_rows(table: str) -> None:
     async def rows(request: Request, run: str) -> Response:
         spans, here = media.Spans(), service(request)
-        media_type = media.negotiate(request.headers.get("accept"), row_query.FAMILY)
         query = row_query.requested(request, table, here.settings.max_rows)
+        media_type = query.media_type or media.negotiate(request.headers.get("accept"), row_query.FAMILY)
         spans.mark("parse")
         work = lambda cancelled: row_query.page(here.store, here.tables, run, table, query)  # noqa: E731
         return await here.admission.run(
@@ -79,3 +79,15 @@ def _add_rows(table: str) -> None:
 
 for name in row_query.KEYS:
     _add_rows(name)
+
+
+@router.get(
+    "/{run}/columns",
+    summary="The columns of a table",
+    **described(COLUMNS, 404, 409, 422, 503, ask="/v1/runs/latest/columns?table=timing"),
+)
+async def columns(request: Request, run: str, parameters: Annotated[ColumnsParameters, Query()]) -> Response:
+    """What each column of a table means, and the values by which its rows can be filtered, where they are few."""
+    here = service(request)
+    work = lambda cancelled: table_columns.columns(here.store, here.tables, run, parameters.table)  # noqa: E731
+    return await here.admission.run(request, row_query.PAGE, work, media.json, media.Spans())

@@ -1,6 +1,7 @@
 """The machines that a formula may run on."""
 
 from fastapi import APIRouter, Request
+from starlette.concurrency import run_in_threadpool
 from starlette.responses import Response
 
 from phongbench.targets.listing import listing
@@ -15,4 +16,5 @@ router = APIRouter(prefix="/v1", tags=["formulas"])
 @router.get("/targets", summary="Every target", **described(TARGETS))
 async def targets(request: Request) -> Response:
     """The machines that costs are known of: what each rests on, and what it lacks here."""
-    return media.json({"targets": listing(service(request).store.root)})
+    # the first asks a driver what adapter there is, in a process of its own
+    return media.json({"targets": await run_in_threadpool(listing, service(request).store.root)})

@@ -6,6 +6,7 @@ import io
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import orjson
@@ -16,13 +17,16 @@ import pyarrow.parquet as pq
 from starlette.requests import Request
 from starlette.responses import Response
 
+from phongbench.results.runs import Run
 from phongbench.results.schema import TABLES
 from phongbench_api.http import media
 from phongbench_api.http.problems import NotFoundError, RequestError
 from phongbench_api.runs.run_store import RunStore
 from phongbench_api.runs.table_cache import TableCache, column_kinds
 
-FAMILY = (media.JSON, media.CSV, media.PARQUET)
+#: by what a request may name them, where it cannot send Accept: a link, or pandas' readers
+FORMATS = {"json": media.JSON, "csv": media.CSV, "parquet": media.PARQUET}
+FAMILY = tuple(FORMATS.values())
 DEFAULT_LIMIT = 1000
 #: predicted seconds of a page: filter, sort, write
 PAGE = 0.05
@@ -36,17 +40,19 @@ KEYS = {
     for name, table in TABLES.items()
 }
 _MOST_FILTERS = 64
+_PLAIN = ("columns", "sort", "limit", "cursor", "format")
 
 
 @dataclass(frozen=True, slots=True)
 class RowQuery:
-    """Which rows: filters by column, columns to give, order, page."""
+    """Which rows: filters by column, columns to give, order, page; and as what, None: as Accept says."""
 
     filters: dict[str, list[str]]
     columns: list[str] | None
     sort: list[tuple[str, str]]
     limit: int
     cursor: str | None
+    media_type: str | None
 
     def digest(self, table: str) -> str:
         """Changes with all that decides the order of the rows, but not with the page."""
@@ -62,14 +68,14 @@ def requested(request: Request, table: str, most: int) -> RowQuery:
     if len(pairs) > _MOST_FILTERS:
         raise RequestError(f"more than {_MOST_FILTERS} parameters", "(query)")
     for name, value in pairs:
-        if name in ("columns", "sort", "limit", "cursor"):
+        if name in _PLAIN:
             if name in plain:
                 raise RequestError("is given twice", name)
             plain[name] = value
         elif name in KEYS[table]:
             filters.setdefault(name, []).append(value)
         else:
-            known = ", ".join((*KEYS[table], "columns", "sort", "limit", "cursor"))
+            known = ", ".join((*KEYS[table], *_PLAIN))
             raise RequestError("a parameter that rows do not have", "(unknown)", f"known: {known}")
     order = [
         (word.removeprefix("-"), "descending" if word.startswith("-") else "ascending")
@@ -77,7 +83,10 @@ def requested(request: Request, table: str, most: int) -> RowQuery:
         if word
     ]
     chosen = [word for word in plain["columns"].split(",") if word] if "columns" in plain else None
-    return RowQuery(filters, chosen, order, _limit(plain.get("limit"), most), plain.get("cursor"))
+    if plain.get("format", "json") not in FORMATS:
+        raise RequestError(f"must be one of {', '.join(FORMATS)}", "format")
+    media_type = FORMATS.get(plain.get("format", ""))
+    return RowQuery(filters, chosen, order, _limit(plain.get("limit"), most), plain.get("cursor"), media_type)
 
 
 def _limit(text: str | None, most: int) -> int:
@@ -90,11 +99,7 @@ def _limit(text: str | None, most: int) -> int:
 
 def page(store: RunStore, cache: TableCache, run_name: str, table: str, query: RowQuery) -> dict[str, Any]:
     """`rows` as a pyarrow table, `total` rows that fit the filters, and the cursor of the `next` page or None."""
-    run = store.intact(run_name)
-    path = run.path / f"{table}.parquet"
-    if path.name not in run.manifest["files"]:
-        raise NotFoundError(f"the run has no table {table}")
-    known = column_kinds(path)
+    run, path, known = opened(store, run_name, table)
     chosen = _known(query.columns if query.columns is not None else list(known), known, "columns")
     _known([name for name, _ in query.sort], known, "sort")
     needed = list(dict.fromkeys([*query.filters, *(name for name, _ in query.sort)]))
@@ -107,6 +112,15 @@ def page(store: RunStore, cache: TableCache, run_name: str, table: str, query: R
     rows = whole.take(picked.slice(start, query.limit)) if picked is not None else whole.slice(start, query.limit)
     end = start + rows.num_rows
     return {"rows": rows, "total": total, "next": _cursor(query, table, end) if end < total else None}
+
+
+def opened(store: RunStore, run_name: str, table: str) -> tuple[Run, Path, dict[str, str]]:
+    """The run, the file of its table, and the columns of that with their kinds; NotFoundError where it has none."""
+    run = store.intact(run_name)
+    path = run.path / f"{table}.parquet"
+    if path.name not in run.manifest["files"]:
+        raise NotFoundError(f"the run has no table {table}")
+    return run, path, column_kinds(path)
 
 
 def _known(wanted: list[str], known: dict[str, Any], field: str) -> list[str]:
@@ -251,5 +265,6 @@ def parameters(table: str) -> list[dict[str, Any]]:
         "sort": ({"type": "string"}, "names separated by commas, each with `-` before it for descending"),
         "limit": ({"type": "integer", "minimum": 1, "maximum": 50_000, "default": DEFAULT_LIMIT}, "rows of an answer"),
         "cursor": ({"type": "string"}, "`next` of the answer before"),
+        "format": ({"type": "string", "enum": [*FORMATS]}, "instead of Accept, which a link cannot send"),
     }
     return many + [{"name": n, "in": "query", "schema": s, "description": d} for n, (s, d) in one.items()]

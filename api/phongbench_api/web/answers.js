@@ -1,8 +1,9 @@
 // The sentence about visibility, the recommendation, and how to get what is shown without this page.
 
-import { address, get } from './api.js';
+import { address } from './api.js';
 import { $, make, tell } from './dom.js';
 import { codes, degrees, number, plain } from './format.js';
+import { ask } from './measured.js';
 
 /** Is it visible at 8 bits, and by how much? @param {any} curve */
 export function verdict(curve) {
@@ -30,7 +31,7 @@ const wish = (state) => ({
 export async function recommend(state, choose, signal) {
   const place = $('choice');
   try {
-    const answer = await get('/v1/recommend', wish(state), signal);
+    const answer = await ask('/v1/recommend', wish(state), signal);
     const [best, next] = answer.choices;
     const parts = best ? [offered(best, choose, 'Cheapest: '), ...(next ? [offered(next, choose, 'Next: ')] : [])] : [make('p', {}, make('b', {}, 'Nothing meets this budget.'))];
     if (!best && answer.nearest_miss) parts.push(offered(answer.nearest_miss, choose, 'Nearest miss: '));

@@ -29,34 +29,36 @@ const rest = (seconds, signal) => new Promise((done, failed) => {
 });
 
 /** One answer; a service that is busy and says until when (503, Retry-After) is asked again then. */
-async function asked(url, signal, tries = TRIES) {
-  const answer = await fetch(url, { signal, headers: { accept: 'application/json' } });
+async function asked(url, request, tries = TRIES) {
+  const answer = await fetch(url, request);
   const seconds = Number(answer.headers.get('retry-after'));
   if (answer.status !== 503 || !seconds || tries === 1) return answer;
-  await rest(seconds, signal);
-  return asked(url, signal, tries - 1);
+  await rest(seconds, request.signal);
+  return asked(url, request, tries - 1);
 }
 
 /**
  * What the service answers; Problem if it refuses, does not answer or stays busy.
- * @param {string} path @param {Record<string, any>} [params] @param {AbortSignal} [signal]
+ * @param {string} path @param {Record<string, any>} [params] @param {AbortSignal} [signal] @param {any} [body] a document to send along
  */
-export async function get(path, params, signal) {
+export async function get(path, params, signal, body) {
+  const sent = body ? { method: 'POST', body: JSON.stringify(body) } : {};
   let answer;
   try {
-    answer = await asked(address(path, params), signal);
+    answer = await asked(address(path, params), { signal, headers: { accept: 'application/json', ...(body ? { 'content-type': 'application/json' } : {}) }, ...sent });
   } catch (reason) {
     if (reason.name === 'AbortError') throw reason;
     throw new Problem(0, 'The service does not answer', 'is phongbench serve still running?');
   }
-  const body = await answer.json().catch((reason) => { if (reason.name === 'AbortError') throw reason; return null; });
-  if (!answer.ok) throw new Problem(answer.status, body?.title ?? answer.statusText, detailed(body));
-  return body;
+  const told = await answer.json().catch((reason) => { if (reason.name === 'AbortError') throw reason; return null; });
+  if (!answer.ok) throw new Problem(answer.status, told?.title ?? answer.statusText, detailed(told));
+  return told;
 }
 
 function detailed(body) {
   if (!body) return 'The service gave no reason.';
-  const parts = [body.detail, ...(body.errors ?? []).map((e) => e.detail ?? e.message), body.mend ?? body.hint];
+  const errors = (body.errors ?? []).map(({ field, detail }) => (!field || detail.includes(field.match(/^\w*/)[0]) ? detail : `${field}: ${detail}`));
+  const parts = [...(errors.some((one) => one.endsWith(body.detail)) ? [] : [body.detail]), ...errors, body.mend ?? body.hint];
   return [...new Set(parts.filter((part) => typeof part === 'string' && part))].join(' – ');
 }
 

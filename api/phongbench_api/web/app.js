@@ -2,11 +2,12 @@
 
 import { get, newest, numbers } from './api.js';
 import { recommend, reproduce, verdict } from './answers.js';
-import { show as showControls, wire } from './controls.js';
+import { offerTargets, show as showControls, wire } from './controls.js';
 import { Curves, reachOf } from './curves.js';
 import { $, tell } from './dom.js';
 import { spelling } from './format.js';
 import { Front } from './front.js';
+import { hold } from './measured.js';
 import { Spheres } from './spheres.js';
 import { DEFAULTS, formula, fromHash, query, toHash } from './state.js';
 
@@ -14,7 +15,7 @@ const POINTS = 601;
 
 /** @type {import('./state.js').State} */
 let state = fromHash(location.hash);
-let offered = { registry: [], materials: [], reflectances: {}, precisions: [], targets: [], languages: {} };
+let offered = { registry: [], materials: [], reflectances: {}, precisions: [], targets: [], languages: {}, version: '' };
 let past = {};
 
 const specOf = (name) => offered.registry.find((spec) => spec.name === name) ?? offered.registry.find((spec) => spec.name === DEFAULTS.approximation) ?? offered.registry[0];
@@ -153,13 +154,37 @@ async function lookForRun() {
   busy('runs')(false);
 }
 
+/** Measures the formulas of the front, or without a run one of each approximation, on the GPU of this browser. */
+async function measure() {
+  const button = $('measure');
+  button.disabled = true;
+  try {
+    const { measureHere } = await import('./measure/panel.js');
+    const one = (spec) => spelling(formula(state, spec), spec);
+    const formulas = [...new Set([one(specOf(state.approximation)), ...front.names(), ...offered.registry.map(one)])];
+    await measureHere({ formulas, alpha: front.alpha ?? state.alpha, version: offered.version, adopt: adoptTarget });
+  } finally {
+    button.disabled = false;
+  }
+}
+
+/** Shows costs on a device that was measured in this page. @param {any} measurement */
+function adoptTarget(measurement) {
+  hold(measurement);
+  const { target, adapter } = measurement;
+  offered.targets = [...offered.targets.filter((one) => one.name !== target), { name: target, title: adapter, cost_kind: 'measured', available: true }];
+  offerTargets(offered.targets);
+  past = {};
+  set({ target, precision: 'float32' });
+}
+
 async function start() {
   document.documentElement.dataset.theme = state.theme;
   busy('start')(true);
   try {
     const [meta, approximations, { targets }] = await Promise.all([get('/v1/meta'), get('/v1/approximations'), get('/v1/targets')]);
-    offered = { registry: approximations.approximations ?? approximations, materials: meta.materials ?? [], reflectances: meta.reflectances ?? {}, precisions: meta.precisions, targets: targets.filter((one) => one.available), languages: meta.languages };
-    $('versions').textContent = `phongbench ${meta.versions?.phongbench ?? meta.version ?? ''}`;
+    offered = { registry: approximations.approximations ?? approximations, materials: meta.materials ?? [], reflectances: meta.reflectances ?? {}, precisions: meta.precisions, targets: targets.filter((one) => one.available), languages: meta.languages, version: meta.versions?.phongbench ?? meta.version ?? '' };
+    $('versions').textContent = `phongbench ${offered.version}`;
   } catch (problem) {
     tell($('problem'), problem, start);
     $('verdict').textContent = '';
@@ -172,6 +197,7 @@ async function start() {
   addEventListener('hashchange', () => { state = settled(fromHash(location.hash)); show(); });
   matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => { curves.draw(); front.draw(); });
   $('front-again').addEventListener('click', lookForRun);
+  $('measure').addEventListener('click', measure);
   show();
   busy('start')(false);
   await lookForRun();

@@ -48,7 +48,7 @@ function offerApproximations(registry) {
 }
 
 /** One entry for each target that has costs, those that are timed first. @param {any[]} targets */
-function offerTargets(targets) {
+export function offerTargets(targets) {
   $('target').replaceChildren(...Object.entries(KIND_OF_COST).map(([kind, label]) => make('optgroup', { label },
     ...targets.filter((one) => one.cost_kind === kind).map((one) => make('option', { value: one.name }, `${one.name}, ${one.title}`)))).filter((group) => group.children.length));
 }

@@ -3,6 +3,7 @@
 import { Problem, get } from './api.js';
 import { $, lazily, make, table, tell } from './dom.js';
 import { codes, decade, number } from './format.js';
+import { ask } from './measured.js';
 import { axis, level, onlyDecades, palette, plot, walkable, write } from './plot.js';
 
 const { uPlot } = globalThis;
@@ -72,7 +73,7 @@ export class Front {
         if (!measured.includes(wanted)) throw new Problem(404, `This run has no ${axis} ${wanted}`, `It measured ${measured.join(', ')}.${axis === 'precision' ? ` Measure it: phongbench run --precision ${wanted}` : ''}`);
       }
       const target = state.target === 'cpu' ? null : state.target;
-      const answer = this.answer = await get(`/v1/runs/${encodeURIComponent(run)}/front`, { alpha, precision: state.precision, space: asked.space, target }, signal);
+      const answer = this.answer = await ask(`/v1/runs/${encodeURIComponent(run)}/front`, { alpha, precision: state.precision, space: asked.space, target }, signal);
       this.points = [...answer.points].sort((a, b) => a.error - b.error);
       tell($('front-problem'), null);
       const off = Math.abs(alpha / state.alpha - 1) > 1e-6 ? `, the nearest measured to ${number(state.alpha)}` : '';
@@ -87,6 +88,16 @@ export class Front {
     for (const id of ['front-figure', 'front-details']) $(id).hidden = !this.points.length;
     this.asked = asked;
     this.draw();
+  }
+
+  /** The exponent that its errors are of; null without a run. */
+  get alpha() {
+    return this.run && this.answer ? this.answer.alphas[0] : null;
+  }
+
+  /** Its formulas by name: those on the line first, then those that may be, then the rest, each by error. */
+  names() {
+    return Object.keys(STATES).flatMap((state) => this.points.filter((point) => point.state === state)).map((point) => point.name);
   }
 
   /** Marks the formula shown and the budget. @param {any} asked @param {string} budget a number or a fraction */

@@ -71,7 +71,8 @@ class Problem:
 
     setting  whose exact Phong it stands for
     values   intervals of deficits, both ends (n,) -> what may be computed there, both ends (n,)
-    end      the deficit from which on it is dark for sure, at least 1; 2 is that of opposite directions
+    end      the deficit from which on it is dark for sure, at least 1, or where the domain ends; 2 is that of opposite
+             directions
     nothing  a bound this close to what single deficits reach is sharp
     cuts     of an interval in each of so many rounds, until there are more than `most`
     """
@@ -133,6 +134,8 @@ class Problem:
         far = max(lobe[-1] * 1.01, self.end)
         near = lobe[1] * np.geomspace(2.0**-12, 0.5, 6)
         edges = np.concatenate([[0.0], near, lobe[1:], np.geomspace(lobe[-1], far, TAIL)[1:]])
+        if self.end < 1:
+            edges = np.append(edges[edges < self.end], self.end)
         return edges[:-1], edges[1:]
 
 

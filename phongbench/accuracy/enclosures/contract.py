@@ -4,7 +4,11 @@ What runs is the code that `phongbench shader` writes for GPUs, with its folded 
 kernels' own body. The domain is one of
 
 - `unit`    pairs that a shader made unit, v * inversesqrt(v.v), on a device of the same kind
+- `short`   the same short of right angles, where some formulas divide by nothing: directions of form tan2 up to FAR
+            degrees apart; of the recipe halfway coplanar light and viewer up to FAR degrees from the half way between
 - `cosine`  the exact cosine is given, so that nothing is told of the dot product: forms none and dot alone
+
+What has no bound on the first has a reason, `why_not`.
 """
 
 import math
@@ -15,7 +19,7 @@ import numpy as np
 
 from phongbench.accuracy.enclosures.bounds import NotEnclosedError, Problem
 from phongbench.accuracy.enclosures.coordinates import Lengths
-from phongbench.accuracy.enclosures.devices import PRECISIONS, AnyLength, Device
+from phongbench.accuracy.enclosures.devices import LARGEST_PRODUCT, PRECISIONS, AnyLength, Device
 from phongbench.accuracy.enclosures.emitted import Direction, words
 from phongbench.accuracy.enclosures.ends import Ends
 from phongbench.accuracy.enclosures.spans import Span, enclosed
@@ -24,14 +28,24 @@ from phongbench.errors import InputError, KernelError
 from phongbench.formulas.formula import Formula
 from phongbench.formulas.recipes import PAIR
 from phongbench.formulas.shader_code.evaluated import highlight
+from phongbench.formulas.shader_code.function import written
+from phongbench.formulas.shader_code.languages import GLSL
 from phongbench.formulas.spec import Approximation, Setting
 
 #: how sharp a bound is, see `bounds.Problem`: exact Phong needs as many intervals as its error goes into 1
 NOTHING, CUTS, ROUNDS, MOST = 5e-7, 3, 14, 300_000
-DOMAINS = UNIT, COSINE = "unit", "cosine"
-#: how far R of a recipe is off, in units: N is normalised (its direction off by 1, its length by 4.5), N.L off by 3 and
-#: twice N.L times N by 1 each; and L subtracted from it. Of `lengthwise`, N.L and N.N are off by 3, their products by 1
-_RECIPES = {"reflect": 31.0, "lengthwise": 13.0}
+DOMAINS = UNIT, SHORT, COSINE = "unit", "short", "cosine"
+#: degrees, short of a right angle
+FAR = 80.0
+_FAR = math.cos(math.radians(FAR))
+#: how far what a recipe makes is off, in units of its length. R: N is normalised (off by 4.5, twice in each of two
+#: factors), N.L off by 3 and twice N.L times N by 1 each, and L subtracted. Of `lengthwise` N.L and N.N are off by 3,
+#: their products by 1, their difference by 1. H: both directions by 4.5, over its least length, and their sum by 1.
+#: What is flushed to 0 adds less than 1 in float16
+_RECIPES = {"reflect": 31.0, "lengthwise": 14.0, "halfway": 9 / (2 * _FAR) + 3}
+#: what a body raises that takes no intervals, branches too often, or is wrong
+_FAILS = (TypeError, ArithmeticError, ValueError, NameError, AssertionError, InputError, KernelError)
+_OPPOSITE = "the direction half way between light and viewer vanishes where they are opposite"
 
 
 def made_unit(precision: Precision, length_error: float = 0.0) -> Lengths:
@@ -63,23 +77,59 @@ def largest(
     budget        as for `bounds.largest`
     domain        of DOMAINS
     limited       whether the code limits values of over-long vectors to 1, see `shader_code.function.written`
-    Raises NotEnclosedError for code that cannot run on intervals, or is not written for GPUs.
+    Raises NotEnclosedError, with the reason, for code that cannot run on intervals, or is not written for GPUs.
     """
-    if precision.name not in PRECISIONS:
-        raise NotEnclosedError(f"no standard speaks of {precision.name}")
+    if reason := unwritten(spec, formula, setting, precision):
+        raise NotEnclosedError(reason)
     if domain == COSINE and (formula.raw or formula.lambda_form not in ("none", "dot")):
         raise NotEnclosedError("only a formula of the cosine can be given it")
+    if formula.recipe == "halfway" and domain != SHORT:
+        raise NotEnclosedError(_OPPOSITE)
     if length_error >= 1:
         return math.inf
-    pair = lengths_of(formula, precision, length_error) if domain == UNIT else None
+    pair = lengths_of(formula, precision, length_error) if domain != COSINE else None
+    end = 1 - _FAR if domain == SHORT and formula.lambda_form == "tan2" else 2.0
     try:
         values = _emitted(spec, _of_pair(formula), setting, precision, pair, limited=limited)
-        problem = Problem(setting, values, nothing=NOTHING, cuts=CUTS, rounds=ROUNDS, most=MOST)
+        problem = Problem(setting, values, end, nothing=NOTHING, cuts=CUTS, rounds=ROUNDS, most=MOST)
         if domain == COSINE and precision.listed:
             return _everywhere(problem, precision)
         return problem.largest(budget)
-    except (TypeError, ArithmeticError, ValueError, NameError, AssertionError, InputError, KernelError) as reason:
-        raise NotEnclosedError(spec.name) from reason
+    except _FAILS as problem:
+        raise NotEnclosedError(f"{spec.name} cannot run on intervals") from problem
+
+
+def unwritten(spec: Approximation, formula: Formula, setting: Setting, precision: Precision) -> str:
+    """Why no standard speaks of the code for GPUs in this precision on all of its domain; "" where one does."""
+    if precision.name not in PRECISIONS:
+        return f"no standard speaks of {precision.name}"
+    try:
+        written(spec, formula, setting, GLSL.in_precision(precision.name))
+    except (InputError, KernelError) as problem:
+        return problem.what
+    except _FAILS:
+        return f"{spec.name} has no code for GPUs"
+    if formula.normalise != "none" and precision.largest < LARGEST_PRODUCT:
+        return f"squares of vectors of lengths from 0.001 to 1000 leave the range of {precision.name}"
+    return ""
+
+
+def short_of(formula: Formula) -> str:
+    """The domain `short` of a formula, in words."""
+    if formula.recipe == "halfway":
+        return f"on coplanar vectors up to {FAR:g} degrees of incidence"
+    return f"up to {FAR:g} degrees between directions"
+
+
+def why_not(spec: Approximation, formula: Formula, setting: Setting, precision: Precision) -> str:
+    """Why nothing limits the error on all conforming devices, for a formula that has no bound on `unit`."""
+    if reason := unwritten(spec, formula, setting, precision):
+        return reason
+    if formula.lambda_form == "tan2":
+        return "it divides by the squared cosine, which vanishes at a right angle"
+    if formula.recipe == "halfway":
+        return _OPPOSITE
+    return "what it may give overflows"
 
 
 def _everywhere(problem: Problem, precision: Precision) -> float:
@@ -95,18 +145,15 @@ def _of_pair(formula: Formula) -> Formula:
 
 def lengths_of(formula: Formula, precision: Precision, length_error: float) -> tuple[Lengths, Lengths]:
     """The lengths of both directions as the formula takes them."""
-    if not formula.raw:
-        return (made_unit(precision, length_error),) * 2
     exact = formula.normalise != "none"
-    size = 0.0 if exact else length_error
-    view = Lengths(1 - size, 1 + size)
+    given = Lengths() if exact else made_unit(precision, length_error)  # any length is taken as 1
     if formula.recipe == PAIR:
-        return view, view
-    if formula.recipe not in _RECIPES:
-        raise NotEnclosedError(f"what {formula.recipe} makes is no function of the angle")
-    growth = 3 if formula.recipe == "lengthwise" else 1  # R is then as long as the square of N times L
+        return given, given
     off = _RECIPES[formula.recipe] * precision.eps * (1 + 40 * precision.eps)
-    return Lengths((1 - size) ** growth, (1 + size) ** growth, off), view
+    if formula.recipe == "halfway":
+        return given, Lengths(off=off) if exact else Lengths(2 * _FAR * (1 - off), 2 * (1 + off), off)
+    growth = 3 if formula.recipe == "lengthwise" else 1  # R is then as long as the square of N times L
+    return Lengths(given.low**growth, given.high**growth, off), given
 
 
 def _emitted(

@@ -6,6 +6,7 @@ missing, since nothing was sampled. What the standards leave open, a division by
 """
 
 import math
+from collections import Counter
 from collections.abc import Iterator, Mapping
 from typing import Any
 
@@ -30,15 +31,18 @@ SECONDS = 0.04
 def measure(context: ProbeContext) -> Mapping[str, pd.DataFrame]:
     """Rows of the bounded cells; a note says how many have no bound."""
     sweep = context.sweep
-    work = [p for p, cell in enumerate(sweep.cells) if p not in sweep.failures and _meant(cell, context.plan)]
-    bounds = []
+    work = [p for p, cell in enumerate(sweep.cells) if p not in sweep.failures and meant(cell, context.plan)]
+    held, reasons = list[tuple[int, float]](), Counter[str]()
     for position in work:
-        bounds.append(_bound(context, sweep.cells[position]))
+        bound = _bound(context, sweep.cells[position])
+        if math.isfinite(bound):
+            held.append((position, bound))
+        else:
+            reasons[_reason(context, sweep.cells[position])] += 1
         context.advance(1 / len(work))
-    held = [(p, bound) for p, bound in zip(work, bounds, strict=True) if math.isfinite(bound)]
-    if len(held) < len(work):
-        left = len(work) - len(held)
-        context.note(f"{left} of {len(work)} cells have no bound by contract: nothing limits what they divide by")
+    if reasons:
+        why = "; ".join(f"{reason} ({count})" for reason, count in reasons.most_common())
+        context.note(f"{reasons.total()} of {len(work)} cells have no bound by contract: {why}")
     if not held:
         return {}
     positions, errors = np.array([p for p, _ in held]), np.array([bound for _, bound in held])
@@ -55,13 +59,18 @@ def seconds(plan: Plan, jobs: int) -> float:
 
 
 def _cells(plan: Plan) -> Iterator[Cell]:
-    return (cell for cell in plan.cells() if _meant(cell, plan))
+    return (cell for cell in plan.cells() if meant(cell, plan))
 
 
-def _meant(cell: Cell, plan: Plan) -> bool:
+def meant(cell: Cell, plan: Plan) -> bool:
     """Gated cells of pairs, in precisions that the standards speak of, at the exponents nearest to 10 and 50."""
     known = cell.gated and not cell.formula.raw and cell.precision in PRECISIONS
     return known and cell.alpha in nearest_to(plan.alphas)
+
+
+def _reason(context: ProbeContext, cell: Cell) -> str:
+    spec, precision = cell.formula.spec(context.registry), precision_named(cell.precision)
+    return contract.why_not(spec, cell.formula, cell.setting, precision)
 
 
 def _bound(context: ProbeContext, cell: Cell) -> float:

@@ -19,7 +19,8 @@ import pandas as pd
 
 from phongbench.accuracy import tables
 from phongbench.accuracy.probes import consistency, single_cells
-from phongbench.accuracy.probes.exhaustive import nearest_to, representables, seen
+from phongbench.accuracy.probes.contracts import meant
+from phongbench.accuracy.probes.exhaustive import representables, seen
 from phongbench.accuracy.probes.probe import ProbeContext
 from phongbench.compiler.precisions import Array, Precision, precision_named
 from phongbench.errors import InputError, KernelError
@@ -79,12 +80,6 @@ def measure(context: ProbeContext) -> Mapping[str, pd.DataFrame]:
 def seconds(plan: Plan, jobs: int) -> float:
     """What the rows take."""
     return SECONDS * sum(meant(cell, plan) for cell in plan.cells()) / jobs
-
-
-def meant(cell: Cell, plan: Plan) -> bool:
-    """Gated cells of pairs, in precisions that code is written in, at the exponents nearest to 10 and 50."""
-    known = cell.gated and not cell.formula.raw and cell.precision in ("float32", "float16")
-    return known and cell.alpha in nearest_to(plan.alphas)
 
 
 def rows(context: ProbeContext, cell: Cell) -> Iterator[dict[str, Any]]:

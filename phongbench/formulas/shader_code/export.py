@@ -129,7 +129,8 @@ def shader(
     if contract is not None:
         held = "float32" if options.precision == FLOAT32 else "float16"
         device = f"on devices that are as accurate in {held} as WGSL and Vulkan state"
-        told.append(f"errs by at most {contract:.3g} {device}: proven")
+        where = f"{_domain(formula)}, " if formula.normalise != "none" or formula.space == "half" else ""
+        told.append(f"errs by at most {contract:.3g} {where}{device}: proven")
     told += [*notes, *([language.note] if language.note else [])]
     head = _head(spec, formula, alpha, told, options.command(formula.spelled(registry), alpha))
     top = "\n".join(f"{language.comment} {line}" for line in head)
@@ -164,10 +165,16 @@ def _error(spec: Approximation, formula: Formula, sampled: float, bound: float |
         where = f"{ANGLES} angles{plane}{wrong}{held[options.precision]}"
         return f"largest error against exact Phong at {where}: {sampled:.3g}; sampled, not promised"
     terms = " if powers and arcs err by at most 1e-6" if spec.cost.transcendentals else ""
-    plane = "coplanar directions" if formula.space == "half" else "directions"
-    where = "on vectors of lengths from 0.001 to 1000" if formula.raw else f"on {plane} made unit in float32{wrong}"
+    where = _domain(formula) if formula.raw else f"{_domain(formula)} made unit in float32{wrong}"
     most = f"errs by at most {bound:.3g}, {255 * bound:.2g} of 255, {where}: proven{terms}"
     return f"{most}; {sampled:.3g} was sampled"
+
+
+def _domain(formula: Formula) -> str:
+    """The vectors that a bound holds for."""
+    if formula.normalise != "none":
+        return "on vectors of lengths from 0.001 to 1000"
+    return "on coplanar directions" if formula.space == "half" else "on directions"
 
 
 def _head(spec: Approximation, formula: Formula, alpha: float, told: Sequence[str], made_by: str) -> list[str]:

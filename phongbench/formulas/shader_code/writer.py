@@ -86,7 +86,7 @@ class Writer:
         if not self.language.gpu:
             x = self._guarded(GUARDED_SQUARE if n else GUARDED, value, 2**n)
             return self._squared(x, n - 1)
-        # a limit costs nothing, a maximum an instruction; but of 1 less a square compilers know that it is no more than 1
+        # a limit costs nothing, a maximum an instruction; but of 1 less a square compilers know that it is at most 1
         known = isinstance(value, Affine) and value.base.high == math.inf and not self.language.saturated_sum
         free = self.limited if high_of(value) > 1.0 else not known
         return self._squared(self.limit(value) if free else self.largest(value, 0.0), n)

@@ -97,6 +97,37 @@ def names(axes: Axes, rows: pd.DataFrame, *, gap: float = GAP, letter: float = L
         )
 
 
+def alone(axes: Axes, rows: pd.DataFrame, title: str) -> None:
+    """One front on axes of any figure.
+
+    rows  with label, error, ratio, ratio_low, ratio_high and state; call it inside `ink`
+    """
+    _scale(axes, rows)
+    panel(axes, rows, title)
+    axes.set(xlabel="largest absolute error", ylabel="cost / exact Phong")
+    axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, fontsize=8, handletextpad=0.2, borderaxespad=0.1)
+
+
+def _scale(axes: Axes, rows: pd.DataFrame) -> None:
+    low, high = float(rows["ratio_low"].min()), float(rows["ratio_high"].max())
+    log_axis(axes.xaxis)
+    top = max(high, 1.0) * 1.35
+    bottom = low / (top / low) ** 0.6  # below the front there is room for its names
+    named_ticks(axes.yaxis, octaves(low / 1.5, top), minor=[0.75 * tick for tick in octaves(low / 0.75, top / 0.75)])
+    axes.set(xlim=(FLOOR / 2, 1.0), ylim=(bottom, top))
+
+
+def panel(axes: Axes, rows: pd.DataFrame, title: str) -> None:
+    """A front on axes that are scaled for it."""
+    budget_lines(axes, vertical=True)
+    axes.axhline(1.0, color=INK, linewidth=0.8)
+    axes.text(0.998, 1.0, "exact Phong", transform=axes.get_yaxis_transform(), fontsize=7.5, ha="right", va="bottom")
+    marks(axes, rows)
+    names(axes, rows)
+    axes.set_title(title)
+    axes.set_ylabel("time / exact Phong")
+
+
 def draw(study: Rows, alphas: Sequence[float] = ALPHAS) -> Plate | Absent:
     """One panel per exponent, the nearest ones of the run; error on a log axis, time as a ratio to exact Phong."""
     if study.timing.empty:
@@ -108,24 +139,9 @@ def draw(study: Rows, alphas: Sequence[float] = ALPHAS) -> Plate | Absent:
     height = 0.75 + 2.35 * len(alphas)
     margins = {"top": 1 - 0.3 / height, "bottom": 0.72 / height, "hspace": 0.2}
     figure, panels = sheet(height, len(alphas), 1, left=0.075, right=0.985, sharex=True, sharey=True, **margins)
-    low, high = float(data["ratio_low"].min()), float(data["ratio_high"].max())
-    log_axis(panels[0].xaxis)
-    top = max(high, 1.0) * 1.35
-    bottom = low / (top / low) ** 0.6  # below the front there is room for its names
-    named_ticks(
-        panels[0].yaxis, octaves(low / 1.5, top), minor=[0.75 * tick for tick in octaves(low / 0.75, top / 0.75)]
-    )
-    panels[0].set(xlim=(FLOOR / 2, 1.0), ylim=(bottom, top))
+    _scale(panels[0], data)
     for axes, alpha in zip(panels, alphas, strict=True):
-        budget_lines(axes, vertical=True)
-        axes.axhline(1.0, color=INK, linewidth=0.8)
-        axes.text(
-            0.998, 1.0, "exact Phong", transform=axes.get_yaxis_transform(), fontsize=7.5, ha="right", va="bottom"
-        )
-        marks(axes, data[data["alpha"] == alpha])
-        names(axes, data[data["alpha"] == alpha])
-        axes.set_title(alpha_is(alpha))
-        axes.set_ylabel("time / exact Phong")
+        panel(axes, data[data["alpha"] == alpha], alpha_is(alpha))
     panels[-1].set_xlabel("largest absolute error")
     panels[0].legend(
         loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, fontsize=8, handletextpad=0.2, borderaxespad=0.1

@@ -11,11 +11,13 @@ from phongbench.results.schema import CEILINGS, TWIN
 from phongbench_reports.plots import BLUE, MUTED, SURFACE, Plate, footnote, sheet
 from phongbench_reports.table import Absent
 from phongbench_reports.text import label, listed, number, records, span, time_it
-from phongbench_reports.ticks import named_ticks, steps_of_ten
+from phongbench_reports.ticks import named_ticks, readable, steps_of_ten
 
 SETS = {"l1": "in L1", "l2": "in L2", "memory": "beyond cache"}
 #: A kernel that moves this share of what a plain copy moves waits for memory, whatever its formula.
 BOUND = 0.85
+#: letters of a tick's label that fit beside one another on all panels together
+LETTERS = 82
 KEYS = ["approximation", "lambda_form", "space", "gamma", "precision", "working_set"]
 NUMBERS = [
     "ns_min", "ns_median", "ratio", "ratio_low", "ratio_high", "dot_ratio", "bandwidth_fraction", "rounds", "threads",
@@ -70,9 +72,7 @@ def draw(study: Rows) -> Plate | Absent:
     for axes, name in zip(panels, sets, strict=True):
         mine = data[data["working_set"] == name]
         low, high = 0.85 * float(mine["ns_min"].min()), 1.3 * float(mine["ns_median"].max())
-        ticks = steps_of_ten(low, high, (1, 2, 5) if high < 100 * low else (1, 3))
-        ticks = ticks if len(ticks) > 1 else steps_of_ten(low, high, (1, 1.5, 2, 2.5, 3, 4, 5, 6, 8))
-        named_ticks(axes.xaxis, ticks, minor=steps_of_ten(low, high, range(1, 10)))
+        named_ticks(axes.xaxis, readable(low, high, LETTERS / len(sets)), minor=steps_of_ten(low, high, range(1, 10)))
         axes.set_xlim(low, high)
         _panel(axes, mine, names)
         axes.set_title(SETS[name])

@@ -6,7 +6,7 @@ import pandas as pd
 
 from phongbench.analysis.by_target import PRECISION, errors_of, front_on, targets_of
 from phongbench.analysis.rows import Rows, at
-from phongbench.analysis.target_costs import CPU
+from phongbench.results.schema import CPU
 from phongbench_reports.figures.front import FLOOR, edge, marks, names
 from phongbench_reports.plots import INK, Plate, budget_lines, footnote, sheet
 from phongbench_reports.table import Absent

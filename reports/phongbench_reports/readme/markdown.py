@@ -1,7 +1,6 @@
 """Tables and pictures as Markdown."""
 
 import html
-import re
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
@@ -28,13 +27,3 @@ def picture(name: str, plate: Plate) -> str:
         "</picture>",
     )
     return "\n".join(lines) + f"\n\n{plate.takeaway}"
-
-
-def slim(svg: bytes) -> bytes:
-    """The picture with coordinates of two digits after the point, which no eye tells apart, and each tag on a line."""
-
-    def shortened(tag: re.Match[str]) -> str:
-        short = re.sub(r"-?\d+\.\d{3,}", lambda n: f"{float(n[0]):.2f}".rstrip("0").rstrip("."), tag[0])
-        return re.sub(r"\s*\n\s*", " ", short)
-
-    return re.sub(r"<[^!?][^>]*>", shortened, svg.decode("utf-8")).encode("utf-8")

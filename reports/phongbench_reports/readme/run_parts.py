@@ -16,7 +16,7 @@ from phongbench.results.schema import BASELINE, CEILINGS, TWIN
 from phongbench_reports.figures import front as front_figure
 from phongbench_reports.figures import speed as speed_figure
 from phongbench_reports.plots import Plate, ink, svg_pair
-from phongbench_reports.readme.markdown import picture, slim, table
+from phongbench_reports.readme.markdown import picture, table
 from phongbench_reports.table import Absent
 from phongbench_reports.tables.by_target import by_target as by_target_table
 from phongbench_reports.tables.verdict import verdict as verdict_table
@@ -84,7 +84,7 @@ def front(study: Rows) -> tuple[str, dict[str, bytes]]:
         plate = front_figure.draw(study, (study.alpha,))
         if isinstance(plate, Absent):
             raise InputError(plate.reason.rstrip("."), str(study.run.path), plate.fix.rstrip("."))
-        light, dark = map(slim, svg_pair(plate.figure, "front"))
+        light, dark = svg_pair(plate.figure, "front")
     files = {"front.svg": light, "front-dark.svg": dark}
     return picture("front", plate), files
 

@@ -25,7 +25,7 @@ KEY = ["approximation", "lambda_form", "space", "precision", "gated"]
 
 
 def hostile(study: Rows) -> Table | Absent:
-    """A row for each formula and form in the headline precision, a column for each case; all precisions in the CSV."""
+    """A row for each formula and form in the headline precision, a column for each case."""
     rows = study.behaviour
     if rows.empty:
         return Absent("Hostile inputs were not tried.", "Run with the probe hostile, which every preset holds.")
@@ -52,9 +52,9 @@ def hostile(study: Rows) -> Table | Absent:
     )
     basis = (
         f"{precision}; ok: a value in range that is not merely 0 or 1 by force, or the exact one; 0 or 1: held there, "
-        "where the exact value is another or undefined; all precisions in the CSV"
+        "where the exact value is another or undefined; all precisions in the run's behaviour.parquet"
     )
-    return Table(("formula", *map(_heading, cases)), tuple(body), rows, sentence, basis)
+    return Table(("formula", *map(_heading, cases)), tuple(body), mine, sentence, basis)
 
 
 def _heading(case: str) -> str:
@@ -100,11 +100,12 @@ def smoothness(study: Rows) -> Table | Absent:
     return Table(
         tuple(headings),
         tuple(body),
-        rows,
+        mine,
         _smooth_sentence(mine, alpha),
         "edge: second difference at the lobe's end over that of exact Phong's peak; about 1 is a Mach band, more is a "
         "kink or a step; rises: places where the lobe grows away from its peak; overflows (in fixed point saturations) "
-        f"and subnormals: of lambda or value, in {number(mine['samples'].iloc[0])} samples; every cell in the CSV",
+        f"and subnormals: of lambda or value, in {number(mine['samples'].iloc[0])} samples; "
+        "every cell in the run's smoothness.parquet",
         frozenset(range(1, len(headings))),
     )
 

@@ -1,14 +1,15 @@
 """The answer by target: at each exponent which formula to ship where."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import pandas as pd
 
 from phongbench.analysis.by_target import PRECISION, Answer, alike, answers, targets_of
 from phongbench.analysis.rows import Rows, at, nearest
-from phongbench.analysis.target_costs import CPU
+from phongbench.results.schema import CPU, GPU
 from phongbench_reports.table import Absent, Table
-from phongbench_reports.text import alpha_is, listed, number
+from phongbench_reports.text import alpha_is, counted, listed, number
 
 #: exponents that are shown, the nearest ones of the run
 ALPHAS = (10.0, 20.0, 50.0, 100.0, 200.0, 1000.0)
@@ -45,6 +46,16 @@ def by_target(study: Rows, budget: float, name: str, only: Sequence[str] = ()) -
     )
 
 
+def turned(answer: Table | Absent) -> Table | Absent:
+    """The table with a row for each group of targets: there may be many of them, and a page is only so wide."""
+    if isinstance(answer, Absent):
+        return answer
+    alphas, *columns = zip(*answer.rows, strict=True)
+    rows = tuple((group, *cells) for group, cells in zip(answer.headings[1:], columns, strict=True))
+    headings = ("target", *(alpha_is(float(alpha)) for alpha in alphas))
+    return replace(answer, headings=headings, rows=rows, numeric=frozenset())
+
+
 def _cell(answer: Answer, *, withheld: bool) -> str:
     if answer.row is None:
         return "nothing fits"
@@ -62,7 +73,8 @@ def _sentence(found: Sequence[Answer], alpha: float, name: str) -> str:
         if answer.alpha == shown:
             ways.setdefault(str(answer.formula or "nothing"), []).append(answer.target)
     told = listed(f"{formula} on {listed(targets)}" for formula, targets in ways.items())
-    start = f"Within {name} the answer depends on the target at {len(apart)} of {len(alphas)} exponents"
+    count = f"{len(apart)} of {counted(len(alphas), 'exponent')}"
+    start = f"Within {name} the answer depends on the target at {count}"
     return f"{start}; at {alpha_is(shown)} it is {told}."
 
 
@@ -73,4 +85,6 @@ def _basis(study: Rows, targets: Sequence[str]) -> str:
     for row in rows[rows["cost_kind"] == "compiled"].to_dict("records"):
         tools.setdefault(f"{row['tool']} ({row['tool_version']})", []).append(str(row["target"]))
     counted = "; ".join(f"{', '.join(names)} by {tool}" for tool, names in tools.items())
-    return f"{CPU} is timed, the others are counted in what their compilers make: {counted}"
+    adapter = [f"{GPU} by {row['tool']}" for row in at(rows, target=GPU).to_dict("records")]
+    timed = ", ".join([f"{CPU} is timed", *adapter])
+    return f"{timed}; the others are counted in what their compilers make: {counted}"

@@ -15,7 +15,7 @@ from phongbench_reports.figures.speed import SETS
 from phongbench_reports.names import title
 from phongbench_reports.reproduce import reproduce
 from phongbench_reports.table import Absent, Table
-from phongbench_reports.text import INTERVAL, alpha_is, basis, interval, label, number, records, time_it
+from phongbench_reports.text import INTERVAL, alpha_is, basis, counted, interval, label, number, records, time_it
 
 #: Rows of a long table that the page shows; the CSV holds all.
 SHOWN = 24
@@ -109,7 +109,8 @@ def _verdict_sentence(data: pd.DataFrame, name: str, *, withheld: bool) -> str:
     if withheld:
         return "The A/A twin differs from itself: this run's speed claims are withheld, only errors count."
     faster = data[(data["approximation"] != "phong") & (data["ratio_high"].astype(float) < 0.98)]
-    start = f"Within {name}, a formula is certainly faster than exact Phong at {len(faster)} of {len(data)} exponents"
+    count = f"{len(faster)} of {counted(len(data), 'exponent')}"
+    start = f"Within {name}, a formula is certainly faster than exact Phong at {count}"
     if faster.empty:
         return f"{start}."
     best = faster.sort_values(["ratio", "alpha"], kind="stable").iloc[0]
@@ -210,9 +211,9 @@ def worst(study: Rows) -> Table | Absent:
     where = f"{label(top)} at {alpha_is(top['alpha'])}, {top['precision']}, stratum {top['stratum']}"
     sentence = f"The largest error of those shown is {number(top['error'])}: {where}."
     headings = ("formula", "α", "precision", "stratum", "error", "value", "exact")
-    data = ranked.reset_index(drop=True)
-    note = f"{study.precision}, worst of each formula and form, unit vectors first; all {number(len(rows))} in the CSV"
-    return Table(headings, tuple(body), data, sentence, note, frozenset({1, 4, 5, 6}), frozenset(), tuple(details))
+    note = f"{study.precision}, worst of each formula and form, unit vectors first; "
+    note += f"all {number(len(rows))} in the run's worst.parquet"
+    return Table(headings, tuple(body), each, sentence, note, frozenset({1, 4, 5, 6}), frozenset(), tuple(details))
 
 
 def _by_size(column: pd.Series) -> pd.Series:

@@ -31,7 +31,9 @@ def outside(text: str) -> list[str]:
     return [address for address in fetched if "www.w3.org" not in address]
 
 
-@pytest.mark.parametrize("path", ["/", "/docs", "/guide/", *(f"/guide/{name}" for name in guide.texts())])
+@pytest.mark.parametrize(
+    "path", ["/", "/docs", "/runs/latest/rows", "/guide/", *(f"/guide/{name}" for name in guide.texts())]
+)
 def test_a_page_fetches_nothing_from_outside_and_has_nothing_inline(client: TestClient, path: str) -> None:
     page = client.get(path)
     assert page.headers["content-type"] == "text/html; charset=utf-8"

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from starlette.testclient import TestClient
 
-from phongbench_api.runs import row_query
+from phongbench_api.runs import row_query, table_columns
 from phongbench_api.runs.table_cache import TableCache, column_kinds
 
 RUN = "20260101-000000-0123abcd"
@@ -149,3 +149,57 @@ def test_columns_are_kept_within_their_bound(runs: Any) -> None:
         assert kept.table(path, "same", [name]).num_rows == pq.read_metadata(path).num_rows
         assert kept.held <= 20_000
     assert set(row_query.KEYS["accuracy"]) <= set(names)
+
+
+@pytest.mark.parametrize("accept", ["application/json", "text/csv", "image/png"])
+def test_a_format_in_the_query_counts_before_accept(client: TestClient, accuracy: pd.DataFrame, accept: str) -> None:
+    headers = {"accept": accept}
+    csv = client.get(f"{URL}?format=csv&limit=3&columns=max_abs", headers=headers)
+    assert csv.headers["content-type"].startswith("text/csv")
+    assert pd.read_csv(io.BytesIO(csv.content))["max_abs"].tolist() == accuracy["max_abs"].head(3).tolist()
+    parquet = client.get(f"{URL}?format=parquet&limit=3", headers=headers).content
+    assert pq.read_table(io.BytesIO(parquet)).num_rows == 3
+    assert len(client.get(f"{URL}?format=json&limit=3", headers=headers).json()["rows"]) == 3
+
+
+@pytest.mark.parametrize("query", ["format=", "format=xml", "format=CSV", "format=csv&format=json"])
+def test_a_format_that_there_is_not_is_refused(client: TestClient, query: str) -> None:
+    answer = client.get(f"{URL}?{query}")
+    assert (answer.status_code, answer.json()["errors"][0]["field"]) == (422, "format")
+
+
+@pytest.mark.parametrize("table", ["accuracy", "timing"])
+def test_columns_are_described_with_the_values_that_filters_take(client: TestClient, runs: Any, table: str) -> None:
+    told = client.get(f"/v1/runs/{RUN}/columns?table={table}").json()
+    frame = pd.read_parquet(runs / RUN / f"{table}.parquet")
+    assert told["rows"] == len(frame)
+    assert [column["name"] for column in told["columns"]] == list(frame.columns)
+    for column in told["columns"]:
+        name, values = column["name"], column["values"]
+        assert column["filter"] == (name in row_query.KEYS[table])
+        assert column["key"] <= column["filter"]
+        assert column["meaning"]
+        distinct = frame[name].drop_duplicates()
+        if values is None:
+            assert not column["filter"] or len(distinct) > table_columns.FEW
+            continue
+        assert sorted(map(str, values)) == sorted("None" if pd.isna(v) else str(v) for v in distinct.tolist())
+        words = ["none" if value is None else str(value).lower() for value in values]
+        totals = [client.get(f"/v1/runs/{RUN}/{table}?{name}={word}&limit=1").json()["total"] for word in words]
+        assert sum(totals) >= len(frame) > max(totals, default=0) or len(values) == 1
+
+
+@pytest.mark.parametrize(
+    ("query", "status"), [("table=worst", 404), ("table=no", 422), ("", 422), ("table=a&x=1", 422)]
+)
+def test_columns_of_no_table(client: TestClient, query: str, status: int) -> None:
+    assert client.get(f"/v1/runs/{RUN}/columns?{query}").status_code == status
+
+
+@pytest.mark.parametrize(
+    ("run", "status"), [("latest", 200), (RUN, 200), ("20260101-000000-ffffffff", 404), ("..", 404)]
+)
+def test_the_page_of_rows_is_that_of_a_run(client: TestClient, run: str, status: int) -> None:
+    answer = client.get(f"/runs/{run}/rows")
+    assert answer.status_code == status
+    assert ('id="rows"' in answer.text) == (status == 200)

@@ -180,6 +180,9 @@ class Vector:
     def __init__(self, x: Number, y: Number, z: Number) -> None:
         self.parts = x, y, z
 
+    def __add__(self, other: "Vector") -> "Vector":
+        return Vector(*(p + q for p, q in zip(self.parts, other.parts, strict=True)))
+
     def __sub__(self, other: "Vector") -> "Vector":
         return Vector(*(p - q for p, q in zip(self.parts, other.parts, strict=True)))
 

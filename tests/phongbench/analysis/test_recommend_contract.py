@@ -6,10 +6,12 @@ import pytest
 
 import phongbench as pb
 from phongbench.analysis.error_budget import Budget
-from phongbench.analysis.promises import bound_at, contract_at, promise, promise_raw
+from phongbench.analysis.promises import bound_at, contract_at, promise, promise_half, promise_raw
+from phongbench.analysis.ready_code import ready_code
 from phongbench.analysis.recommend import recommend
 from phongbench.errors import InputError
 from phongbench.formulas.formula import Formula
+from phongbench.formulas.shader_code.export import Options
 from phongbench.results.runs import Run
 
 Stored = Callable[..., Run]
@@ -88,3 +90,39 @@ def test_what_nothing_limits_is_not_promised() -> None:
     assert contract_at(Formula.parse("gaussian:tan2"), 50.0, limited=False) is None
     assert contract_at(Formula.parse("phong/fast"), 50.0) is None
     assert not promise(Formula.parse("phong/estimate"), Budget.of(50, 1.0, contract=True)).kept
+
+
+@pytest.mark.parametrize(
+    ("spelling", "precision", "said"),
+    [
+        ("lyon:tan2:8", "float32", ["divides by the squared cosine", "up to 80 degrees between directions it errs by"]),
+        ("blinn@halfway/once", "float32", ["opposite; on coplanar vectors up to 80 degrees of incidence it errs by"]),
+        ("phong/each", "float16", ["leave the range of float16"]),
+    ],
+)
+def test_code_without_a_bound_says_why(spelling: str, precision: str, said: list[str]) -> None:
+    code = ready_code(Formula.parse(spelling), 50.0, Options(precision=precision))
+    assert code.contract is None
+    assert "no bound holds on every device" in code.text
+    assert all(words in code.text for words in said)
+
+
+@pytest.mark.parametrize(
+    ("spelling", "where"),
+    [
+        ("phong/once", "on vectors of lengths from 0.001 to 1000, "),
+        ("blinn", "on coplanar directions, "),
+        ("phong", ""),
+    ],
+)
+def test_code_says_where_its_bound_holds(spelling: str, where: str) -> None:
+    code = ready_code(Formula.parse(spelling), 50.0)
+    assert f"errs by at most {code.contract:.3g} {where}on devices that are as accurate" in code.text
+    assert "no bound holds" not in code.text
+
+
+def test_of_half_vectors_no_less_than_everything_is_promised_over_all_configurations() -> None:
+    kept = promise_half(Formula.parse("lyon:dot:8@half"), Budget.of(50, 1.0, space="half", contract=True))
+    assert (kept.coverage, kept.kept) == ("contract", True)
+    assert 1.0 < kept.bound < 1.05
+    assert not promise_half(Formula.parse("lyon:tan2:8@half"), Budget.of(50, 1.0, space="half", contract=True)).kept

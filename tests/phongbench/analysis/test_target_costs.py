@@ -110,7 +110,7 @@ def test_an_own_formula_is_left_out_and_told(run: Run, rows: pd.DataFrame, store
 
 def test_wrong_questions_are_refused(run: Run) -> None:
     for ask in (lambda **q: recommend(run, **QUESTION, **q), lambda **q: points(run, alpha=50, **q)):
-        with pytest.raises(UnknownNameError, match="cpu, gcn4"):
+        with pytest.raises(UnknownNameError, match="cpu, gpu, gcn4"):
             ask(target="rdna9")
         with pytest.raises(UnknownNameError, match="issue, special"):
             ask(target="rdna2", short_of="memory")
@@ -154,7 +154,7 @@ def test_own_formulas_have_the_price_that_was_compiled_with_their_run(stored: St
     run = stored(accuracy=pd.concat([rows, own], ignore_index=True), timed=False)
     assert "own" not in {p["approximation"] for p in points(run, alpha=50, target="rdna2")["points"]}
     named = {"approximation": "own", "lambda_form": "dot", "space": "reflect", "beta_policy": "minimax", "gamma": None}
-    named |= {"recipe": "pair", "normalise": "none", "precision": "float32", "alpha": 50.0, "context": 0}
+    named |= {"recipe": "pair", "normalise": "none", "precision": "float32", "alpha": 50.0, "context": 0, "reads": 0}
     cost = {"cost": 1.5, "ratio": 0.25, "ratio_low": 0.25, "ratio_high": 0.25, "bound_by": "special"}
     costs = TABLES["costs"].frame([{"target": "rdna2", "cost_kind": "compiled", **named, **cost}])
     run.__dict__["costs"] = costs

@@ -17,7 +17,7 @@ def run(tmp_path):
     """A tiny stored run."""
     path = tmp_path / "runs" / "20260101-000000-abcdef01"
     path.mkdir(parents=True)
-    frame = pd.DataFrame({c: ["x", "y"] for c in schema.ACCURACY.names})
+    frame = pd.DataFrame({c: ["x", "y", "z"] for c in schema.ACCURACY.names}).assign(device=["cpu", "cpu", "gpu"])
     manifest = {
         "schema": 1,
         "run": path.name,
@@ -35,7 +35,8 @@ def run(tmp_path):
 def test_what_is_written_is_read_back(run):
     assert run.complete
     assert run.plan == preset("quick")
-    assert list(run.accuracy["alpha"]) == ["x", "y"]
+    assert list(run.accuracy["alpha"]) == ["x", "y"]  # of this machine's processor
+    assert list(run.device_accuracy["alpha"]) == ["z"]
     assert run.timing.empty
     assert list(run.timing.columns) == schema.TIMING.names
     assert runs.verify(run) == []

@@ -61,8 +61,8 @@ HAND["lyon:dot:8@reflect"] = HAND["lyon:dot:8"].replace("dot(r, v)", "dot(reflec
 HAND["lyon:dot:8@halfway"] = (
     f"float x = unit_sum(25.0, dot(n, normalize(l) + normalize(v)), -24.0);{' x *= x;' * 3} return x;"
 )
-#: what costs more in C, by at most so much: code that keeps what is no number apart, as the kernels do, has choices that
-#: compilers do not make maxima of
+#: what costs more in C, by at most so much: code that keeps what is no number apart, as the kernels do, has choices
+#: that compilers do not make maxima of
 DEARER = {"gaussian:dot": 1.0, "gaussian-quadratic:dot": 1.75}
 #: how much more of many cycles says nothing: which registers are spilled
 NOISE = 0.02

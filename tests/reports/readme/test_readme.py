@@ -20,7 +20,6 @@ from phongbench.study.run import run_study
 from phongbench_reports.readme import bench_parts, measurements, parts, raw_part, run_parts
 from phongbench_reports.readme.__main__ import main
 from phongbench_reports.readme.fill import fill
-from phongbench_reports.readme.markdown import slim
 from phongbench_reports.readme.measurements import Measurements, Wall
 
 RATES = {"evaluations_per_second": 5.1e8, "numpy_evaluations_per_second": 1.05e7, "ratio": 48.57}
@@ -194,11 +193,6 @@ def test_pictures_are_small_and_well_formed_and_exist_for_light_and_dark(made: A
         assert ET.fromstring(content).tag.endswith("svg")
         assert f"reports/pictures/{name}" in shown
     assert files["front.svg"] != files["front-dark.svg"]
-
-
-def test_shortening_keeps_what_is_written_in_a_picture() -> None:
-    short = slim(b'<svg><path d="M 1.23456 -0.00012\n L 2 3.5"/>\n<text x="0.5000">0.00392</text></svg>')
-    assert short == b'<svg><path d="M 1.23 -0 L 2 3.5"/>\n<text x="0.5">0.00392</text></svg>'
 
 
 def test_throughput_tells_rates_and_wall_times_where_they_were_measured() -> None:

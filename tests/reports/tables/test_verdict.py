@@ -153,7 +153,8 @@ def test_a_clean_run_has_an_empty_census(made_up: Callable[..., Any], tmp_path: 
 def test_worst_inputs_are_hex_and_come_with_their_command(run: Any) -> None:
     table = worst(Rows(run))
     assert isinstance(table, Table)
-    assert len(table.data) == len(run.worst)
+    assert len(table.data) == len(table.rows)
+    assert f"all {len(run.worst)} in the run's worst.parquet" in table.basis
     assert len(table.details) == len(table.rows)
     for a, b, command in table.details:
         assert b.startswith("b = (")

@@ -45,7 +45,9 @@ def test_rows_hold_the_bounds_of_both_precisions_at_the_exponents_nearest_to_10_
         assert row["max_abs"] == contract_at(formula, row["alpha"], row["precision"], limited=False)
     assert "lyon" in set(rows["approximation"])
     assert ("gaussian", "tan2") not in set(zip(rows["approximation"], rows["lambda_form"], strict=True))
-    assert "nothing limits what they divide by" in notes[0]
+    left = sum(contracts.meant(cell, PLAN) for cell in PLAN.cells()) - len(rows)
+    assert f"{left} of" in notes[0]
+    assert f"it divides by the squared cosine, which vanishes at a right angle ({left})" in notes[0]
 
 
 def test_a_bound_below_what_was_measured_or_proven_is_a_contradiction() -> None:

@@ -23,7 +23,14 @@ def costs(ratios: dict[str, tuple[float, ...]], targets: tuple[str, ...] = ("gcn
         named = {"approximation": f.approximation, "lambda_form": f.lambda_form, "space": f.space, "gamma": f.gamma}
         named |= RAW | {"recipe": f.recipe, "normalise": f.normalise, "beta_policy": f.slope, "precision": "float32"}
         for target, ratio in zip(targets, each, strict=True):
-            usual = {"target": target, "cost_kind": "compiled", "alpha": 50.0, "context": 0, "unit": "cycles"}
+            usual = {
+                "target": target,
+                "cost_kind": "compiled",
+                "alpha": 50.0,
+                "context": 0,
+                "reads": 0,
+                "unit": "cycles",
+            }
             rows += [usual | named | {"ratio": ratio}, usual | named | {"ratio": 1.0, "context": 128}]
     return TABLES["costs"].frame(rows)
 
