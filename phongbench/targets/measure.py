@@ -65,7 +65,7 @@ def bare(language: str, vectors: int, precision: str = FLOAT32, *, dot: bool) ->
 def costs(target: Target, codes: Sequence[Code]) -> list[Cost]:
     """The cost of each code on the target, compiled here; InputError where a tool is missing or refuses a code."""
     kinds = sorted({(target.calls(one), one.vectors, one.precision) for one in codes})
-    references = [(bare(target.language, *kind, dot=True), calls) for calls, *kind in kinds]
+    references = [(bare(target.language, n, precision, dot=True), calls) for calls, n, precision in kinds]
     found = target.checked().counted([*references, *((one, target.calls(one)) for one in codes)], CONTEXTS)
     less = dict(zip(kinds, found, strict=False))
     return [
