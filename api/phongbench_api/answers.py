@@ -136,6 +136,33 @@ _CLAIM = record(
     }
 )
 CLAIMS = Answer(record({"run": TEXT, "claims": list_of(_CLAIM)}), example("claims"))
+_CHANGE = record(
+    {
+        "name": told(TEXT, "the formula, without its slope, which costs nothing"),
+        **dict.fromkeys(("approximation", "lambda_form", "space", "beta_policy", "precision", "working_set"), TEXT),
+        "gamma": or_none(WHOLE),
+        "threads": WHOLE,
+        "before": told(REAL, "time over exact Phong's in the run `against`"),
+        "after": told(REAL, "the same in this run"),
+        "ratio": told(REAL, "after / before"),
+        "ratio_low": told(REAL, "lower end of its interval"),
+        "ratio_high": told(REAL, "upper end of it"),
+        "verdict": {"type": "string", "enum": ["faster", "slower", "unresolved"]},
+    },
+    optional={"recipe": TEXT, "normalise": TEXT, "lit": or_none(REAL)},
+)
+COMPARISON = Answer(
+    record(
+        {
+            "run": TEXT,
+            "against": TEXT,
+            "why_not": or_none(TEXT, "why nothing is compared"),
+            "level": told(REAL, "of the intervals"),
+            "rows": list_of(_CHANGE, "largest change first, of those that are settled"),
+        }
+    ),
+    example("compare"),
+)
 _TARGET = record(
     {
         "name": TEXT,

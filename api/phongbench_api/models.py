@@ -196,6 +196,12 @@ class PageParameters(Parameters):
     cursor: str | None = Field(None, max_length=200, description="`next` of the answer before")
 
 
+class CompareParameters(Parameters):
+    """Two runs."""
+
+    against: RunName = Field(description="the run that this one is compared with: its id, or latest")
+
+
 class ColumnsParameters(Parameters):
     """A table of a run."""
 

@@ -39,9 +39,11 @@ class CommaList(click.ParamType[Any]):
 
 
 def show(data: Any, as_json: bool, *otherwise: Callable[[], Any]) -> None:
-    """Print one JSON document, or call what prints the same for people."""
+    """Print one JSON document, or call what prints the same for people; NaN and infinities are strings in it."""
     if as_json:
-        click.echo(json.dumps(data, indent=2, allow_nan=False))
+        from phongbench.support.strict_json import strict  # late: it needs NumPy
+
+        click.echo(json.dumps(strict(data), indent=2, allow_nan=False))
     else:
         for print_part in otherwise:
             print_part()

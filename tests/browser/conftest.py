@@ -17,9 +17,12 @@ import pytest
 from phongbench.accuracy import sweep, tables
 from phongbench.inputs.plan import preset
 from phongbench.results import runs as results
+from phongbench.results.provenance import fingerprint_machine
 from phongbench.results.schema import RAW, TIMING
 
 RUN = "20260101-000000-0123abcd"
+#: older runs beside it: its kernels slower by a quarter, and another machine's
+SLOWER, ELSEWHERE = "20251231-000000-0123abcd", "20251230-000000-0123abcd"
 #: what chromium is called on today's systems
 NAMES = ("chromium", "chromium-browser", "google-chrome")
 #: the page is told by this attribute when nothing is under way
@@ -104,15 +107,15 @@ def empty_server(browser: Any, tmp_path_factory: pytest.TempPathFactory) -> Iter
 
 @pytest.fixture(scope="session")
 def server(browser: Any, tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
-    """The address of a server with one run."""
+    """The address of a server with a run, and two older ones of the same errors."""
     folder = tmp_path_factory.mktemp("served")
-    _run(folder / "phongbench-runs" / RUN)
+    _runs(folder / "phongbench-runs")
     process, url = _server(folder / "phongbench-runs", folder / "log")
     yield url
     _stop(process)
 
 
-def _run(folder: Path) -> None:
+def _runs(root: Path) -> None:
     """Real errors, made-up times: more squarings and the cross form cost, and wide intervals leave some unresolved."""
     plan = replace(
         preset("quick"),
@@ -155,11 +158,17 @@ def _run(folder: Path) -> None:
     half = np.where(timing["lambda_form"] == "difference", 0.12, 0.005)
     timing["ratio_low"], timing["ratio_high"] = timing["ratio"] * (1 - half), timing["ratio"] * (1 + half)
     timing["ns_min"] = timing["ns_median"] = 0.6 * timing["ratio"]
-    folder.mkdir(parents=True)
-    stored = {"accuracy": accuracy, "timing": timing[TIMING.required]}
-    files = {f"{name}.parquet": results.write_table(folder, name, frame) for name, frame in stored.items()}
-    told = {"schema": results.SCHEMA, "run": folder.name, "state": "complete", "plan": plan.as_dict(), "seed": 1}
-    results.write_manifest(folder, {**told, "code": "0", "provenance": {}, "files": files})
+    here = fingerprint_machine()
+    for name, factor, machine in ((RUN, 1.0, here), (SLOWER, 1.25, here), (ELSEWHERE, 1.25, "0" * 16)):
+        folder = root / name
+        folder.mkdir(parents=True)
+        times = timing[TIMING.required].copy()
+        times.loc[times["approximation"] != "phong", ["ratio", "ratio_low", "ratio_high"]] *= factor
+        stored = {"accuracy": accuracy, "timing": times}
+        files = {f"{table}.parquet": results.write_table(folder, table, frame) for table, frame in stored.items()}
+        told = {"schema": results.SCHEMA, "run": name, "state": "complete", "plan": plan.as_dict(), "seed": 1}
+        provenance = {"machine_fingerprint": machine}
+        results.write_manifest(folder, {**told, "code": "0", "provenance": provenance, "files": files})
 
 
 @dataclass

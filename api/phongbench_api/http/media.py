@@ -1,16 +1,15 @@
 """Media types, strict JSON, and responses that say what they took."""
 
 import hashlib
-import math
 import time
 from collections.abc import Iterable, Sequence
 from typing import Any, NamedTuple
 
-import numpy as np
 import orjson
 from starlette.requests import Request
 from starlette.responses import Response
 
+from phongbench.support.strict_json import strict
 from phongbench_api.http.problems import MalformedError, NotAcceptableError, UnsupportedMediaError
 
 JSON, OCTETS, NPY = "application/json", "application/octet-stream", "application/x-npy"
@@ -127,19 +126,3 @@ def file(request: Request, headers: dict[str, str], content: tuple[bytes, str], 
     if tag in held:
         return Response(None, 304, headers)
     return response(body, media_type, spans or Spans(), headers)
-
-
-def strict(data: Any) -> Any:
-    """The data with "NaN", "Infinity" and "-Infinity" for what JSON has no number for (orjson would write null)."""
-    if isinstance(data, float | np.floating):
-        return float(data) if math.isfinite(data) else _word(float(data))
-    if isinstance(data, np.ndarray):
-        floating = data.dtype.kind == "f"
-        return data if not floating or np.isfinite(data).all() else strict(data.tolist())
-    if isinstance(data, dict):
-        return {str(key): strict(value) for key, value in data.items()}
-    return [strict(value) for value in data] if isinstance(data, list | tuple) else data
-
-
-def _word(value: float) -> str:
-    return "NaN" if math.isnan(value) else "Infinity" if value > 0 else "-Infinity"

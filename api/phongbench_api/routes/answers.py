@@ -8,13 +8,14 @@ from starlette.responses import Response
 
 from phongbench.analysis import promises
 from phongbench.analysis.claims import answer as judged
+from phongbench.analysis.compare_times import compare_times
 from phongbench.analysis.front import points
 from phongbench.analysis.recommend import recommend as cheapest
 from phongbench.results.runs import Run
-from phongbench_api.answers import CLAIMS, FRONT, RECOMMEND
+from phongbench_api.answers import CLAIMS, COMPARISON, FRONT, RECOMMEND
 from phongbench_api.http import media
 from phongbench_api.http.openapi import described
-from phongbench_api.models import FrontParameters, RecommendParameters
+from phongbench_api.models import CompareParameters, FrontParameters, RecommendParameters
 from phongbench_api.service import Service, service
 
 router = APIRouter(prefix="/v1", tags=["answers"])
@@ -63,6 +64,28 @@ async def front(request: Request, run: str, parameters: Annotated[FrontParameter
 async def claims(request: Request, run: str) -> Response:
     """Each claim with its verdict, its conditions and the rows that decide it."""
     return await _answer(request, run, "claims", judged)
+
+
+@router.get(
+    "/runs/{run}/compare",
+    summary="How the times of a run differ from another's",
+    **described(COMPARISON, *_STORED, ask="/v1/runs/latest/compare?against=latest"),
+)
+async def compare(request: Request, run: str, parameters: Annotated[CompareParameters, Query()]) -> Response:
+    """Each kernel's time over exact Phong's, in the run `against` and in this one, and the ratio of the two ratios.
+
+    Only of runs that one machine timed: `why_not` says so of others, and `rows` is empty then.
+    """
+    here = service(request)
+
+    def work(_cancelled: object) -> Any:
+        before, after = here.store.intact(parameters.against), here.store.intact(run)
+        named = {"run": after.id, "against": before.id}
+        return _cached(
+            here, after, (before.path, here.store.stamp(before)), lambda: named | compare_times(before, after)
+        )
+
+    return await here.admission.run(request, SECONDS, work, media.json, media.Spans())
 
 
 async def _answer(request: Request, name: str, question: object, answer: Callable[[Run], Any]) -> Response:

@@ -19,6 +19,7 @@ from starlette.responses import Response
 
 from phongbench.results.runs import Run
 from phongbench.results.schema import TABLES
+from phongbench.support.strict_json import strict
 from phongbench_api.http import media
 from phongbench_api.http.problems import NotFoundError, RequestError
 from phongbench_api.runs.run_store import RunStore
@@ -225,7 +226,7 @@ def _records(rows: Any) -> bytes:
 def _values(column: Any) -> list[Any]:
     """A column's values as JSON has them."""
     values: list[Any] = _plain(column).to_pylist()
-    return media.strict(values) if pa.types.is_floating(column.type) else values
+    return strict(values) if pa.types.is_floating(column.type) else values
 
 
 def _csv(rows: Any) -> bytes:

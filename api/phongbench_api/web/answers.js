@@ -21,7 +21,7 @@ export function verdict(curve) {
 const wish = (state) => ({
   alpha: plain(state.alpha), max_error: state.budget, precision: state.precision,
   length_error: state.length_error ? plain(Math.abs(state.length_error)) : null,
-  target: state.target === 'cpu' ? null : state.target,
+  target: state.target === 'cpu' ? null : state.target, run: state.run,
 });
 
 /**
@@ -63,6 +63,7 @@ export function reproduce(state, asked, question) {
   const pick = ['phongbench recommend', `--alpha ${wanted.alpha}`, `--max-error ${wanted.max_error}`, `--precision ${wanted.precision}`];
   if (wanted.length_error) pick.push(`--length-error ${wanted.length_error}`);
   if (wanted.target) pick.push(`--target ${wanted.target}`);
+  if (wanted.run) pick.push(`--run ${wanted.run}`);
   const formula = Object.fromEntries(['approximation', 'lambda', 'gamma', 'alpha', 'beta', 'space'].filter((name) => name in question).map((name) => [name, question[name]]));
   const lines = [
     ['This curve, from the service', quoted('/v1/curve', question)],

@@ -28,6 +28,8 @@ const settled = (wished) => ({
   fresnel: Object.hasOwn(offered.reflectances, wished.fresnel) ? wished.fresnel : '',
   target: offered.targets.some((one) => one.name === wished.target) ? wished.target : DEFAULTS.target,
 });
+/** The state with a run that is there; an address may name one that is gone, and at first none is known. */
+const known = () => ({ ...state, run: front.runs.some((run) => run.id === state.run) ? state.run : '' });
 const asked = () => formula(state, specOf(state.approximation));
 
 /** Everything that waits for an answer; the page is busy while there is any. */
@@ -92,7 +94,7 @@ const askCurve = newest(async (signal) => {
   }
 }, busy('curve'));
 const askFront = newest((signal) => front.ask(state, asked(), signal), busy('front'), 60);
-const askRecommend = newest((signal) => recommend(state, adopt, signal), busy('recommend'), 120);
+const askRecommend = newest((signal) => recommend(known(), adopt, signal), busy('recommend'), 120);
 
 /** What a panel sees of the page. */
 const page = {
@@ -132,20 +134,21 @@ function show() {
   spheres.material = offered.materials.find((m) => m.name === state.material) ?? null;
   spheres.reflectance = offered.reflectances[state.fresnel] ?? null;
   spheres.draw();
-  reproduce(state, now, question());
+  reproduce(known(), now, question());
   onChange('look', [state.theme, state.scale, state.range], () => { curves.draw(); if (past.theme !== state.theme) front.draw(); past.theme = state.theme; });
+  onChange('run', state.run, () => front.use(state.run));
   onChange('mark', [now, state.budget], () => front.mark(now, state.budget));
   onChange('curve', question(), () => askCurve());
-  onChange('front', [state.alpha, state.precision, now.space, state.target, front.run?.run], () => askFront());
+  onChange('front', [state.alpha, state.precision, now.space, state.target, front.run?.id], () => askFront());
   for (const panel of panels) if (panel.open) panel.update?.();
-  onChange('recommend', [state.alpha, state.precision, state.length_error, state.budget, state.target, front.run?.run], () => askRecommend());
+  onChange('recommend', [state.alpha, state.precision, state.length_error, state.budget, state.target, front.run?.id], () => askRecommend());
 }
 
 /** Looks for a run; all else works without. */
 async function lookForRun() {
   busy('runs')(true);
   try {
-    await front.find();
+    await front.find(state.run);
     tell($('front-problem'), null);
   } catch (problem) {
     tell($('front-problem'), problem, lookForRun);

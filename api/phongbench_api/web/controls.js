@@ -74,6 +74,7 @@ export function wire(offered, set) {
   on('amplify', 'input', ({ value }) => set({ amplify: amplifyOf(Number(value)) }));
   on('closeup', 'change', ({ checked }) => set({ closeup: checked }));
   on('budget', 'change', ({ value }) => set({ budget: value }));
+  on('run', 'change', ({ value }) => set({ run: value }));
   on('target', 'change', ({ value }) => set({ target: value }));
   on('material', 'change', ({ value }) => {
     const material = offered.materials.find((m) => m.name === value);

@@ -4,7 +4,7 @@ import { Problem, get } from './api.js';
 import { $, lazily, make, table, tell } from './dom.js';
 import { codes, decade, number } from './format.js';
 import { ask } from './measured.js';
-import { axis, level, onlyDecades, palette, plot, walkable, write } from './plot.js';
+import { axis, level, octaves, onlyDecades, palette, plot, walkable, write } from './plot.js';
 
 const { uPlot } = globalThis;
 /** Smaller errors are drawn here: a log axis has no place for an exact formula. */
@@ -18,11 +18,16 @@ const STATES = {
   on: ['on the front', 'front', 'disc'], unresolved: ['not settled: intervals overlap', 'unclear', 'diamond'], off: ['off: another is surely faster and no worse', 'muted', 'ring'],
 };
 
-/** The run to ask: the newest whole one with times, else the newest. @param {any} answer of /v1/runs */
-export function newestRun(answer) {
-  const runs = answer.runs ?? answer.items ?? [];
+/** The run to ask: the newest whole one with times, else the newest. @param {any[]} runs newest first */
+export function newestRun(runs) {
   const timed = (run) => run.state === 'complete' && (run.files?.['timing.parquet']?.rows ?? 0) > 0;
   return runs.find(timed) ?? runs[0] ?? null;
+}
+
+/** What a run is called in lists. @param {any} run */
+export function titleOf({ id, state, plan: { alphas } }) {
+  const exponents = alphas.length > 3 ? `${alphas[0]} to ${alphas.at(-1)}` : alphas.join(', ');
+  return `${id}, α ${exponents}${state === 'complete' ? '' : `, ${state}`}`;
 }
 
 /** The run's exponent that lies nearest, as ratios go. @param {number[]} alphas @param {number} alpha */
@@ -37,6 +42,7 @@ export class Front {
     this.choose = choose;
     this.points = [];
     this.run = null;
+    this.runs = [];
     this.fill = lazily($('front-details'));
     const place = $('front-plot');
     walkable(place, () => {
@@ -51,22 +57,34 @@ export class Front {
     $('front-key').replaceChildren(...Object.entries(STATES).map(([, [words, , shape]]) => make('span', {}, make('i', { class: shape }), words)), make('span', {}, make('i', { class: 'chosen' }), 'chosen'));
   }
 
-  /** Looks for a run. @param {AbortSignal} [signal] */
-  async find(signal) {
-    this.run = newestRun(await get('/v1/runs', { limit: 50 }, signal));
+  /** Looks for runs, and takes one. @param {string} id as for `use` */
+  async find(id) {
+    const { runs } = await get('/v1/runs', { limit: 50 });
+    this.runs = runs.filter((run) => run.state !== 'corrupt');
+    const newest = newestRun(this.runs);
+    $('run').replaceChildren(...this.runs.map((run) => make('option', { value: run === newest ? '' : run.id }, titleOf(run))));
+    $('run').parentElement.hidden = this.runs.length < 2;
+    this.use(id);
+  }
+
+  /** Takes a run. @param {string} id of one of them; of another, and '': the newest */
+  use(id) {
+    const newest = newestRun(this.runs);
+    this.run = this.runs.find((run) => run.id === id) ?? newest;
+    $('run').value = this.run === newest ? '' : this.run.id;
     $('front-absent').hidden = this.run !== null;
     for (const id of ['front-figure', 'front-details']) $(id).hidden = this.run === null;
     $('front-basis').textContent = '';
-    const link = $('report-link');
-    link.hidden = this.run === null;
-    if (this.run) link.href = `/runs/${encodeURIComponent(this.run.run)}/report/`;
-    return this.run;
+    for (const [name, end, there] of [['report', 'report/', this.run?.report], ['rows', 'rows', this.run]]) {
+      $(`${name}-link`).hidden = !there;
+      if (this.run) $(`${name}-link`).href = `/runs/${encodeURIComponent(this.run.id)}/${end}`;
+    }
   }
 
   /** Asks for the points. @param {any} state @param {any} asked the formula shown @param {AbortSignal} signal */
   async ask(state, asked, signal) {
     if (!this.run) return;
-    const { run, plan } = this.run;
+    const { id: run, plan } = this.run;
     const alpha = nearest(plan.alphas, state.alpha);
     try {
       for (const [axis, wanted, measured] of [['precision', state.precision, plan.precisions], ['space', asked.space, plan.spaces]]) {
@@ -116,15 +134,13 @@ export class Front {
     const p = this.p = palette();
     const low = Math.min(...this.points.map((q) => q.ratio_low));
     const high = Math.max(1, ...this.points.map((q) => q.ratio_high));
-    const ticks = (u, splits) => splits.map((v) => (Number.isInteger(Math.round(1e6 * Math.log2(v)) / 1e6) ? number(v) : ''));
-    const octaves = (u, i, from, to) => { const found = []; for (let e = Math.ceil(Math.log2(from)); 2 ** e <= to; e++) found.push(2 ** e); return found; };
     this.u = plot($('front-plot'), {
       cursor: { show: false }, select: { show: false },
       scales: {
         x: { time: false, distr: 3, range: () => [FLOOR / 2, 1] },
         y: { distr: 3, range: () => [low / 1.5, high * 1.3] },
       },
-      axes: [axis(p, { label: 'largest absolute error', ...onlyDecades(p), values: (u, splits) => splits.map((v) => (narrow() && Math.round(Math.log10(v)) % 2 ? '' : decade(v))), size: 28 }), axis(p, { label: this.#cost(), size: 56, values: ticks, splits: octaves })],
+      axes: [axis(p, { label: 'largest absolute error', ...onlyDecades(p), values: (u, splits) => splits.map((v) => (narrow() && Math.round(Math.log10(v)) % 2 ? '' : decade(v))), size: 28 }), octaves(p, { label: this.#cost() })],
       series: [{}, { paths: () => null, points: { show: false } }],
       hooks: { draw: [(u) => this.#paint(u)] },
     }, [this.points.map((q) => Math.max(q.error, FLOOR)), this.points.map((q) => q.ratio)], 340);

@@ -1,7 +1,7 @@
 // What all plots share: uPlot with the page's colours, labels drawn at the lines, and a cursor that keys can move.
 
 import { colour } from './dom.js';
-import { decade } from './format.js';
+import { decade, number } from './format.js';
 
 const { uPlot } = globalThis;
 const FONT = '12px system-ui, "Segoe UI", Roboto, "Noto Sans", Arial, sans-serif';
@@ -20,6 +20,14 @@ export const axis = (p, more) => ({
 
 /** As wide as an axis's longest label, so that none is cut off. @param {number} least */
 export const roomy = (least) => (u, labels) => Math.max(least, 16 + 7 * Math.max(0, ...(labels ?? []).map((label) => (label ?? '').length)));
+
+/** A log axis of ratios, with a line at each power of two. @param {ReturnType<typeof palette>} p @param {object} more */
+export const octaves = (p, more) => axis(p, {
+  size: 56,
+  values: (u, splits) => splits.map((value) => (Number.isInteger(Math.round(1e6 * Math.log2(value)) / 1e6) ? number(value) : '')),
+  splits: (u, i, from, to) => { const found = []; for (let e = Math.ceil(Math.log2(from)); 2 ** e <= to; e++) found.push(2 ** e); return found; },
+  ...more,
+});
 
 /** For a log axis: lines and ticks at the decades only. @param {ReturnType<typeof palette>} p */
 export const onlyDecades = (p) => {

@@ -23,6 +23,7 @@ import { spelling } from './format.js';
  * @property {[number, number]} light  where the highlight stands on the unit disc, right and up
  * @property {string} budget        largest error allowed
  * @property {string} target        whose costs count: cpu, or a name of /v1/targets
+ * @property {string} run           id of the run that answers, or '' for the newest
  * @property {string} theme         light, dark, or '' for the system's
  */
 
@@ -30,7 +31,7 @@ import { spelling } from './format.js';
 export const DEFAULTS = Object.freeze({
   approximation: 'lyon', lambda: 'cross', beta: 'taylor', space: 'reflect', gamma: 8, alpha: 50,
   length_error: 0, perturbation: 'a', normalise: 'none', precision: 'float32', material: '', fresnel: '', scale: 'linear', range: 'lobe', amplify: 20,
-  closeup: false, light: [-0.3, 0.32], budget: '1/255', target: 'cpu', theme: '',
+  closeup: false, light: [-0.3, 0.32], budget: '1/255', target: 'cpu', run: '', theme: '',
 });
 
 export const PERTURBATIONS = ['a', 'both', 'opposite'];
@@ -51,7 +52,7 @@ const name = (text) => (/^[a-z0-9-]{0,64}$/.test(text) ? text : undefined);
 
 /** How each field is read from text; undefined: not one of its values, so it is ignored. */
 const READ = {
-  approximation: name, lambda: name, beta: name, space: name, material: name, fresnel: name, precision: name, target: name,
+  approximation: name, lambda: name, beta: name, space: name, material: name, fresnel: name, precision: name, target: name, run: name,
   gamma: (text) => { const value = inside(1, 256)(text); return Number.isInteger(Math.log2(value ?? 0)) ? value : undefined; },
   alpha: inside(1e-3, 1e5),
   length_error: inside(-LONGEST, LONGEST),

@@ -4,6 +4,7 @@ Every operation is rounded to that precision. Compilers may fuse the multiply-ad
 are run both ways, and the larger error counts.
 """
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from itertools import product
@@ -54,8 +55,8 @@ def largest_error(
         truth = exact(setting.alpha, cosines(formula, held))
         for fused in (False, True):
             value = compiled(spec, formula, setting, language, limited=limited, fused=fused)(*held)
-            with np.errstate(invalid="ignore"):
-                largest = float(np.fmax(largest, np.abs(value.astype(np.float64) - truth).max()))
+            error = float(np.abs(value.astype(np.float64) - truth).max())
+            largest = math.inf if math.isnan(error) else max(largest, error)
     return largest
 
 

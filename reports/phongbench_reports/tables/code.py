@@ -5,12 +5,12 @@ from dataclasses import dataclass
 
 from phongbench.analysis.by_target import PRECISION
 from phongbench.analysis.ready_code import ready_code
-from phongbench.analysis.target_costs import CPU
 from phongbench.errors import PhongbenchError
 from phongbench.formulas.formula import Formula
 from phongbench.formulas.shader_code.export import Options
 from phongbench.formulas.shader_code.languages import LANGUAGES
 from phongbench.formulas.user_files import installed
+from phongbench.results.schema import CPU
 from phongbench.targets.chips import TARGETS
 from phongbench_reports.table import Absent, Table
 from phongbench_reports.text import listed

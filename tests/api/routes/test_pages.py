@@ -106,16 +106,6 @@ def test_names_and_bounds_come_from_the_registry(client: TestClient) -> None:
     assert body["anyOf"] == [{"required": ["approximation"]}, {"required": ["formula"]}]
 
 
-def test_every_example_of_a_body_is_answered(client: TestClient) -> None:
-    for (path, method), found in operations(client).items():
-        for media, about in found.get("requestBody", {}).get("content", {}).items():
-            if "example" in about:
-                answer = client.request(method, path, json=about["example"], headers={"accept": "application/json"})
-                assert answer.status_code == 200, (path, media, answer.text)
-                documented = found["responses"]["200"]["content"]["application/json"]["example"]
-                assert documented.keys() <= answer.json().keys()
-
-
 def test_the_catalogue_is_the_registry(client: TestClient) -> None:
     told = client.get("/v1/approximations").json()["approximations"]
     assert [entry["name"] for entry in told] == list(REGISTRY)

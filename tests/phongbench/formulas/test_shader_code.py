@@ -184,6 +184,14 @@ def test_wrong_wishes_are_answered_in_two_lines(
     assert found.output.count("\n") <= 2
 
 
+def test_an_error_without_end_is_a_word_in_json() -> None:
+    """In float16 a power of what is a step above 1 overflows."""
+    asked = ["phong/once", "--alpha", "12345.678", "--precision", "float16", "--over-long", "keep", "--json"]
+    told = json.loads(CliRunner().invoke(main, ["shader", *asked]).stdout)
+    assert told["max_error"] == "Infinity"
+    assert told["contract"] is None
+
+
 @pytest.mark.parametrize("name", ["phong", "gaussian:dot", "lyon:dot:8", "schlick"])
 def test_over_long_vectors_give_no_more_than_one_unless_they_are_to(name: str, tmp_path: Path) -> None:
     formula, alpha = Formula.parse(name), 10.0

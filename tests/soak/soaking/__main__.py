@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 import click
-
 from soaking import inverse as inverses
 
 SEED = click.option("--seed", default=1, show_default=True, help="Equal seeds try the same.")
