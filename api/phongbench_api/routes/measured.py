@@ -25,7 +25,7 @@ LARGEST = 256 << 10
 #: predicted seconds of answering: reading and checking a run's files
 SECONDS = 0.2
 #: predicted seconds of reading a byte: a row's formula is written as code, to know it again
-READING = 2e-5
+READING = 3e-5
 _STORED = (400, 404, 406, 408, 409, 413, 422, 503)
 _TIME = {"cost": 0.2, "low": 0.19, "high": 0.21}
 EXAMPLE = {

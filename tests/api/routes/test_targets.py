@@ -6,6 +6,7 @@ from typing import Any
 
 from starlette.testclient import TestClient
 
+from phongbench import __version__
 from phongbench.targets import measured
 from phongbench.targets.listing import listing
 
@@ -27,7 +28,7 @@ def test_one_that_was_added_answers_at_once_and_again_after_it_changed(client_of
         rows = [("phong", 0.4), ("lyon:dot:8", cost), ("gaussian:dot", 0.2)]
         document = {
             "schema": 1, "target": "page-mine", "cost_kind": "measured", "unit": "ns", "precision": "float32",
-            "adapter": "<b>mine</b>", "tool": "WebGPU", "tool_version": "1", "phongbench": "0.1.0",
+            "adapter": "<b>mine</b>", "tool": "WebGPU", "tool_version": "1", "phongbench": __version__,
             "dot": {"cost": 0.05, "low": 0.05, "high": 0.05},
             "rows": [{"formula": f, "alpha": 50, "cost": c, "low": c, "high": 1.01 * c} for f, c in rows],
         }  # fmt: skip

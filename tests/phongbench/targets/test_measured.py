@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 from click.testing import CliRunner
 
+from phongbench import __version__
 from phongbench.cli.main import main
 from phongbench.errors import InputError, UnknownNameError
 from phongbench.formulas.formula import Formula
@@ -26,7 +27,7 @@ def row(formula: str, cost: float, alpha: float = 50.0) -> Document:
 @pytest.fixture
 def document() -> Document:
     rows = [row("phong", 0.4), row("lyon:dot:8", 0.1), row("gaussian:dot", 0.2)]
-    words = {"adapter": "Adreno (TM) 740", "tool": "WebGPU", "tool_version": "Chrome 142", "phongbench": "0.1.0"}
+    words = {"adapter": "Adreno (TM) 740", "tool": "WebGPU", "tool_version": "Chrome 142", "phongbench": __version__}
     head = {"schema": 1, "target": "page-adreno-740", "cost_kind": "measured", "unit": "ns", "precision": "float32"}
     return {**head, **words, "dot": {"cost": 0.05, "low": 0.049, "high": 0.051}, "rows": rows}
 
@@ -80,6 +81,7 @@ WRONG: tuple[tuple[str, Callable[[Document], Any], str], ...] = (
     ("an adapter of two lines", lambda d: d.update(adapter="a\nb"), "adapter"),
     ("an escape", lambda d: d.update(tool="\x1b[2J"), "tool"),
     ("no version", lambda d: d.pop("tool_version"), "tool_version is missing"),
+    ("another version's code", lambda d: d.update(phongbench="0.0.1"), "another version of phongbench"),
     ("an unknown key", lambda d: d.update(colour="red"), "colour"),
     ("an unknown formula", lambda d: d["rows"].append(row("lion", 1.0)), "lion"),
     ("an exponent that it does not take", lambda d: d["rows"].append(row("integer-power", 1.0, 2.5)), "2.5"),

@@ -106,7 +106,7 @@ export async function measureHere({ formulas, alpha, version, adopt }) {
   const place = $('measure-result');
   const { seconds, milliseconds, formulas: most, only } = $('device').dataset;
   const cancel = new AbortController();
-  const stage = make('span', {}, 'Starting …');
+  const stage = make('span', { role: 'status' }, 'Starting …');
   const bar = make('progress', { max: 1, 'aria-label': 'Measurement' });
   place.replaceChildren(make('p', { class: 'inline' }, bar, stage, make('button', { type: 'button', id: 'measure-cancel', onclick: () => cancel.abort() }, 'Cancel')));
   const worker = new Worker(new URL('./worker.js', import.meta.url), { type: 'module' });
@@ -131,7 +131,7 @@ function shown(result, document) {
   const exact = result.rows[0];
   const sentence = best ? `quickest is ${best.formula}, ${number(best.cost)} ns a highlight, ${number(best.ratio)} of exact Phong's ${number(exact.cost)} ns.` : `exact Phong takes ${number(exact.cost)} ns a highlight.`;
   return [
-    make('p', {}, make('b', {}, document.adapter), ` by ${document.tool}: ${sentence}`),
+    make('p', { role: 'status' }, make('b', {}, document.adapter), ` by ${document.tool}: ${sentence}`),
     make('div', { class: 'scroll', tabindex: 0, role: 'region', 'aria-label': 'Formulas timed on this device' }, rows(result)),
     download(document),
     make('ul', { class: 'notes muted' }, ...notes(result).map((note) => make('li', {}, note))),
@@ -139,7 +139,7 @@ function shown(result, document) {
 }
 
 function refuse(place, problem) {
-  const words = make('div', { class: 'problem' });
+  const words = make('div', { class: 'problem', role: 'alert' });
   tell(words, problem);
   place.replaceChildren(words);
 }

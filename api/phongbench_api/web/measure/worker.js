@@ -1,7 +1,7 @@
 // Measures apart from the page, which stays at hand meanwhile: opens a device, has its programs written, times them.
 
 import { Problem, get } from '../api.js';
-import { Refused, Unusable, isSoftware } from './devices.js';
+import { Refused, inTime, isSoftware } from './devices.js';
 import { dot, shape } from './programs.js';
 import { measure } from './rounds.js';
 import { median, ratio, verdict } from './statistics.js';
@@ -74,7 +74,7 @@ async function first(wanted) {
     let device = null;
     try {
       postMessage({ stage: `Looking for ${name} …` });
-      device = await open();
+      device = await inTime(open());
       if (device) return { result: { ...await run(device, wanted), failed } };
     } catch (problem) {
       if (problem instanceof Problem) return { problem: { title: problem.title, message: problem.message, status: problem.status } };
