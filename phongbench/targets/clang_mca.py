@@ -261,7 +261,7 @@ TARGETS = (
         options=("-mno-gather",),  # LLVM 19 takes a gather for a plain load
     ),
     Processor(
-        "sapphire-rapids", "sapphirerapids", "Intel Sapphire Rapids, vectors of 256 bits", *_TOOL, _BOTH, triple=_X86,
+        "sapphire-rapids", "sapphirerapids", "Intel Sapphire Rapids, vectors of 256 bits", *_TOOL, triple=_X86,
         multiply_add=(_AVX[0].format("y"), _AVX[1]), width=8,
         half_multiply_add=("vfmadd213ph %ymm1, %ymm2, %ymm0", "vfmadd213sh %xmm1, %xmm2, %xmm0"),
     ),
