@@ -31,6 +31,7 @@ soak: $(TEST) ## for minutes: error budgets attacked by a search, devices at the
 	PHONGBENCH_SOAK=1000 $(PY) -m pytest --numprocesses=auto tests/phongbench/analysis/test_promise.py tests/phongbench/analysis/test_raw_promise.py \
 		tests/phongbench/accuracy/test_contract_catalogue.py
 	PYTHONPATH=tests/soak $(PY) -m soaking inverse
+	PYTHONPATH=tests/soak $(PY) -m soaking gpu
 
 check: $(DEV) ## lint, format, types, layers
 	$(PY) -m ruff check .

@@ -79,7 +79,14 @@ RECOMMEND = Answer(
             "nearest_miss": {**or_none(_CHOICE), "description": "what is least beyond the budget, of the cheaper ones"},
             "notes": list_of(TEXT),
         },
-        optional={"target": TEXT, "short_of": or_none(TEXT), "usual": _OBJECT, "steps": list_of(_OBJECT)},
+        optional={
+            "target": TEXT,
+            "short_of": or_none(TEXT),
+            "verdict": told(TEXT, "what to ship, in a sentence"),
+            "inputs": told(TEXT, "what the caller holds: vectors, or R.V alone"),
+            "usual": _OBJECT,
+            "steps": list_of(_OBJECT),
+        },
     ),
     example("recommend"),
 )
@@ -133,7 +140,8 @@ _CLAIM = record(
         "figure": or_none(TEXT),
         "needs": _NAMES,
         "lacking": or_none(TEXT, "what would measure it"),
-    }
+    },
+    optional={"brief": told(TEXT, "the reason in few words")},
 )
 CLAIMS = Answer(record({"run": TEXT, "claims": list_of(_CLAIM)}), example("claims"))
 _CHANGE = record(

@@ -50,8 +50,9 @@ class Answer:
 
 
 def targets_of(rows: Rows) -> list[str]:
-    """The targets that a run has costs of, in the order of the list of targets."""
-    known = set(rows.costs["target"].astype(str))
+    """The targets that a run has costs of, in the order of the list of targets; GPU if its times have intervals."""
+    few = (rows.costs["target"] == GPU) & rows.costs["ratio_low"].isna()
+    known = set(rows.costs.loc[~few, "target"].astype(str))
     timed = [] if at(rows.timing, precision=PRECISION).empty else [CPU]
     return [*timed, *(name for name in (GPU, *TARGETS) if name in known)]
 

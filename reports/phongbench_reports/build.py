@@ -24,6 +24,7 @@ from phongbench_reports.plots import Plate, ink, svg_pair
 from phongbench_reports.second_process import Drawn, Shared, beside, drawn
 from phongbench_reports.svg import of_both
 from phongbench_reports.table import Absent, Part
+from phongbench_reports.tables.adapter import adapter
 from phongbench_reports.tables.behaviour import hostile, smoothness
 from phongbench_reports.tables.by_target import by_target, turned
 from phongbench_reports.tables.claims import claims
@@ -77,6 +78,7 @@ def sections_of(study: Rows, shared: Shared | None = None) -> tuple[list[Section
     if all(isinstance(section.content, Absent) for section in scenes):
         scenes = [Section("pictures", "Pictures of scenes", scenes[0].content)]
     speed = figures.pop("speed")
+    answers += [Section("adapter", "On this machine's adapter", adapter(study))] if "gpu" in study.run.manifest else []
     return [*answers, *figures.values(), *behaviour, *scenes, judged, speed, *last], pictures
 
 

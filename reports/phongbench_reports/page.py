@@ -95,6 +95,11 @@ def provenance(study: Rows) -> list[tuple[str, str]]:
     return flat(top) + flat(manifest.get("provenance") or {}) + flat(manifest.get("plan") or {}, "plan.")
 
 
+def _on_gpu(study: Rows) -> bool:
+    """Whether a GPU was measured; a software adapter is none."""
+    return not study.run.manifest.get("gpu", {"software": True})["software"]
+
+
 def unmeasured(study: Rows) -> list[str]:
     """Sentences on what this run cannot say, computed from what its rows lack."""
     rows, sentences = study.accuracy, []
@@ -114,7 +119,8 @@ def unmeasured(study: Rows) -> list[str]:
         sets = [name for name in ("l1", "l2", "memory") if name not in set(study.timing["working_set"].unique())]
         sentences += [f"Working sets {listed(sets)}."] if sets else []
         threads = int(study.timing["threads"].max())
-        sentences.append(f"Time on more than {threads} thread{'s' * (threads > 1)}, on a GPU, or of a single value.")
+        gpu = "" if _on_gpu(study) else ", on a GPU,"
+        sentences.append(f"Time on more than {threads} thread{'s' * (threads > 1)}{gpu} or of a single value.")
     if set(rows["coverage"].unique()) == {"sampled"}:
         sentences.append("Proven maxima: a largest error of samples is a lower bound of the true one.")
     sentences.append(f"Exponents other than {listed(f'{alpha:g}' for alpha in study.alphas)}.")

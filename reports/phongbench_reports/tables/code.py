@@ -66,7 +66,7 @@ def code(answer: Table | Absent) -> CodeList | Absent:
 
 
 def _winner(name: str, alpha: float, targets: list[str]) -> Winner:
-    gpu = {target != CPU and LANGUAGES[TARGETS[target].language].gpu for target in targets}
+    gpu = {LANGUAGES[TARGETS[target].language].gpu if target in TARGETS else target != CPU for target in targets}
     languages = (GPU if True in gpu else {}) | (PROCESSOR if False in gpu else {})
     registry, listings = installed(), []
     with suppress(PhongbenchError):  # of a user's file that is not at hand, or that has no spelling in a language
