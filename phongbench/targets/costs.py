@@ -106,7 +106,9 @@ def shipped(name: str, precision: str = FLOAT32) -> CostTable:
         fix = f"leave the precision out; these have it: {', '.join(in_precision(precision)) or 'none'}"
         raise InputError(f"{name} has no {precision}", "precision", fix)
     if not path.is_file():
-        raise InputError(f"no costs of {name} are here", str(path.name), "install phongbench again, or `make targets`")
+        first = "install phongbench again" if precision == FLOAT32 else "leave the precision out"
+        fix = f"{first}, or `make targets`; these have it: {', '.join(in_precision(precision)) or 'none'}"
+        raise InputError(f"no costs of {name} in {precision} are here", str(path.name), fix)
     data = json.loads(path.read_text())
     if data["digest"] != digest(data):
         raise CorruptRunError(f"the costs of {name} were changed", path.name, "install phongbench again")

@@ -118,8 +118,6 @@ def test_wrong_questions_are_refused(run: Run) -> None:
             ask(short_of="special")
     with pytest.raises(InputError, match="rdna2 has no float64"):
         recommend(None, alpha=50, max_error=0.1, precision="float64", target="rdna2")
-    with pytest.raises(InputError, match="gcn4 has no float16"):
-        recommend(None, alpha=50, max_error=0.1, precision="float16", target="gcn4")
 
 
 def test_the_command_takes_several_targets(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
