@@ -14,7 +14,7 @@ from phongbench.analysis.target_costs import TIE
 from phongbench.formulas.formula import Formula
 from phongbench.formulas.registry import REGISTRY
 from phongbench.formulas.spec import Approximation
-from phongbench.results.schema import CELL, KERNEL
+from phongbench.results.schema import BASELINE, CELL, KERNEL
 
 Row = dict[str, Any]
 #: (row, sharp) -> what may be promised of it; unless sharp, the bound only says on which side of the budget it is
@@ -25,8 +25,8 @@ Judge = Callable[[Row, bool], Promise]
 class Choice:
     """Answer to an error budget. Rows are those of a front, with `bound` and `coverage` as they are promised.
 
-    best          row or None   cheapest cell whose bound is within the budget
-    runner_up     row or None   the next cheapest one
+    best          row or None   cheapest cell whose bound is within the budget; of those tied with it the most accurate
+    runner_up     row or None   the cheapest one where best is tied with it, else the next cheapest
     resolved      bool          the intervals of best and runner_up do not overlap
     nearest_miss  row or None   cell with the smallest bound beyond the budget, of those faster than `best`
     """
@@ -84,6 +84,10 @@ def remembered(judge: Judge) -> Judge:
 def choose(cells: pd.DataFrame, max_error: float, judge: Judge = as_given) -> Choice:
     """The cheapest cell of a front whose bound is within `max_error`, the next one, and the nearest miss.
 
+    Times are tied where each lies within the other's interval: of those tied with the least, the one that errs least
+    is best, and the least is next. An interval that only reaches so far is no tie: a time that is badly known would
+    win by that. Nor are exact Phong's own time, and costs that a compiler counted: they have no intervals.
+
     cells  rows with CELL, error, ratio, ratio_low and ratio_high
     Variants of one kernel (beta policies) take the same time; only the first within the budget stands for it.
     """
@@ -92,12 +96,14 @@ def choose(cells: pd.DataFrame, max_error: float, judge: Judge = as_given) -> Ch
     fits: dict[tuple[Any, ...], tuple[Row, Promise]] = {}
     misses: list[tuple[float, int]] = []
     for position, row in enumerate(rows):
-        kernel = tuple(row[name] for name in KERNEL)
+        kernel = _kernel(row)
         if kernel in fits:
             continue
         known = judge(row, False)
         if known.kept and known.bound <= max_error:
             fits[kernel] = row, known
+            if len(fits) == 1 and (tied := _most_accurate(rows[position + 1 :], row, max_error, judge)):
+                fits = {_kernel(tied[0]): tied, kernel: (row, known)}
         elif not fits:
             misses.append((known.bound, position))
         if len(fits) == 2:
@@ -106,6 +112,29 @@ def choose(cells: pd.DataFrame, max_error: float, judge: Judge = as_given) -> Ch
     resolved = best is not None and second is not None and bool(best["ratio_high"] < second["ratio_low"])
     faster = [miss for miss in misses if best is None or rows[miss[1]]["ratio"] < best["ratio"]]
     return Choice(best, second, resolved, _nearest(rows, faster, judge))
+
+
+def _kernel(row: Row) -> tuple[Any, ...]:
+    return tuple(row[name] for name in KERNEL)
+
+
+def _most_accurate(rows: list[Row], fastest: Row, max_error: float, judge: Judge) -> tuple[Row, Promise] | None:
+    """Of the rows tied with the fastest that err less, the one that errs least within the budget."""
+    tied = [
+        row
+        for row in rows
+        if row["ratio"] < row["ratio_high"]  # a time that was measured, not a cost that was counted
+        and row["ratio_low"] <= fastest["ratio"]
+        and row["ratio"] <= fastest["ratio_high"]
+        and row["error"] < fastest["error"]
+        and row["approximation"] != BASELINE
+        and _kernel(row) != _kernel(fastest)
+    ]
+    for row in sorted(tied, key=lambda row: (row["error"], row["ratio"])):
+        known = judge(row, False)
+        if known.kept and known.bound <= max_error:
+            return row, known
+    return None
 
 
 def _sharpened(row: Row, known: Promise, judge: Judge) -> Row:

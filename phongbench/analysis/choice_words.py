@@ -11,7 +11,7 @@ from phongbench.analysis.error_budget import Budget
 from phongbench.analysis.promises import DEVICES, exponents_of
 from phongbench.formulas.formula import Formula
 from phongbench.formulas.user_files import installed
-from phongbench.results.schema import CPU
+from phongbench.results.schema import BASELINE, CPU
 
 
 def plain(cell: Row, budget: Budget) -> dict[str, Any]:
@@ -123,9 +123,12 @@ def _cost(choice: Mapping[str, Any]) -> str:
     if choice["cost_kind"] == "compiled":
         over = f"{choice['cost']:.3g} {choice['unit']} beyond the dot product on {choice['target']}"
         return f"{over}, {choice['ratio']:.3g} of exact Phong's, by the compiler; bound by {choice['bound_by']}"
-    interval = f"interval {choice['ratio_low']:.3g} .. {choice['ratio_high']:.3g}"
     where = "" if choice["target"] == CPU else f" on {choice['target']}"
-    return f"{choice['ratio']:.3g} of exact Phong's time{where} ({interval})"
+    return f"{choice['ratio']:.3g} of exact Phong's time{where} ({_interval(choice)})"
+
+
+def _interval(choice: Mapping[str, Any]) -> str:
+    return f"{choice['ratio_low']:.3g} .. {choice['ratio_high']:.3g} with 99 %"
 
 
 def why(
@@ -139,7 +142,7 @@ def why(
         parts.append(f"the next, {other['name']}, takes {other['cost']:.3g} {other['unit']}")
     elif other is not None:
         sure = "surely slower" if resolved else "which is faster is not settled, the intervals overlap"
-        parts.append(f"the next, {other['name']}, takes {other['ratio']:.3g}: {sure}")
+        parts.append(f"the next, {other['name']}, takes {other['ratio']:.3g} ({_interval(other)}): {sure}")
     return "; ".join(parts)
 
 
@@ -148,12 +151,35 @@ def why_missed(miss: Mapping[str, Any], budget: Budget, where: str = "") -> str:
     return f"{_beyond(miss, budget)}: {basis(miss, budget, where)}; {_cost(miss)}"
 
 
-def answered(choice: Choice, budget: Budget, where: str = "") -> dict[str, Any]:
-    """A choice as plain data, each row with its reason: `choices` and `nearest_miss`."""
+def answered(choice: Choice, budget: Budget, where: str = "", *, exact: bool | None = None) -> dict[str, Any]:
+    """A choice as plain data, each row with its reason: `choices`, `nearest_miss`, and the `verdict` in a sentence.
+
+    exact   whether exact Phong is within the budget, too; None where the choice is not one over it
+    """
     choices = [plain(row, budget) for row in (choice.best, choice.runner_up) if row is not None]
     miss = None if choice.nearest_miss is None else plain(choice.nearest_miss, budget)
     for chosen, other in zip(choices, [*choices[1:], None], strict=False):
         chosen["why"] = why(chosen, other, budget, choice.resolved, where)
     if miss is not None:
         miss["why"] = why_missed(miss, budget, where)
-    return {"choices": choices, "nearest_miss": miss}
+    return {"choices": choices, "nearest_miss": miss, "verdict": _verdict(choices, choice.resolved, exact=exact)}
+
+
+def _verdict(choices: list[dict[str, Any]], resolved: bool, *, exact: bool | None) -> str:
+    """What to ship, in a sentence of at most 25 words."""
+    if not choices:
+        return "nothing meets the budget"
+    best, other = choices[0], next(iter(choices[1:]), None)
+    if best["approximation"] == BASELINE and exact is not None:
+        return "exact Phong is the cheapest within the budget"
+    if best["ratio"] is None:
+        return f"{best['name']}: the fewest operations within the budget"
+    if exact is not None and best["ratio_high"] >= 1:
+        if exact:
+            return "no measurable gain: ship exact Phong"
+        return f"{best['name']}: no measurable gain, but exact Phong is not within the budget"
+    if other is None or resolved or best["cost_kind"] == "compiled":
+        return f"{best['name']}: the cheapest within the budget"
+    if other["ratio"] < best["ratio"]:
+        return f"{best['name']} and {other['name']} are tied in time: the first errs less"
+    return f"{best['name']}, or {other['name']}, which is not surely slower"

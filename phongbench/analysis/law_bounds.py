@@ -48,6 +48,7 @@ def cells(budget: Budget, notes: list[str]) -> pd.DataFrame:
     """
     alphas = budget.alpha.values
     measure = f"measure it: phongbench run --alpha {','.join(f'{value:g}' for value in alphas)}"
+    measure += "" if budget.precision == "float32" else f" --precision {budget.precision}"
     if alphas[0] < 5 or precision_named(budget.precision).rounds or budget.space != "reflect":
         raise InputError(
             "there is no run with times here, and the laws speak of alpha >= 5, float32 and float64, (R, V) only",

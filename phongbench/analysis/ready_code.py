@@ -4,6 +4,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from typing import Any
 
+from phongbench.analysis.exponents import Exponents
 from phongbench.analysis.promises import bound_at, contract_at, without_contract
 from phongbench.analysis.target_costs import checked, table_of, unit_of
 from phongbench.errors import InputError
@@ -11,6 +12,7 @@ from phongbench.formulas.formula import Formula, Registry
 from phongbench.formulas.registry import REGISTRY
 from phongbench.formulas.shader_code.export import OVER_LONG, Options, Shader, shader
 from phongbench.formulas.shader_code.language import FLOAT16, FLOAT32
+from phongbench.formulas.user_files import installed
 from phongbench.results.schema import CPU, GPU
 from phongbench.targets import measured
 from phongbench.targets.code_shapes import code
@@ -72,6 +74,25 @@ def cost_on(
         raise InputError(f"no cost of this code on {target} is shipped", "target", fix)
     cost = compiled_costs(table.target, [wanted])[0] if found is None else found
     return {**told, "cost": cost.cost, "ratio": table.ratio(cost), "bound_by": cost.bound_by}
+
+
+def codes_of(answer: Mapping[str, Any], language: str) -> list[dict[str, Any]]:
+    """The choice of an answer of `recommend` as source text for each of its exponents: name, alpha, language, code.
+
+    Raises InputError for a range of exponents, which no single function is for, and what `ready_code` raises.
+    """
+    asked = Exponents.of(answer["alpha"].replace(" ", ""))
+    if asked.continuous:
+        raise InputError(f"code is written for exponents, not for all in {answer['alpha']}", "alpha", "list some")
+    if not answer["choices"]:
+        return []
+    name, registry = answer["choices"][0]["name"], installed()
+    formula = Formula.parse(name, registry)
+    options = Options(language, answer["precision"], length_error=answer.get("length_error") or 0.0)
+    return [
+        {"name": name, "alpha": alpha, "language": language, "code": ready_code(formula, alpha, options, registry).text}
+        for alpha in asked.values
+    ]
 
 
 def _said(costs: Iterable[Mapping[str, Any]]) -> list[str]:

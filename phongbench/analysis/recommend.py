@@ -12,21 +12,28 @@ from typing import Any
 import pandas as pd
 
 from phongbench.analysis import inverse_errors, law_bounds, measured_errors, raw_vectors
-from phongbench.analysis.choice import Judge, as_given, choose, promised, remembered
+from phongbench.analysis.choice import Choice, Judge, as_given, choose, promised, remembered
 from phongbench.analysis.choice_words import answered, plain
 from phongbench.analysis.error_budget import Budget, length_error_of
 from phongbench.analysis.exponents import Exponents
+from phongbench.analysis.front import records
 from phongbench.analysis.promises import DEVICES, UNIT_ON_DEVICES, domain
 from phongbench.analysis.target_costs import checked, own_prices, priced
 from phongbench.compiler.precisions import precision_named
-from phongbench.errors import InputError
+from phongbench.errors import InputError, UnknownNameError
 from phongbench.formulas.formula import Formula
 from phongbench.formulas.user_files import installed
 from phongbench.results import runs
 from phongbench.results.runs import DEFAULT_ROOT, Run
-from phongbench.results.schema import CPU
+from phongbench.results.schema import BASELINE, CPU
 from phongbench.targets.chips import TARGETS
 from phongbench.targets.measured import Shelf
+
+#: what a caller holds: vectors, or R.V alone; and the forms that need no more
+INPUTS = VECTORS, COSINE = "vectors", "cosine"
+COSINE_FORMS = ("dot", "none")
+#: the share of an error budget from which on the rounding of a cosine is told
+SHOWS = 0.1
 
 
 def recommend(
@@ -45,50 +52,99 @@ def recommend(
     mesh_angle: float | str | None = None,
     inverse_error: float | str | None = None,
     contract: bool = False,
+    inputs: str = VECTORS,
     root: Shelf = DEFAULT_ROOT,
 ) -> dict[str, Any]:
     """The cheapest formula within an error budget, the next cheapest, and the nearest miss, as plain data.
 
     run                  a stored run with timing rows, or None: answer from the laws
-    alpha                exact Phong's exponent, > 0: one, several or a range, as `Exponents.of` reads them; an error is
-                         the worst over all of them
+    alpha                exact Phong's: one, several or a range, as `Exponents.of` reads them, all of which it is for
     max_error            largest absolute error allowed, above 0; text may be a fraction such as 1/255
     length_error         how wrong vector lengths may be, relative, >= 0: 0.01 is up to 1 %; None for unit vectors
-    precision            a name that `precision_named` knows
     space                reflect (R, V), or half (N, H), judged over all configurations of N, L and V
     working_set          whose times count: l1, l2 or memory
     target, short_of     where the formula will run, as `targets` lists it, and the unit that is scarce there
-    search               False: what cannot be proven is not searched either, which takes seconds; nothing is promised
+    search               False: what cannot be proven is not searched either, which takes seconds
     raw                  True: choose among whole recipes from raw N, L and V, see `raw_vectors.recommend`
-    mesh_angle           instead of length_error: degrees between the normals at the ends of an edge, which make the
-                         normals between them shorter than 1 by up to 1 - cos(mesh_angle / 2)
+    mesh_angle           instead: degrees between the normals at the ends of an edge, see `length_error_of`
     inverse_error        how many degrees normals may be off that the formula gives back, see `inverse_errors`
     contract             True: what is within is so on every device that keeps the accuracies of WGSL and Vulkan, of the
                          emitted code; in float32 or float16
+    inputs               vectors, or cosine: only formulas of R.V itself
     root                 the folder of the runs in which targets were added, or the measurement of the only one
     returns              basis ("run" or "laws"), run, the budget, `choices` (best, then next; empty where nothing is
-                         within it), `nearest_miss`, `notes` in words. In each choice `max_abs` is the largest error
-                         that was measured, or a law's; `bound` is what is compared with the budget, None where nothing
-                         is promised, and `coverage` what it rests on
+                         within it), `nearest_miss`, `verdict` and `notes` in words. In each choice `max_abs` is the
+                         largest error that was measured, or a law's; `bound` is what is compared with the budget, None
+                         where nothing is promised, and `coverage` what it rests on
     Raises InputError for numbers out of range and for what the run did not measure, naming the command that does;
     UnknownNameError for an unknown precision or space; CorruptRunError for a run whose bytes have changed.
     """
     length_error = _length_error(length_error, mesh_angle)
     budget = Budget.of(alpha, max_error, length_error, precision, space, working_set, contract=contract)
+    if inputs not in INPUTS:
+        raise UnknownNameError("inputs", inputs, INPUTS)
+    here = checked(target, short_of, root) == CPU
+    if raw and (inputs != VECTORS or not here):
+        what = "recipes start from N, L and V, and are chosen by their times on this machine"
+        raise InputError(what, "raw", "leave raw or inputs and target out")
     if raw:
-        if checked(target, short_of, root) != CPU:
-            raise InputError("recipes are chosen by their times on this machine", "target", "leave raw or target out")
         return raw_vectors.recommend(run, budget, any_length=length_error is None)
     notes: list[str] = []
-    known = _known(run, budget, notes, timed=checked(target, short_of, root) == CPU)
-    cells = known if target == CPU else _on_target(known, run, budget, (target, short_of, root), notes)
+    cells = _known(run, budget, notes, timed=here)
+    cells = cells if here else _on_target(cells, run, budget, (target, short_of, root), notes)
+    cells = _meant(cells, run, budget, inputs, inverse_error, notes)
+    words = _words(cells, budget, _judge(run, budget, search=search))
+    notes += _held(cells, budget)
+    return {**_asked(run, budget), "inputs": inputs, "target": target, "short_of": short_of, **words, "notes": notes}
+
+
+def _meant(
+    cells: pd.DataFrame,
+    run: Run | None,
+    budget: Budget,
+    inputs: str,
+    inverse_error: float | str | None,
+    notes: list[str],
+) -> pd.DataFrame:
+    """The cells that take what is at hand, and give normals back as well as asked."""
     if inverse_error is not None:
         cells = inverse_errors.within(cells, run, budget.alpha, inverse_error, notes)
-    if unknown := sorted(set(cells["approximation"]) - set(installed())):
-        notes.append(f"{', '.join(unknown)}: only sampled, and the formula is not here, so nothing is promised of it")
-    choice = choose(cells, budget.max_error, _judge(run, budget, search=search))
-    notes.append(f"what an answer says holds in {precision} {_where(budget)}")
-    return {**_asked(run, budget), "target": target, "short_of": short_of, **answered(choice, budget), "notes": notes}
+    return of_cosine(cells, budget, notes) if inputs == COSINE else cells
+
+
+def _words(cells: pd.DataFrame, budget: Budget, judge: Judge) -> dict[str, Any]:
+    """The choice among these cells, with its reasons."""
+    choice = choose(cells, budget.max_error, judge)
+    return answered(choice, budget, exact=_exact_fits(cells, choice, budget, judge))
+
+
+def _held(cells: pd.DataFrame, budget: Budget) -> list[str]:
+    """Of which formulas nothing is promised, and where an answer holds, as notes."""
+    unknown = sorted(set(cells["approximation"]) - set(installed()))
+    lacking = f"{', '.join(unknown)}: only sampled, and the formula is not here, so nothing is promised of it"
+    return [*([lacking] if unknown else []), f"what an answer says holds in {budget.precision} {_where(budget)}"]
+
+
+def _exact_fits(cells: pd.DataFrame, choice: Choice, budget: Budget, judge: Judge) -> bool:
+    """Whether exact Phong is within the budget; asked only where the choice is not surely cheaper."""
+    if choice.best is None or choice.best["ratio_high"] < 1:
+        return False
+    kept = [judge(row, False) for row in records(cells[cells["approximation"] == BASELINE])]
+    return any(one.kept and one.bound <= budget.max_error for one in kept)
+
+
+def of_cosine(cells: pd.DataFrame, budget: Budget, notes: list[str]) -> pd.DataFrame:
+    """The formulas that need R.V alone; notes receive what rounding that cosine costs, where it shows."""
+    precision = precision_named(budget.precision)
+    step = precision.eps if precision.saturates else precision.eps / 2  # of floating point it halves below 1
+    change = budget.alpha.values[-1] * step / 2
+    if change > SHOWS * budget.max_error:
+        notes.append(
+            f"R.V in {budget.precision} has steps of {step:.3g} below 1, which alone change the highlight by up "
+            f"to {255 * change:.2g} 8-bit codes at alpha {budget.alpha.values[-1]:g}: keep the vectors, of which the "
+            "difference and cross forms lose less, or R.V in a longer format"
+        )
+    return cells[cells["lambda_form"].isin(COSINE_FORMS)]
 
 
 def _where(budget: Budget) -> str:
@@ -150,6 +206,7 @@ def elsewhere(
     length_error: float | str | None = None,
     mesh_angle: float | str | None = None,
     inverse_error: float | str | None = None,
+    inputs: str = VECTORS,
     root: Path = DEFAULT_ROOT,
     **question: Any,
 ) -> list[dict[str, Any]]:
@@ -162,8 +219,7 @@ def elsewhere(
         return []
     budget = Budget.of(length_error=_length_error(length_error, mesh_angle), **question)
     known = _known(run, budget, [], timed=False)
-    if inverse_error is not None:
-        known = inverse_errors.within(known, run, budget.alpha, inverse_error, [])
+    known = _meant(known, run, budget, inputs, inverse_error, [])
     judge, told = remembered(_judge(run, budget, search=False)), answer["choices"]
     best = []
     for target in TARGETS:

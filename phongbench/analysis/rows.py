@@ -89,6 +89,11 @@ class Rows:
         return sorted(float(alpha) for alpha in self.stored("accuracy")["alpha"].unique())
 
     @cached_property
+    def gammas(self) -> list[int]:
+        """The swept gammas, ascending."""
+        return sorted(int(gamma) for gamma in self.stored("accuracy")["gamma"].dropna().unique())
+
+    @cached_property
     def alpha(self) -> float:
         """The exponent of views that show only one."""
         return nearest(self.alphas, HEADLINE_ALPHA)

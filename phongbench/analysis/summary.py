@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,7 @@ from phongbench.analysis.mesh_edges import in_words, reaches
 from phongbench.analysis.rows import Rows, at
 from phongbench.analysis.target_costs import checked
 from phongbench.errors import InputError
+from phongbench.inputs.plan import PRESETS
 from phongbench.results.runs import DEFAULT_ROOT, FINISH, Run, require_rows, unfinished
 from phongbench.results.schema import CPU
 
@@ -67,6 +69,29 @@ def summarise(run: Run, targets: Sequence[str] = (), root: Path = DEFAULT_ROOT) 
         "mesh_edges": edges,
         "lobes": beside_phong(run.moments),
     } | ({"answers": _answers(run, wanted, root)} if wanted else {})
+
+
+def listed(run: Run) -> dict[str, Any]:
+    """A run in a line, as plain data.
+
+    study   the preset, or `custom` where the plan differs from it in what it measures
+    timed   whether it has times
+    bytes   of its tables
+    """
+    plan, files = run.plan, run.manifest["files"]
+    usual = PRESETS.get(plan.preset)
+    same = usual is not None and replace(plan, seed=usual.seed) == usual.validated()
+    return {
+        "run": run.id,
+        "state": run.manifest["state"],
+        "preset": plan.preset,
+        "path": str(run.path),
+        "study": plan.preset if same else "custom",
+        "alphas": list(plan.alphas),
+        "precisions": list(plan.precisions),
+        "timed": bool(files.get("timing.parquet", {}).get("rows", 0)),
+        "bytes": sum(file["bytes"] for file in files.values()),
+    }
 
 
 def _answers(run: Run, targets: list[str], root: Path) -> list[dict[str, Any]]:

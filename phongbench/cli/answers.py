@@ -1,18 +1,14 @@
-"""What a run answers, and how fast we are.
+"""What a run answers, and how fast we are: the front, the textbook claims, the comparison with peers."""
 
-The front, the formula for a budget, the textbook claims, the comparison with peers.
-"""
-
-import sys
 from functools import partial
 from typing import Any
 
 import click
 
-from phongbench.cli.common import DIFFERENT, JSON, ROOT, CommaList, show
+from phongbench.cli.common import JSON, ROOT, CommaList, show
 from phongbench.errors import InputError
 
-_ALPHA = "One exponent, several (10,50,200) or a range (10..200)."
+ALPHA_HELP = "One exponent, several (10,50,200) or a range (10..200)."
 TARGET = click.option(
     "--target",
     "targets",
@@ -22,7 +18,7 @@ TARGET = click.option(
     help="Where it will run, e.g. rdna2,gcn4; see `phongbench targets`.",
 )
 SHORT_OF = click.option("--short-of", metavar="UNIT", help="What that shader lacks: issue or special.")
-_SPACE = "reflect (R, V), or half (N, H), judged over all configurations of N, L and V."
+SPACE_HELP = "reflect (R, V), or half (N, H), judged over all configurations of N, L and V."
 
 
 def one_or_all(answers: list[dict[str, Any]]) -> dict[str, Any]:
@@ -34,14 +30,14 @@ def one_or_all(answers: list[dict[str, Any]]) -> dict[str, Any]:
 
 @click.command(short_help="The error/time front of a run.")
 @click.argument("run_name", metavar="RUN")
-@click.option("--alpha", required=True, metavar="A", help=_ALPHA)
+@click.option("--alpha", required=True, metavar="A", help=ALPHA_HELP)
 @click.option("--metric", default="max_abs", show_default=True, help="Column of the accuracy rows.")
 @click.option("--stratum", help="Which inputs.  [default: highlight; of (N, H) configurations]")
 @click.option(
     "--precision", default="float32", show_default=True, help="float16, bfloat16, float32, float64, q1.15, ..."
 )
 @click.option("--working-set", default="l1", show_default=True, help="Whose times: l1, l2 or memory.")
-@click.option("--space", default="reflect", show_default=True, help=_SPACE)
+@click.option("--space", default="reflect", show_default=True, help=SPACE_HELP)
 @TARGET
 @SHORT_OF
 @click.option("--all", "everything", is_flag=True, help="Show the cells that are off the front too.")
@@ -58,7 +54,7 @@ def front(run_name: str, everything: bool, as_json: bool, targets: tuple[str, ..
       phongbench front latest --alpha 10..200 --metric rms --working-set memory
     """
     from phongbench.analysis.front import points
-    from phongbench.cli.terminal import front_table
+    from phongbench.cli.answer_tables import front_table
     from phongbench.results import runs
 
     run = runs.find(run_name, ROOT)
@@ -66,64 +62,11 @@ def front(run_name: str, everything: bool, as_json: bool, targets: tuple[str, ..
     show(one_or_all(answers), as_json, *(partial(front_table, answer, everything=everything) for answer in answers))
 
 
-@click.command(short_help="The cheapest formula within an error budget.")
-@click.option("--alpha", required=True, metavar="A", help=_ALPHA)
-@click.option("--max-error", metavar="E", help="Largest absolute error allowed, e.g. 0.004 or 1/255.")
-@click.option("--inverse-error", metavar="DEGREES", help="How far normals may be off that it gives back from pictures.")
-@click.option("--run", "run_name", metavar="RUN", help="Which run answers.  [default: the newest with times]")
-@click.option("--length-error", metavar="e", help="How wrong vector lengths may be: 0.01 is up to 1 %.")
-@click.option("--mesh-angle", metavar="DEGREES", help="Instead: between the normals at the ends of a mesh's edge.")
-@click.option("--contract", is_flag=True, help="Within on every device that keeps WGSL's and Vulkan's accuracies.")
-@click.option("--raw", is_flag=True, help="Choose among recipes from N, L and V; of any length without --length-error.")
-@click.option(
-    "--precision", default="float32", show_default=True, help="float16, bfloat16, float32, float64, q1.15, ..."
-)
-@click.option("--space", default="reflect", show_default=True, help=_SPACE)
-@click.option("--working-set", default="l1", show_default=True, help="Whose times: l1, l2 or memory.")
-@TARGET
-@SHORT_OF
-@JSON
-def recommend(run_name: str | None, as_json: bool, targets: tuple[str, ...], **options: Any) -> None:
-    """Name the cheapest formula whose largest error stays within a budget, and say why.
-
-    Within is a promise: the bound is proven for all pairs of vectors made unit in the working precision, as shaders do
-    it, or of a formula that cannot be proven searched and widened. What was only sampled decides nothing. With
-    --contract it is proven of the code that `phongbench shader` writes, on any device that keeps what the standards of
-    WGSL and Vulkan allow it to err.
-
-    The newest run with times answers; where there is none, the closed-form laws do, and say so. Formulas of (N, H) are
-    left out unless --space half asks for them: they are another lobe than Phong's, and err by most of it at grazing
-    incidence. Exit 1 if nothing meets the budget.
-
-    \b
-    Examples:
-      phongbench recommend --alpha 50 --max-error 1/255
-      phongbench recommend --alpha 10..200 --max-error 0.02 --length-error 0.01
-      phongbench recommend --alpha 50 --max-error 1/255 --raw
-      phongbench recommend --alpha 50 --max-error 1/100 --target rdna2,gcn4
-      phongbench recommend --alpha 50 --max-error 1/255 --contract
-    """
-    from phongbench.analysis.recommend import elsewhere, recommend, run_for
-    from phongbench.cli.terminal import recommendation
-
-    if options["max_error"] is None:
-        if options["inverse_error"] is None:
-            raise click.UsageError("Missing option '--max-error'.")
-        options["max_error"] = 1
-    run = run_for(run_name, ROOT)
-    answers = [recommend(run, target=target, root=ROOT, **options) for target in dict.fromkeys(targets)]
-    if targets == ("cpu",):
-        options.pop("short_of")
-        answers[0]["elsewhere"] = elsewhere(run, answers[0], **options)
-    show(one_or_all(answers), as_json, *(partial(recommendation, answer) for answer in answers))
-    if not all(answer["choices"] for answer in answers):
-        sys.exit(DIFFERENT)
-
-
 @click.command(short_help="Judge the textbook claims by a run.")
 @click.argument("run_name", metavar="RUN")
+@click.option("--verbose", is_flag=True, help="The whole reason of each verdict.")
 @JSON
-def claims(run_name: str, as_json: bool) -> None:
+def claims(run_name: str, verbose: bool, as_json: bool) -> None:
     """Judge the textbook claims by the rows of a run.
 
     Each claim holds, holds under conditions, fails, or was not measured, by a stated rule; --json has the rules, all
@@ -135,11 +78,11 @@ def claims(run_name: str, as_json: bool) -> None:
       phongbench claims latest --json
     """
     from phongbench.analysis.claims import answer
-    from phongbench.cli.terminal import claims_table
+    from phongbench.cli.answer_tables import claims_table
     from phongbench.results import runs
 
     judged = answer(runs.find(run_name, ROOT))
-    show(judged, as_json, lambda: claims_table(judged))
+    show(judged, as_json, lambda: claims_table(judged, verbose=verbose))
 
 
 @click.command(short_help="Time our kernels against NumPy, numexpr, JAX, PyTorch, Taichi and C.")
@@ -156,7 +99,8 @@ def bench(names: tuple[str, ...] | None, budget: float, as_json: bool) -> None:
     plain NumPy is measured too.
     """
     from phongbench.benchmarks.kernel_bench import bench
-    from phongbench.cli.terminal import TerminalProgress, bench_tables
+    from phongbench.cli.answer_tables import bench_tables
+    from phongbench.cli.terminal import TerminalProgress
 
     with TerminalProgress(quiet=as_json) as progress:
         answer = bench(names, budget_seconds=budget, progress=progress)

@@ -7,6 +7,11 @@ from typing import Any
 
 import click
 
+from phongbench.cli.layout import facts, say
+
+__all__ = [
+    "DIFFERENT", "JSON", "PATH", "ROOT", "WITH", "CommaList", "ExponentList", "facts", "grid", "notes", "say", "show",
+]  # fmt: skip
 ROOT = Path("phongbench-runs")
 #: exit code of a comparison, a verification or a question whose answer is no
 DIFFERENT = 1
@@ -38,6 +43,25 @@ class CommaList(click.ParamType[Any]):
             self.fail(f"{value!r} is not a list of {self.name} separated by commas", param, ctx)
 
 
+class ExponentList(CommaList):
+    """Exponents separated by commas, as a tuple, or a range, as `Between`."""
+
+    def __init__(self) -> None:
+        super().__init__("numbers", float)
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """`10,50` -> (10.0, 50.0); `20..80` -> Between(20.0, 80.0)."""
+        from phongbench.inputs.plan_files import Between
+
+        ends = value.split("..") if isinstance(value, str) else ()
+        if len(ends) != 2:
+            return super().convert(value, param, ctx)
+        try:
+            return Between(float(ends[0]), float(ends[1]))
+        except ValueError:
+            self.fail(f"{value!r} is not a range; write e.g. 20..80", param, ctx)
+
+
 def show(data: Any, as_json: bool, *otherwise: Callable[[], Any]) -> None:
     """Print one JSON document, or call what prints the same for people; NaN and infinities are strings in it."""
     if as_json:
@@ -52,14 +76,7 @@ def show(data: Any, as_json: bool, *otherwise: Callable[[], Any]) -> None:
 def notes(sentences: Iterable[str], quiet: bool = False) -> None:
     """Print what is worth knowing and no error, on stderr."""
     for sentence in () if quiet else sentences:
-        click.echo(f"note: {sentence}", err=True)
-
-
-def facts(data: dict[str, Any]) -> None:
-    """Print names and values below one another."""
-    for name, value in data.items():
-        shown = ", ".join(f"{k} {v}" for k, v in value.items()) if isinstance(value, dict) else value
-        click.echo(f"{name:<14} {shown:,}" if isinstance(shown, int) else f"{name:<14} {shown}")
+        say(f"note: {sentence}", err=True)
 
 
 def grid(rows: list[dict[str, Any]]) -> tuple[tuple[str, ...], list[tuple[Any, ...]]]:

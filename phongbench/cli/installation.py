@@ -13,7 +13,7 @@ from phongbench.cli.common import DIFFERENT, JSON, WITH, CommaList, grid, show
 @JSON
 def approximations(files: tuple[Path, ...], as_json: bool) -> None:
     """List the approximations: formula, lambda forms, spaces, beta policies, source."""
-    from phongbench.cli.terminal import table
+    from phongbench.cli.layout import table
     from phongbench.formulas.registry import describe
     from phongbench.formulas.user_files import registry_with
 
@@ -37,7 +37,7 @@ def doctor(timing: bool, repeats: int, working_sets: tuple[str, ...], as_json: b
 
     Exit 1 if something is missing, or the alarms are too many.
     """
-    from phongbench.cli.terminal import table
+    from phongbench.cli.layout import table
 
     if timing:
         from phongbench.benchmarks.false_alarms import count

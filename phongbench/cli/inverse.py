@@ -164,7 +164,7 @@ def learn(depths: Path | None, synthetic: int | None, components: int, held_out:
     Maps held out are drawn by exact Phong with noise, and fitted with the prior on coefficients, with the components
     alone, and not at all: angles between normals in degrees, heights' errors as a share of the map's span.
     """
-    from phongbench.cli.terminal import table
+    from phongbench.cli.layout import table
     from phongbench.inverse import held_out as trials
     from phongbench.inverse import shape_model
 

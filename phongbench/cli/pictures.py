@@ -91,7 +91,7 @@ def render(
 
 
 def _list_scenes(as_json: bool) -> None:
-    from phongbench.cli.terminal import table
+    from phongbench.cli.layout import table
     from phongbench.scenes.render_to_file import listed
 
     scenes = listed()
@@ -100,7 +100,7 @@ def _list_scenes(as_json: bool) -> None:
 
 def _show(answer: dict[str, Any], as_json: bool) -> None:
     """The facts, then the tables."""
-    from phongbench.cli.terminal import table
+    from phongbench.cli.layout import table
 
     tables = [
         lambda name=name, rows=rows: table(name, *grid(rows)) for name in _TABLES if (rows := readable(answer, name))

@@ -25,7 +25,7 @@ def targets(context: click.Context, as_json: bool) -> None:
     """
     if context.invoked_subcommand is not None:
         return
-    from phongbench.cli.terminal import table
+    from phongbench.cli.layout import table
     from phongbench.targets.listing import listing
 
     known = listing(ROOT)

@@ -29,7 +29,7 @@ from phongbench.support.user_paths import is_file, is_folder, make_folder, readi
 
 SCHEMA = 1
 #: what to do about a partial run
-FINISH = "finish it: the command that began it, with --resume and --out and this folder"
+FINISH = "finish it: phongbench run --resume --out FOLDER, with this folder"
 RUN_ID = re.compile(r"^[a-z0-9][a-z0-9-]{7,63}$")
 DEFAULT_ROOT = Path("phongbench-runs")
 MANIFEST = "manifest.json"
@@ -151,12 +151,16 @@ def load(path: Path) -> Run:
 
 
 def find(name: str, root: Path = DEFAULT_ROOT) -> Run:
-    """A run by path, by id under `root`, or the newest one for `latest`. InputError tells where it looked."""
+    """A run by path, by id under `root`, or the newest complete one for `latest`. InputError tells where it looked."""
     if name == "latest":
         runs = stored(root)
+        complete = [run for run in runs if run.complete]
         if not runs:
             raise InputError("there is no run yet", str(root), "make one: phongbench run")
-        return runs[-1]
+        if not complete:
+            fix = f"name it: {runs[-1].id}; or finish it: phongbench run --resume --out {runs[-1].path}"
+            raise InputError("no run here is complete; the newest is partial", str(root), fix)
+        return complete[-1]
     if RUN_ID.match(name) and is_file(root / name / MANIFEST):
         return load(root / name)
     if name and is_folder(name):

@@ -86,7 +86,7 @@ def _measured(session: Session, adapter: Adapter, sweep: Sweep, codes: _Codes, p
         times = time_codes(session, adapter, list(stands.values()), around, seconds=seconds, seed=plan.seed)
     for name, why in times.refused.items():
         progress.note(f"the GPU refuses {name}: {why}")
-    if times.twin.verdict != "unresolved":
+    if times.twin != "unresolved":
         progress.note("the GPU told exact Phong from its twin: its times are not to be trusted")
     progress.stage("errors on the GPU")
     alphas = exponents(plan) if asked else nearest_to(plan.alphas)[-1:]
@@ -98,7 +98,7 @@ def _measured(session: Session, adapter: Adapter, sweep: Sweep, codes: _Codes, p
         "tool": times.tool,
         "tool_version": times.tool_version,
         "rounds": times.rounds,
-        "twin": times.twin.verdict,
+        "twin": times.twin,
         "refused": dict(times.refused),
     }
     return OnGpu(facts, list(rows(codes, times)), errors)

@@ -1,19 +1,21 @@
 """The timing of a study: every kernel of its plan that differs in time, once."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import replace
 from typing import Any
 
 import pandas as pd
 
 from phongbench.accuracy.probes.incidence import native
 from phongbench.accuracy.sweep import Sweep
+from phongbench.compiler.lowering import FLOAT32, precision_named
 from phongbench.errors import BudgetError
 from phongbench.formulas.recipes import PAIR
 from phongbench.formulas.spec import Approximation
+from phongbench.inputs.plan import Cell
 from phongbench.results.schema import INCIDENCE_TIMES
 from phongbench.support.process import cores
-from phongbench.support.progress import Progress
+from phongbench.support.progress import Progress, Reached
 from phongbench.timing import reflectance_times, skip_kernels
 from phongbench.timing.machine_lock import machine_lock
 from phongbench.timing.processes import measure_in_processes
@@ -21,19 +23,6 @@ from phongbench.timing.timed_kernels import timed_formulas
 
 #: a budget that is too short is replaced by so much more than what it takes
 STRETCH = 1.5
-
-
-@dataclass
-class _Steps:
-    """Tells a progress whose whole is 1 how far a timing is."""
-
-    progress: Progress
-    last: float = 0.0
-
-    def __call__(self, done: int, total: int, text: str) -> None:
-        share = done / max(total, 1)
-        self.progress.advance(share - self.last)
-        self.last = share
 
 
 def time_all(sweep: Sweep, progress: Progress) -> dict[str, pd.DataFrame]:
@@ -52,6 +41,7 @@ def time_kernels(sweep: Sweep, progress: Progress) -> pd.DataFrame:
     """The rows of timing.parquet; what could not be timed, and a budget that had to grow, are notes of the progress."""
     plan, specs = sweep.plan, sweep.registry
     cells = [cell for at, cell in enumerate(sweep.cells) if cell.gated and at not in sweep.failures]
+    cells = cells if any(map(_timeable, cells)) else _in_float32(cells, progress)
     timed = timed_formulas(
         (c for c in cells if c.formula.raw or c.formula.space == specs[c.approximation].spaces[0]), specs
     )
@@ -63,15 +53,28 @@ def time_kernels(sweep: Sweep, progress: Progress) -> pd.DataFrame:
     }
     progress.stage("timing", 1.0)
     try:
-        timing = measure_in_processes(timed, budget_seconds=plan.timing_budget, progress=_Steps(progress), **options)
+        timing = measure_in_processes(timed, budget_seconds=plan.timing_budget, progress=Reached(progress), **options)
     except BudgetError as short:  # known only after the sweep, which must not be lost: so the budget gives way
         enough = STRETCH * short.needed
         progress.note(f"{short.what}; it may take {enough:.0f} s")
         progress.stage("timing", 1.0)
-        timing = measure_in_processes(timed, budget_seconds=enough, progress=_Steps(progress), **options)
-    for note in (*timing.notes, *(f"not timed: {problem}" for problem in timing.problems)):
-        progress.note(note)
+        timing = measure_in_processes(timed, budget_seconds=enough, progress=Reached(progress), **options)
+    for note in timing.notes:
+        progress.detail(note)
+    for problem in timing.problems:
+        progress.note(f"not timed: {problem}")
     return _in_every_space(timing.rows, specs)
+
+
+def _timeable(cell: Cell) -> bool:
+    return not precision_named(cell.precision).rounds
+
+
+def _in_float32(cells: list[Cell], progress: Progress) -> list[Cell]:
+    """The formulas in float32, where all that was measured is emulated: its own time would say nothing."""
+    emulated = ", ".join(dict.fromkeys(cell.precision for cell in cells))
+    progress.note(f"{emulated}: emulated here, so the same formulas are timed in {FLOAT32.name}")
+    return [replace(cell, precision=FLOAT32.name) for cell in cells]
 
 
 def _in_every_space(rows: pd.DataFrame, specs: Mapping[str, Approximation]) -> pd.DataFrame:

@@ -25,10 +25,11 @@ from phongbench.results import checkpoints, runs
 from phongbench.results.runs import Run
 from phongbench.results.schema import TIMING
 from phongbench.study import gpu, precompile, run_folder, target_costs
+from phongbench.study.checked_progress import Checked
 from phongbench.study.kernel_timing import time_all
 from phongbench.support import process
 from phongbench.support.process import seldom_collected
-from phongbench.support.progress import Progress
+from phongbench.support.progress import Progress, Reached
 
 #: finished batches are written down after so many seconds, or so many rows, which bounds the memory
 CHECKPOINT_SECONDS, CHECKPOINT_ROWS = 5.0, 10_000
@@ -38,9 +39,10 @@ CHECKPOINT_SECONDS, CHECKPOINT_ROWS = 5.0, 10_000
 class Outcome:
     """What a study did.
 
-    seconds     of wall time by stage: accuracy, stability, timing, report, total
+    seconds     of wall time by stage: accuracy, of which compiling is a part, stability, timing, report, total
     failures    messages of cells that could not be measured, with how many cells each concerns
     violations  sentences on results that contradict each other
+    finished_before  nothing was left to measure
     """
 
     run: Run
@@ -50,6 +52,7 @@ class Outcome:
     failures: dict[str, int] = field(default_factory=dict)
     violations: list[str] = field(default_factory=list)
     report: Path | None = None
+    finished_before: bool = False
 
     @property
     def failed_cells(self) -> int:
@@ -79,7 +82,7 @@ def run_study(
     jobs: int | None = None,
     resume: bool = False,
     fresh: bool = False,
-    build_report: Callable[[Run, Path], Path] | None = None,
+    build_report: Callable[[Run, Path, Callable[[int, int], None]], Path] | None = None,
     progress: Progress | None = None,
     command: Sequence[str] = (),
     files: Sequence[str] = (),
@@ -91,7 +94,8 @@ def run_study(
     jobs          threads of the sweep, all cores by default; the rows do not depend on it
     resume        go on where an interrupted run of the same plan and code stopped
     fresh         discard what the folder holds
-    build_report  (run, folder) -> path of the page; None to leave the report out
+    build_report  (run, folder, reached) -> path of the page; None to leave the report out. It calls
+                  reached(done, total) before each of its steps. Of a finished run a report that is there is kept
     command       the words of the command line, for the provenance
     files         names of the user's own files behind the registry, for the commands a report shows
     Raises LockedError, StorageError, InputError (the folder holds another run), CorruptRunError, InterruptedStudyError,
@@ -108,7 +112,7 @@ def run_study(
         process.heeded() as check,
         precompile.beside(plan) as helper,
     ):
-        checked = _Checked(progress or Progress(), check)
+        checked = Checked(progress or Progress(), check)
         parts = run_folder.prepare(path, plan, fresh=fresh, resume=resume)
         prepared = sweep.prepare(plan, registry)
         if parts is None:
@@ -116,20 +120,29 @@ def run_study(
             outcome = _finished(runs.load(path), prepared, seconds)
         else:
             manifest = run_folder.begin(path, run_id, plan, command, files)
+            checked.stages(_stages(plan) + (build_report is not None))
             study = _Study(prepared, path, manifest, jobs or process.cores(), checked)
             outcome = study.measure(parts, seconds, lambda: precompile.stop(helper, at_once=not plan.timing))
         with _clocked(seconds, "report"):
-            if build_report:
-                checked.stage("drawing the report")
-                outcome.report = build_report(outcome.run, path / "report")
+            if build_report and (drawn := run_folder.drawn_report(path)) and parts is None:
+                outcome.report = drawn
+            elif build_report:
+                checked.stage("drawing the report", 1.0)
+                outcome.report = build_report(outcome.run, path / "report", Reached(checked))
     return outcome
 
 
 def _finished(run: Run, prepared: Sweep, seconds: dict[str, float]) -> Outcome:
     """What a study did that was finished before: nothing is measured, but its report may be missing."""
-    seconds |= dict.fromkeys(("accuracy", "stability", "timing"), 0.0)
+    seconds |= dict.fromkeys(("compiling", "accuracy", "stability", "timing"), 0.0)
     failures, violations = run.manifest.get("failures", {}), run.manifest.get("violations", [])
-    return Outcome(run, len(prepared.cells), prepared.evaluations, seconds, failures, violations)
+    return Outcome(run, len(prepared.cells), prepared.evaluations, seconds, failures, violations, finished_before=True)
+
+
+def _stages(plan: Plan) -> int:
+    """How many stages a study has before its report: compiling, sweep, rows, each probe, tables, times, costs."""
+    timing = 1 + ("incidence" in plan.probes) if plan.timing else 0
+    return 3 + len(probes.chosen(plan)) + 1 + timing + 1
 
 
 @contextmanager
@@ -137,25 +150,6 @@ def _clocked(seconds: dict[str, float], stage: str) -> Iterator[None]:
     started = time.perf_counter()
     yield
     seconds[stage] = time.perf_counter() - started
-
-
-@dataclass(frozen=True)
-class _Checked(Progress):
-    """A progress that looks for the user's interruption before every step."""
-
-    progress: Progress
-    check: Callable[[], None]
-
-    def stage(self, text: str, total: float | None = None) -> None:
-        self.check()
-        self.progress.stage(text, total)
-
-    def advance(self, steps: float = 1) -> None:
-        self.check()
-        self.progress.advance(steps)
-
-    def note(self, text: str) -> None:
-        self.progress.note(text)
 
 
 @dataclass
@@ -176,7 +170,7 @@ class _Study:
         end_help  called before the timing, which nothing may disturb
         """
         with _clocked(seconds, "accuracy"):
-            context = self.accuracy(parts)
+            context = self.accuracy(parts, seconds)
             self.store({"accuracy": context.accuracy, "worst": context.worst})  # enough for a report
         with _clocked(seconds, "stability"):
             frames = self.probes(context)
@@ -189,10 +183,11 @@ class _Study:
             self.store(self.costs(context, times.get("timing", TIMING.frame())))
         return self.complete(context, seconds)
 
-    def accuracy(self, parts: list[pd.DataFrame]) -> ProbeContext:
+    def accuracy(self, parts: list[pd.DataFrame], seconds: dict[str, float]) -> ProbeContext:
         """Run what is left of the sweep, appending to `parts` in memory and on disk; the rows of all of it."""
         self.progress.stage("compiling", 1.0)
-        sweep.compile_kernels(self.sweep, self.progress.share)
+        with _clocked(seconds, "compiling"):
+            sweep.compile_kernels(self.sweep, self.progress.share)
         done = {int(index) for frame in parts for index in frame["batch"].unique()}
         self.progress.stage("accuracy", float(self.sweep.evaluations))
         self.progress.advance(float(sum(b.evaluations for b in self.sweep.batches if b.index in done)))
@@ -209,7 +204,8 @@ class _Study:
             self._append(parts, fresh)
         self.progress.stage("making the accuracy rows")
         accuracy, worst = tables.accuracy(self.sweep, parts), tables.worst(self.sweep, parts)
-        return ProbeContext(self.sweep, accuracy, worst, self.jobs, note=self.progress.note)
+        note, detail = self.progress.note, self.progress.detail
+        return ProbeContext(self.sweep, accuracy, worst, self.jobs, note=note, detail=detail)
 
     def _append(self, parts: list[pd.DataFrame], fresh: list[Measured]) -> None:
         if fresh:

@@ -19,8 +19,34 @@ def resumable(path: Path) -> Iterator[None]:
     try:
         yield
     except KeyboardInterrupt as stop:
-        fix = f"the same command with --out {path} --resume goes on"
+        fix = f"phongbench run --out {path} --resume goes on"
         raise InterruptedStudyError("interrupted; what is done is kept", None, fix) from stop
+
+
+def stored_plan(path: Path, files: Sequence[str] = ()) -> Plan:
+    """The plan of the run in a folder, to go on with it.
+
+    files  names of the user's own files that are given; InputError where the run was begun with others, or no run is
+           there
+    """
+    if not (path / runs.MANIFEST).exists():
+        raise _nothing_to_resume(path)
+    run = runs.load(path)
+    if lacking := [name for name in run.manifest.get("with", ()) if name not in files]:
+        fix = "give the same files: " + " ".join(f"--with {name}" for name in lacking)
+        raise InputError(f"the run was begun with {', '.join(lacking)}", str(path), fix)
+    return run.plan
+
+
+def _nothing_to_resume(path: Path) -> InputError:
+    fix = "leave out --resume, or give the folder of the interrupted run"
+    return InputError("there is nothing to resume", str(path), fix)
+
+
+def drawn_report(path: Path) -> Path | None:
+    """The page of the report in a run's folder, if there is one."""
+    page = path / "report" / "index.html"
+    return page if page.is_file() else None
 
 
 def prepare(path: Path, plan: Plan, *, fresh: bool, resume: bool) -> list[pd.DataFrame] | None:
@@ -32,8 +58,7 @@ def prepare(path: Path, plan: Plan, *, fresh: bool, resume: bool) -> list[pd.Dat
         _discard(path)
     if not (path / runs.MANIFEST).exists():
         if resume:
-            fix = "leave out --resume, or give the folder of the interrupted run"
-            raise InputError("there is nothing to resume", str(path), fix)
+            raise _nothing_to_resume(path)
         return []
     before = runs.load(path)
     if not resume:

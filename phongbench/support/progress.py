@@ -4,6 +4,9 @@
 class Progress:
     """Told of stages and steps; this one keeps silent."""
 
+    def stages(self, count: int) -> None:
+        """So many stages will follow."""
+
     def stage(self, text: str, total: float | None = None) -> None:
         """A new stage begins; `total` steps of it are expected if known."""
 
@@ -16,3 +19,19 @@ class Progress:
 
     def note(self, text: str) -> None:
         """Something worth telling that is not an error."""
+
+    def detail(self, text: str) -> None:
+        """Something that only those want to know who look into how numbers are got."""
+
+
+class Reached:
+    """Tells a progress how far a stage is whose whole is 1: called with how many steps are done, and of how many."""
+
+    def __init__(self, progress: Progress) -> None:
+        self._progress, self._last = progress, 0.0
+
+    def __call__(self, done: int, total: int, text: str = "") -> None:
+        """So many steps of so many are done; the text goes nowhere."""
+        share = done / max(total, 1)
+        self._progress.advance(share - self._last)
+        self._last = share

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import base64
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -41,6 +41,8 @@ if TYPE_CHECKING:
     from phongbench.results.runs import Run
 
 
+#: is called with how many steps are done, and how many there are
+Progressed = Callable[[int, int], None]
 #: figures that take long, the longest last: a second process begins at the end of the list, and nobody waits for it
 LONG = ("meshes", "raw_vectors", "targets")
 #: figure -> the folded table that follows it
@@ -61,16 +63,19 @@ LAST = (
 )
 
 
-def sections_of(study: Rows, shared: Shared | None = None) -> tuple[list[Section], dict[str, tuple[bytes, bytes]]]:
+def sections_of(
+    study: Rows, shared: Shared | None = None, progress: Progressed | None = None
+) -> tuple[list[Section], dict[str, tuple[bytes, bytes]]]:
     """All sections in page order, and the SVGs (light, dark) of the figures among them.
 
-    shared  the figures, where another process draws some of them
+    shared    the figures, where another process draws some of them
+    progress  called with (done, total) before each figure that this process draws
     """
     # the tables first: meanwhile the other process draws
     answers, judged = _answers(study), section_of(CLAIMS, study)
     behaviour, last = ([section_of(part, study) for part in parts] for parts in (BEHAVIOUR, LAST))
     with ink():
-        figures, pictures = _figures(study, shared)
+        figures, pictures = _figures(study, shared, progress or (lambda done, total: None))
         scenes = [section_of(part, study) for part in SECTIONS]
         pictures |= {
             one.name: svg_pair(one.content.figure, one.name) for one in scenes if isinstance(one.content, Plate)
@@ -106,16 +111,22 @@ def _answers(study: Rows) -> list[Section]:
     return answers
 
 
-def _figures(study: Rows, shared: Shared | None) -> tuple[dict[str, Section], dict[str, tuple[bytes, bytes]]]:
+def _figures(
+    study: Rows, shared: Shared | None, progress: Progressed
+) -> tuple[dict[str, Section], dict[str, tuple[bytes, bytes]]]:
     """The figures in page order, with the tables beside them, and their SVGs."""
     plates: dict[str, Drawn] = {}
     if shared is not None:
         entries = {part.name: part for part in FIGURES}
-        plates = {name: drawn(study, entries[name]) for name in shared.mine()}
+        for name in shared.mine():
+            progress(len(FIGURES) - 1 - shared.left, len(FIGURES))
+            plates[name] = drawn(study, entries[name])
         plates |= shared.theirs()
     sections: dict[str, Section] = {}
     pictures: dict[str, tuple[bytes, bytes]] = {}
     for part in FIGURES:
+        if shared is None:
+            progress(FIGURES.index(part), len(FIGURES))
         one = plates.get(part.name) or drawn(study, part)
         sections[part.name] = Section(part.name, part.title, one.content)
         if part.name in BESIDE:
@@ -150,7 +161,9 @@ def _data_address(media: str, content: bytes) -> str:
 
 
 @seldom_collected()
-def build(run: Run, out: Path, *, single_file: bool = False, processes: int = 1) -> Path:
+def build(
+    run: Run, out: Path, *, single_file: bool = False, processes: int = 1, progress: Progressed | None = None
+) -> Path:
     """Writes the report of a run.
 
     run          phongbench.results.runs.Run
@@ -158,6 +171,7 @@ def build(run: Run, out: Path, *, single_file: bool = False, processes: int = 1)
     single_file  bool     one file with everything in it, no figures/, data/ or style.css: `out` itself where that is
                           named .html, else index.html in that folder
     processes    int      from 2 on, where there are as many cores, another process draws some of the figures
+    progress     called with (done, total) before each figure that this process draws
     returns      Path     of the page
     Raises InputError for a run without accuracy rows, and for an `out` that can be no folder; StorageError.
     """
@@ -168,9 +182,9 @@ def build(run: Run, out: Path, *, single_file: bool = False, processes: int = 1)
     if min(processes, cores()) > 1:
         names = [part.name for part in FIGURES if part.name not in LONG]
         with beside(run.path, [*names, *LONG]) as shared:
-            sections, pictures = sections_of(study, shared)
+            sections, pictures = sections_of(study, shared, progress)
     else:
-        sections, pictures = sections_of(study)
+        sections, pictures = sections_of(study, progress=progress)
     sheets = {section.name: csv_of(section.data) for section in sections if section.data is not None}
     if single_file:
         figures = {name: (_data_address("image/svg+xml", of_both(*pair)), "") for name, pair in pictures.items()}

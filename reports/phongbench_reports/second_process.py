@@ -54,6 +54,11 @@ class Shared:
     process  the other one, see `serve`
     """
 
+    @property
+    def left(self) -> int:
+        """How many figures neither process has begun."""
+        return len(self._left)
+
     def __init__(self, names: Iterable[str], process: "subprocess.Popen[bytes]") -> None:
         self._left = deque(names)
         self._theirs: dict[str, Drawn] = {}

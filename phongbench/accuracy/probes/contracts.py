@@ -42,7 +42,7 @@ def measure(context: ProbeContext) -> Mapping[str, pd.DataFrame]:
         context.advance(1 / len(work))
     if reasons:
         why = "; ".join(f"{reason} ({count})" for reason, count in reasons.most_common())
-        context.note(f"{reasons.total()} of {len(work)} cells have no bound by contract: {why}")
+        context.detail(f"{reasons.total()} of {len(work)} cells have no bound by contract: {why}")
     if not held:
         return {}
     positions, errors = np.array([p for p, _ in held]), np.array([bound for _, bound in held])

@@ -21,6 +21,7 @@ class ProbeContext:
     jobs        threads that compiled code may use
     advance     called with the share (of 1) of this probe that was done since the last call
     note        called with a sentence that the user should read
+    detail      called with one that only those want to read who look into how numbers are got
     violations  sentences on results that contradict each other; any makes the run end with exit code 3
     facts       what the manifest says of a probe, by its name: plain data for JSON
     """
@@ -31,6 +32,7 @@ class ProbeContext:
     jobs: int = 1
     advance: Callable[[float], None] = lambda share: None
     note: Callable[[str], None] = lambda text: None
+    detail: Callable[[str], None] = lambda text: None
     violations: list[str] = field(default_factory=list)
     facts: dict[str, Any] = field(default_factory=dict)
 

@@ -52,7 +52,7 @@ def judge(run: Any) -> list[Judgement]:
             str(run.manifest.get("run", "")),
             "run a whole study: phongbench run, or phongbench run --preset standard",
         )
-    return judgements
+    return [one.over_enough(rows) for one in judgements]
 
 
 def answer(run: Run) -> dict[str, Any]:

@@ -29,7 +29,7 @@ def judge(rows: Rows) -> Finding:
         raise LackingRowsError("the run has no rows of blinn", "measure them: phongbench run, or with --only blinn")
     records = tuple(_record(at(cells, alpha=alpha)) for alpha in sorted(cells["alpha"].unique()))
     good = [one["alpha"] for one in records if one["confirmed"]]
-    verdict = grade(False, good)
+    verdict = grade(False, good, len(good) / len(records))
     lifted = tuple(
         {"pairs": "off the plane of incidence", "incidence_degrees": i, "ratio": off_plane(i), "coverage": "law"}
         for i in INCIDENCES
@@ -98,4 +98,5 @@ CLAIM = Claim(
     WIKIPEDIA_BLINN,
     judge,
     ("accuracy",),
+    across=("alphas",),
 )

@@ -1,5 +1,7 @@
 """Claim e: no accurate reciprocal square root is needed."""
 
+from dataclasses import replace
+
 import pandas as pd
 
 from phongbench.analysis.claims.claim import VISIBLE, Claim, Finding, LackingRowsError, Record, grade, reach
@@ -41,11 +43,19 @@ def judge(rows: Rows) -> Finding:
         for root in dict.fromkeys(one["root"] for one in judged)
     }
     whole = all(one["alphas"] == measured for one in best.values())
-    verdict = grade(whole, any(one["alphas"] for one in best.values()))
-    found = Finding(
-        verdict, _because(best, records, measured), tuple(records), _rows(cells, list(best.values())), coverage(cells)
-    )
-    return priced(found, rows, SAVED)
+    met = sum(len(one["alphas"]) for one in best.values())
+    share, because = met / (len(best) * len(measured)), _because(best, records, measured)
+    decisive = _rows(cells, list(best.values()))
+    found = Finding(grade(whole, met, share), because, tuple(records), decisive, coverage(cells))
+    return priced(replace(found, brief=_brief(best, measured)), rows, SAVED)
+
+
+def _brief(best: dict[str, Record], measured: list[float]) -> str:
+    """How many of the roots are enough everywhere, and what the worst changes."""
+    everywhere = sum(one["alphas"] == measured for one in best.values())
+    root, worst = max(best.items(), key=lambda entry: entry[1]["worst_change"])
+    change = f"{ROOTS[root]} changes up to {codes(worst['worst_change'])}, in the {worst['lambda_form']} form"
+    return sentence(f"{everywhere} of {len(best)} cheap roots are enough at every exponent", change)
 
 
 def _source(rows: Rows) -> pd.DataFrame:
@@ -117,4 +127,5 @@ CLAIM = Claim(
     judge,
     ("accuracy", "timing"),
     "stability",
+    across=("alphas",),
 )

@@ -3,20 +3,25 @@
 import inspect
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Protocol
 
 import pandas as pd
 
-from phongbench.analysis.claims.words import sentence
+from phongbench.analysis.claims.words import brief, sentence
 from phongbench.analysis.rows import Rows
 from phongbench.errors import InputError
 from phongbench.formulas.citations import Source
 
-HOLDS, CONDITIONS, FAILS, UNMEASURED = "holds", "holds under conditions", "fails", "not measured"
-VERDICTS = (HOLDS, CONDITIONS, FAILS, UNMEASURED)
+HOLDS, CONDITIONS, FAILS_MOSTLY = "holds", "holds under conditions", "fails mostly"
+FAILS, UNMEASURED = "fails", "not measured"
+VERDICTS = (HOLDS, CONDITIONS, FAILS_MOSTLY, FAILS, UNMEASURED)
 #: a verdict's sign: seen by its shape, not by a colour
-SIGNS = dict(zip(VERDICTS, "✓◐✗–", strict=True))
+SIGNS = dict(zip(VERDICTS, "✓◐◔✗–", strict=True))
+#: a claim that is met in a smaller share of the cases fails mostly
+MOSTLY = 0.5
+#: a claim over exponents or gammas is judged by so many of them, at least
+FEWEST = 3
 #: an error that an 8-bit display can show, and one that a 10-bit display can
 VISIBLE, FINE = 1 / 255, 1 / 1023
 
@@ -41,6 +46,7 @@ class Finding:
     coverage    how the numbers were got: sampled, searched, exhaustive, certified, timed, or law for what follows
                 from a formula alone
     lacking     what would measure a claim that was not
+    brief       the reason in at most 25 words; None where the first of `because` are
     """
 
     verdict: str
@@ -49,6 +55,7 @@ class Finding:
     evidence: tuple[Record, ...] = ()
     coverage: str = "sampled"
     lacking: str | None = None
+    brief: str | None = None
 
 
 class Besides(Protocol):
@@ -74,6 +81,7 @@ class Claim:
     needs   what the rule reads: names of tables, or nothing where the verdict follows from a formula
     figure  name of the report's figure that shows it, or None
     besides what changes the finding afterwards, by rows of another kind; its `rule_text` is printed after the rule
+    across  what the claim is about: `alphas`, `gammas`; it is judged by FEWEST of them, at least
     """
 
     key: str
@@ -83,11 +91,16 @@ class Claim:
     needs: tuple[str, ...]
     figure: str | None = None
     besides: "Besides | None" = None
+    across: tuple[str, ...] = ()
 
     @property
     def rule_text(self) -> str:
         """The rule in words, on one line."""
         rule = " ".join((inspect.getdoc(self.rule) or "").split())
+        if self.across:
+            about = " or ".join(_AXES[axis] for axis in self.across)
+            rule += " Fails mostly if it would hold under conditions, but in fewer than half of the cases."
+            rule += f" Not measured by fewer than {FEWEST} {about}."
         return f"{rule} {self.besides.rule_text}" if self.besides else rule
 
     def judge(self, rows: Rows) -> "Judgement":
@@ -99,12 +112,32 @@ class Claim:
         return Judgement(self, self.besides(found, rows) if self.besides else found)
 
 
+#: what a claim is about, and what measures more of it
+_AXES = {"alphas": "exponents", "gammas": "gammas"}
+_WIDER = {
+    "alphas": "measure more: phongbench run without --alpha, or --alpha 5..1000",
+    "gammas": "measure more: phongbench run without --gamma",
+}
+
+
 @dataclass(frozen=True)
 class Judgement:
     """A claim with its verdict."""
 
     claim: Claim
     finding: Finding
+
+    def over_enough(self, rows: Rows) -> "Judgement":
+        """The judgement, without a verdict where the run has too few exponents or gammas for one."""
+        for axis in self.claim.across if self.verdict != UNMEASURED else ():
+            swept = len(getattr(rows, axis))
+            if swept < FEWEST:
+                what = sentence(f"{swept} {_AXES[axis]} are too few to judge this by", f"by them it {self.verdict}")
+                found = replace(
+                    self.finding, verdict=UNMEASURED, because=f"{what} {self.because}", lacking=_WIDER[axis]
+                )
+                return replace(self, finding=replace(found, brief=what))
+        return self
 
     @property
     def verdict(self) -> str:
@@ -116,6 +149,11 @@ class Judgement:
         """Why, in one sentence made of the numbers."""
         return self.finding.because
 
+    @property
+    def brief(self) -> str:
+        """The same in few words."""
+        return self.finding.brief or brief(self.because)
+
     def as_dict(self) -> dict[str, Any]:
         """Plain data for JSON: None for what is missing or not finite."""
         claim, found = self.claim, self.finding
@@ -125,6 +163,7 @@ class Judgement:
             "source": claim.source.citation,
             "verdict": found.verdict,
             "because": found.because,
+            "brief": self.brief,
             "conditions": plain(found.conditions),
             "evidence": plain(found.evidence),
             "coverage": found.coverage,
@@ -148,9 +187,14 @@ def plain(value: Any) -> Any:
     return value
 
 
-def grade(whole: object, some: object) -> str:
-    """The verdict on a claim that is met wholly, in some cases, or in none."""
-    return HOLDS if whole else CONDITIONS if some else FAILS
+def grade(whole: object, some: object, share: float = 1.0) -> str:
+    """The verdict on a claim that is met wholly, in some cases, or in none.
+
+    share  of the cases in which it is met, where they can be counted
+    """
+    if whole:
+        return HOLDS
+    return FAILS if not some else CONDITIONS if share >= MOSTLY else FAILS_MOSTLY
 
 
 def reach(good: list[float], measured: list[float]) -> Record:

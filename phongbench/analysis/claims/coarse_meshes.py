@@ -2,6 +2,7 @@
 
 import itertools
 import math
+from dataclasses import replace
 
 import pandas as pd
 
@@ -41,9 +42,16 @@ def judge(rows: Rows) -> Finding:
     judged = [one for one in records if all(one[k] == v for k, v in MEANT.items())]
     fine = [one["alpha"] for one in judged if (one["edge_degrees_to"] or 0.0) >= COARSE]
     some = any(one["edge_degrees_to"] is not None for one in records)
-    verdict = grade(judged and len(fine) == len(judged), some)
+    open_ = [one for one in judged if one["beyond_measured"] and one["alpha"] not in fine]  # how far is not known
+    verdict = grade(judged and len(fine) == len(judged), some, (len(fine) + len(open_)) / max(len(judged), 1))
     found = Finding(verdict, _because(judged or records, records, fine), tuple(records), _rows(cells), "sampled")
-    return priced(found, rows, [FROM_PAIR, FROM_N_L_V])
+    return priced(replace(found, brief=_brief(judged, fine)), rows, [FROM_PAIR, FROM_N_L_V])
+
+
+def _brief(judged: list[Record], fine: list[float]) -> str | None:
+    """At how many exponents edges may be coarse, by the way that is meant; None where it was not measured."""
+    said = f"up to edges of {COARSE:g} degrees raw normals change the cross form with classic R by at most one code"
+    return sentence(f"{said} at {len(fine)} of {len(judged)} exponents") if judged else None
 
 
 def _source(rows: Rows) -> pd.DataFrame:
@@ -119,4 +127,5 @@ CLAIM = Claim(
     judge,
     ("meshes", "timing"),
     "meshes",
+    across=("alphas",),
 )

@@ -37,7 +37,7 @@ def judge(rows: Rows) -> Finding:
         records += [_against_difference(mine) for way in WAYS if len(mine := at(cells, perturbation=way))]
     good, measured = records[0]["alphas"], records[0]["alphas_measured"]
     safest = all(record["cross_never_worse"] for record in records[1:])
-    verdict = grade(good == measured and safest, good)
+    verdict = grade(good == measured and safest, good, len(good) / len(measured))
     found = Finding(verdict, _because(records), tuple(records), _rows(rows, cells, records), coverage(_source(rows)))
     return priced(found, rows, [FROM_PAIR])
 
@@ -157,4 +157,5 @@ CLAIM = Claim(
     judge,
     ("accuracy", "timing"),
     "stability",
+    across=("alphas",),
 )

@@ -35,7 +35,8 @@ def judge(rows: Rows) -> Finding:
     usual = [r for r in best if r["beta_policy"] == TEXTBOOK and r["lambda_form"] == "dot"]
     whole = any(record["alphas"] == rows.alphas for record in usual)
     some = any(record["alphas"] for record in records)
-    verdict = grade(whole, some)
+    good = {alpha for record in records for alpha in record["alphas"]}
+    verdict = grade(whole, some, len(good) / len(rows.alphas))
     return Finding(verdict, _because(records, rows.alphas), tuple(records), _rows(cells, records), coverage(cells))
 
 
@@ -85,4 +86,12 @@ def _rows(cells: pd.DataFrame, records: list[Record]) -> tuple[Record, ...]:
     return evidence("accuracy", "max_abs", pd.concat(picked))
 
 
-CLAIM = Claim("a", "A gamma of 4 or 8 is typically enough", WIKIPEDIA_PHONG, judge, ("accuracy",), "error_gamma")
+CLAIM = Claim(
+    "a",
+    "A gamma of 4 or 8 is typically enough",
+    WIKIPEDIA_PHONG,
+    judge,
+    ("accuracy",),
+    "error_gamma",
+    across=("alphas",),
+)

@@ -38,7 +38,13 @@ def judge(rows: Rows) -> Finding:
         for one in records
     ]
     because = sentence(f"a constant ks against the exact reflectance, {parts[0]}", *parts[1:])
-    return Finding(grade(all(seen), any(seen)), because, records, evidence("incidence", "error_85", constant))
+    first = records[0]
+    brief = sentence(
+        f"for {first['material']} a constant ks errs by at most 1/255 up to {first['within_degrees']:.3g} degrees",
+        f"at 85 degrees by {codes(first['error_at_85_degrees'])}",
+    )
+    rows_that_decide = evidence("incidence", "error_85", constant)
+    return Finding(grade(all(seen), any(seen)), because, records, rows_that_decide, brief=brief)
 
 
 def _record(material: str, constant: pd.DataFrame, schlick: pd.DataFrame) -> Record:

@@ -36,7 +36,7 @@ def judge(rows: Rows) -> Finding:
     ]
     first = [one for one in records if one["lambda_form"] == shown[0]]
     always = [one["within"] == ALWAYS for one in first]
-    verdict = grade(all(always), any(always))
+    verdict = grade(all(always), any(always), sum(always) / len(always))
     return Finding(verdict, _because(first), tuple(records), _rows(lyon, limit, first), coverage(limit))
 
 
@@ -83,5 +83,11 @@ def _rows(lyon: pd.DataFrame, limit: pd.DataFrame, records: list[Record]) -> tup
 
 
 CLAIM = Claim(
-    "b", "The approximation holds for a sufficiently large gamma", WIKIPEDIA_PHONG, judge, ("accuracy",), "error_gamma"
+    "b",
+    "The approximation holds for a sufficiently large gamma",
+    WIKIPEDIA_PHONG,
+    judge,
+    ("accuracy",),
+    "error_gamma",
+    across=("alphas", "gammas"),
 )

@@ -35,4 +35,5 @@ def priced(finding: Finding, rows: Rows, pairs: Iterable[tuple[str, str]]) -> Fi
 def told(raced: list[Race]) -> str:
     """The races as a sentence that names the target."""
     by_pair = groupby(raced, key=lambda race: (race.one, race.other))
-    return sentence(f"on the {TARGET} " + "; ".join(in_words(list(mine)) for _, mine in by_pair))
+    listed = "; ".join(in_words(list(mine)) for _, mine in by_pair)
+    return sentence(f"on the {TARGET} {listed}", "intervals with 98 %")

@@ -29,7 +29,11 @@ def judge(rows: Rows) -> Finding:
         f"{worst['light_degrees']:g} degrees from the viewer, and by nothing only if the light comes from there",
         f"turning around the light changes {around}: normals are free on a cone around the light, not around the view",
     )
-    return Finding(grade(all(free), any(free)), because, records, (), "law")
+    brief = sentence(
+        f"turning around the view vector changes the intensity by up to {codes(worst['change_around_view'])}",
+        f"turning around the light changes {around}",
+    )
+    return Finding(grade(all(free), any(free)), because, records, (), "law", brief=brief)
 
 
 def _turned(vector: Array, axis: Array) -> Array:

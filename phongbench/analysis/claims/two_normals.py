@@ -30,7 +30,10 @@ def judge(rows: Rows) -> Finding:
         f"of all intensities under a light so far from the viewer, both solutions face him for {listed(parts)}",
         "elsewhere the second one is turned away from him, which is prior information, too",
     )
-    return Finding(grade(all(open_), any(open_)), because, records, (), "law")
+    least = min(records, key=lambda one: one["open_share"])
+    brief = f"with the light {least['light_degrees']:g} degrees from the viewer"
+    brief += f" {percent(least['open_share'])} of the intensities leave two normals that face him"
+    return Finding(grade(all(open_), any(open_)), because, records, (), "law", brief=sentence(brief))
 
 
 def _record(slant: float) -> Record:

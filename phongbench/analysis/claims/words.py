@@ -1,6 +1,7 @@
 """Numbers as parts of a sentence."""
 
 import math
+import re
 from collections.abc import Iterable, Sequence
 
 
@@ -49,3 +50,23 @@ def sentence(*parts: str) -> str:
     """Parts joined by semicolons, with a capital and a full stop."""
     text = "; ".join(part for part in parts if part)
     return f"{text[:1].upper()}{text[1:]}."
+
+
+#: words of a verdict's line, at most
+BRIEF = 25
+
+
+def brief(because: str) -> str:
+    """The first clauses of a reason, as many as fit into BRIEF words; what is in brackets is given up first.
+
+    A clause ends in a semicolon or a full stop. Where even the first is too long the rule gives a `brief` of its own.
+    """
+    clauses = re.split(r"; |\. (?=[A-Z])", because.rstrip("."))
+    if len(clauses[0].split()) > BRIEF:
+        clauses = [re.sub(r" \([^()]*\)", "", clauses[0])]
+    kept = clauses[0]
+    for clause in clauses[1:]:
+        if len(f"{kept} {clause}".split()) > BRIEF:
+            break
+        kept = f"{kept}; {clause}"
+    return f"{kept}."

@@ -74,9 +74,10 @@ class GpuTimes:
         return f"wgpu {self.adapter.version}, {self.adapter.driver}, {self.adapter.backend}"
 
     @property
-    def twin(self) -> Measured:
-        """Exact Phong, timed again under another name."""
-        return self.rows[TWIN, CONTEXTS[0]]
+    def twin(self) -> str:
+        """The verdict on exact Phong timed again under another name; unresolved too where it has no time."""
+        timed = self.rows.get((TWIN, CONTEXTS[0]))
+        return "unresolved" if timed is None else timed.verdict
 
 
 def measure(
@@ -138,6 +139,10 @@ def _thing(key: _Key, one: Code, calls: int | None) -> Timed:
 def _compared(found: Times, keys: Sequence[_Key]) -> dict[tuple[str, Context], Measured]:
     """Every time beside exact Phong's and the dot product's in the same context, less what carries them."""
     place = {key: i for i, key in enumerate(keys)}
+    needed = {(name, context, 2) for _, context, _ in keys for name in (BASELINE, DOT)}
+    if not needed <= place.keys():
+        why = next(iter(found.refused.values()), "it says nothing")
+        raise MeasurementError(f"the device refuses what formulas are compared with: {why}", "gpu", "update the driver")
     used = found.used.copy()
     for (name, context, vectors), i in place.items():
         carrier = place.get((_NOTHING, context, vectors))

@@ -20,6 +20,7 @@ from phongbench_reports.text import label, listed, missing, number
 _VERBS = {
     "holds": ("holds", "hold"),
     "holds under conditions": ("holds under conditions", "hold under conditions"),
+    "fails mostly": ("fails mostly", "fail mostly"),
     "fails": ("fails", "fail"),
     "not measured": ("was not measured", "were not measured"),
 }

@@ -106,7 +106,8 @@ def test_the_cheapest_cell_within_the_budget_names_its_rival_and_the_miss(
     assert choice.best is not None
     assert choice.runner_up is not None
     assert choice.nearest_miss is not None
-    assert (choice.best["approximation"], choice.runner_up["approximation"]) == ("gaussian", "lyon")
+    # their times are tied, and lyon 64 errs less
+    assert (choice.best["approximation"], choice.runner_up["approximation"]) == ("lyon", "gaussian")
     assert not choice.resolved
     assert (choice.nearest_miss["approximation"], choice.nearest_miss["gamma"]) == ("lyon", 16)
 

@@ -14,7 +14,7 @@ from phongbench.analysis.by_target import alike, answers
 from phongbench.analysis.front import points
 from phongbench.analysis.recommend import elsewhere, recommend
 from phongbench.analysis.rows import Rows
-from phongbench.cli import terminal
+from phongbench.cli import answer_tables
 from phongbench.cli.main import main
 from phongbench.errors import InputError, UnknownNameError
 from phongbench.formulas.formula import Formula
@@ -182,5 +182,5 @@ def test_the_command_shows_what_to_ship_where(run: Run, monkeypatch: pytest.Monk
 def test_targets_that_answer_alike_share_a_line() -> None:
     same = {"name": "phong", "cost": 6.0, "unit": "cycles", "ratio": 1.0, "max_abs": 1e-6}
     others = [same | {"target": "rdna2"}, same | {"target": "gcn4", "cost": 24.0}, same | {"target": "rdna3"}]
-    lines = terminal._elsewhere(others)
+    lines = answer_tables._elsewhere(others)
     assert [line.split(":")[0] for line in lines] == ["on rdna2, rdna3", "on gcn4"]

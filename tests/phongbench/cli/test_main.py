@@ -60,6 +60,46 @@ def test_a_run_is_made_listed_shown_verified_and_reported(call, tmp_path):
     assert "0" in again.stdout
 
 
+def test_a_run_ends_with_what_to_ship_where_the_time_went_and_what_to_do_next(call):
+    said = call("run", *BARELY, "--out", "mine").stdout
+    assert said.startswith("Least sampled error, float32, unit vectors; nothing was timed")
+    for words in ("10     lyon:", "s went: ", "accuracy ", "run  mine", "code    phongbench shader lyon:"):
+        assert words in said
+    shown = call("show", "mine").stdout
+    assert said.splitlines()[0] in shown
+    (line,) = [line for line in shown.splitlines() if line.startswith("code    ")]
+    assert call(*line.split()[2:]).exit_code == 0
+
+
+def test_a_run_is_resumed_by_its_folder_alone_and_one_that_is_finished_says_so(call, tmp_path):
+    assert call("run", *BARELY, "--out", "phongbench-runs/mine-00001").exit_code == 0
+    manifest = tmp_path / "phongbench-runs/mine-00001/manifest.json"
+    finished = manifest.read_text()
+    again = call("run", "--resume", "--out", "phongbench-runs/mine-00001", "--no-report")
+    assert again.exit_code == 0, again.stderr
+    assert "was finished before" in again.stdout
+    manifest.write_text(finished.replace('"complete"', '"partial"'))
+    assert call("show", "latest").exit_code == 2
+    assert "mine-00001" in call("show", "latest").stderr
+    assert call("show", "mine-00001").exit_code == 0
+    resumed = call("run", "--resume", "--no-report", "--json")  # the newest interrupted one
+    assert resumed.exit_code == 0, resumed.stderr
+    assert json.loads(resumed.stdout)["run"] == "mine-00001"
+    assert json.loads(manifest.read_text())["state"] == "complete"
+    found = call("run", "--resume")
+    assert (found.exit_code, found.stdout) == (2, "")
+    assert "nothing to resume" in found.stderr
+
+
+def test_runs_are_listed_with_what_they_hold(call):
+    assert call("run", *BARELY, "--out", "phongbench-runs/mine-00001").exit_code == 0
+    (one,) = json.loads(call("list", "--json").stdout)
+    assert (one["study"], one["alphas"], one["precisions"], one["timed"]) == ("custom", [10.0], ["float32"], False)
+    head, row = call("list").stdout.splitlines()
+    assert head.split() == ["run", "study", "exponents", "precisions", "timed", "size", "state"]
+    assert row.split()[:5] == ["mine-00001", "custom", "10", "float32", "no"]
+
+
 def test_compare_tells_what_changed(call):
     for seed in ("1", "2"):
         assert call("run", *BARELY, "--seed", seed, "--out", f"run-{seed}").exit_code == 0
@@ -90,6 +130,15 @@ def test_a_tolerance_is_a_finite_number_of_at_least_0(call):
         (["run", "--alpha", "nan"], 2, "alpha = nan"),
         (["run", "--alpha", "ten"], 2, "'ten' is not a list of numbers"),
         (["run", "--alpha", ","], 2, "alphas is empty"),
+        (["run", "--alpha", "80..20"], 2, "80..20 is no range of exponents"),
+        (["run", "--alpha", "20..x"], 2, "'20..x' is not a range"),
+        (["run", "--alpha", "nan..20"], 2, "no range of exponents"),
+        (["run", "--resume"], 2, "nothing to resume"),
+        (["recommend", "--max-error", "1/255"], 2, "Missing option '--alpha'"),
+        (["recommend", "--alpha", "5", "--materials", "a.mtl", "--max-error", "1"], 2, "--alpha or --materials"),
+        (["recommend", "--alpha", "50", "--max-error", "1", "--inputs", "sine"], 2, "known: vectors, cosine"),
+        (["recommend", "--alpha", "50", "--max-error", "1", "--inputs", "cosine", "--raw"], 2, "recipes start from"),
+        (["recommend", "--alpha", "20..80", "--max-error", "1", "--code", "c"], 2, "list some"),
         (["run", "--alpha", ""], 2, "what follows --alpha is empty"),
         (["run", "--alpha="], 2, "what follows --alpha is empty"),
         (["show", ""], 2, "what follows show is empty"),

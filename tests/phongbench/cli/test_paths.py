@@ -22,7 +22,7 @@ COMMANDS: dict[str, tuple[list[str], list[str]]] = {
     "verify": (["good-run"], []),
     "claims": (["good-run"], []),
     "front": (["good-run"], ["--alpha", "10"]),
-    "recommend": ([], ["--alpha", "10", "--max-error", "0.1"]),
+    "recommend": ([], ["--max-error", "0.1"]),
     "compare": (["good-run", "good-run"], []),
     "shade": (["good.json"], []),
     "shader": (["lyon:dot:8"], ["--alpha", "50"]),

@@ -1,6 +1,7 @@
 """Programs that are timed do what they say, and their times become costs; on the adapter that is here."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -113,6 +114,16 @@ def test_a_device_that_shows_no_difference_is_no_measurement() -> None:
     work = list(measure._work([code_of("lyon:dot:8")], [code_of("lyon:dot:8")]))
     with pytest.raises(MeasurementError, match="no longer than nothing"):
         measure._compared(found, work)
+
+
+def test_a_device_that_refuses_exact_phong_is_no_measurement() -> None:
+    found = made(NS)
+    work = list(measure._work([code_of("lyon:dot:8")], [code_of("lyon:dot:8")]))
+    for lost in (0, 2):  # exact Phong, and the dot product
+        kept = [i for i in range(len(work)) if i != lost]
+        few = replace(found, used=found.used[:, kept], refused={found.names[lost]: "no such opcode"})
+        with pytest.raises(MeasurementError, match="no such opcode"):
+            measure._compared(few, [work[i] for i in kept])
 
 
 def test_tables_are_copied_for_each_call_so_their_programs_are_short() -> None:

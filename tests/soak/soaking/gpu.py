@@ -53,7 +53,7 @@ def soak(runs: int, twins: int, taken: Measure, step: Callable[[int], None] = la
         step(1)
     for seed in range(twins):
         found.twins += 1
-        found.twins_resolved += taken([], 0.0, 1000 + seed, None).twin.verdict != "unresolved"
+        found.twins_resolved += taken([], 0.0, 1000 + seed, None).twin != "unresolved"
         step(1)
     if found.twins_resolved > ALARMS * found.twins:
         found.faults.append(f"{found.twins_resolved} of {found.twins} twins were told apart")

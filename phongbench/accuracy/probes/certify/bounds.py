@@ -66,7 +66,9 @@ def measure(context: ProbeContext) -> Mapping[str, pd.DataFrame]:
         context.advance(1 / len(cells))
     left = len(cells) - len(bounded)
     if left:
-        context.note(f"{left} of {len(cells)} laws have no certified bound: their bodies take numbers apart bit by bit")
+        context.detail(
+            f"{left} of {len(cells)} laws have no certified bound: their bodies take numbers apart bit by bit"
+        )
     return {"accuracy": _rows(context.sweep, cells, bounded)} if bounded else {}
 
 

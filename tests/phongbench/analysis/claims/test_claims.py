@@ -12,7 +12,7 @@ from claim_tables import CODE, Tables, accuracy, judged
 from phongbench.analysis import claims
 from phongbench.analysis.claims import CLAIMS, VERDICTS, answer, judge
 from phongbench.analysis.claims.claim import LackingRowsError, plain
-from phongbench.analysis.claims.words import codes, exponents, listed, rounded, times
+from phongbench.analysis.claims.words import BRIEF, brief, codes, exponents, listed, rounded, times
 from phongbench.analysis.rows import Rows
 from phongbench.errors import CorruptRunError, InputError
 from phongbench.formulas.lambda_forms import LAMBDA_FORMS
@@ -65,8 +65,12 @@ def engine_rows(swept: Callable[..., pd.DataFrame]) -> pd.DataFrame:
 def test_every_rule_judges_the_rows_of_the_engine(engine_rows: pd.DataFrame) -> None:
     found = {one.claim.key: one.as_dict() for one in judge(Tables(accuracy=engine_rows))}
     assert list(found) == list("abcdefghijklmno")
-    for key in "abcegj":
+    for key in "ab":  # met at one exponent of three
+        assert found[key]["verdict"] == "fails mostly"
+    for key in "cegj":
         assert found[key]["verdict"] == "holds under conditions"
+    for one in found.values():
+        assert 0 < len(one["brief"].split()) <= BRIEF
     assert found["a"]["conditions"][0]["gamma"] == 8
     limits = {one["alpha"]: one for one in found["b"]["conditions"] if one["lambda_form"] == "dot"}
     assert [limits[alpha]["within"] for alpha in (10.0, 64.0, 200.0)] == ["never", "in passing", "from some gamma on"]
@@ -135,3 +139,28 @@ def test_exponents_are_told_as_all_a_range_or_a_list() -> None:
     assert listed([]) == "none"
     assert [times(ratio) for ratio in (0.97, 3.56, 164.2, 2e9)] == ["0.97", "3.6", "160", "over a million"]
     assert (codes(CODE), codes(0.1), rounded(63779.6)) == ("1 code", "26 codes", "63,800")
+
+
+@pytest.mark.parametrize(
+    ("because", "told"),
+    [
+        ("One holds at alpha 10 .. 100; two do not. Three do.", "One holds at alpha 10 .. 100; two do not; Three do."),
+        (f"{'word ' * 24}(and more in brackets); rest.", f"{'word ' * 23}word."),
+        (f"First. Second{' word' * 30}.", "First."),
+    ],
+)
+def test_a_reason_in_brief_is_its_first_clauses(because: str, told: str) -> None:
+    assert brief(because) == told
+
+
+def test_two_exponents_judge_no_claim_about_exponents(engine_rows: pd.DataFrame) -> None:
+    few = engine_rows[engine_rows["alpha"] != 64.0]
+    found = {one.claim.key: one.as_dict() for one in judge(Tables(accuracy=few))}
+    for key in "abceg":
+        assert found[key]["verdict"] == "not measured"
+        assert found[key]["because"].startswith("2 exponents are too few to judge this by; by them it ")
+        assert found[key]["conditions"]
+        assert "phongbench run" in found[key]["lacking"]
+    gammas = engine_rows[engine_rows["gamma"].isin([4, 8]) | engine_rows["gamma"].isna()]
+    found = {one.claim.key: one.verdict for one in judge(Tables(accuracy=gammas))}
+    assert (found["a"], found["b"]) == ("fails mostly", "not measured")  # by two gammas

@@ -1,0 +1,218 @@
+"""Studies: `run` measures one and says what to ship, `report` draws it again."""
+
+import os
+import sys
+import time
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import click
+
+from phongbench.cli.common import JSON, PATH, ROOT, WITH, CommaList, ExponentList, facts, notes, say, show
+from phongbench.errors import InputError
+
+SOME_CELLS_FAILED = 3
+#: variable in which `make run` says when it began, in whole seconds since 1970
+STARTED = "PHONGBENCH_STARTED"
+
+
+@click.command(short_help="Run a study: accuracy, stability, timing, report.")
+@click.argument("plan", required=False, type=PATH, metavar="[PLAN.toml]")
+@click.option("--preset", "preset_name", metavar="quick|standard|full", help="Size of the study.  [default: quick]")
+@click.option("--out", type=PATH, help="Folder of the run.  [default: phongbench-runs/<run id>]")
+@click.option("--alpha", "alphas", type=ExponentList(), help="Exponents of exact Phong: 10,50,200, or a range 20..80.")
+@click.option("--materials", type=PATH, metavar="FILE.mtl", help="Take the exponents from its Ns lines.")
+@click.option("--gamma", "gammas", type=CommaList("whole numbers", int), help="Powers of two, e.g. 4,8,16.")
+@click.option("--lambda", "lambda_forms", type=CommaList("names"), help="dot,difference,cross,tan2")
+@click.option(
+    "--only",
+    "approximations",
+    type=CommaList("names"),
+    help="Approximations to measure; see `phongbench approximations`.",
+)
+@WITH
+@click.option(
+    "--precision", "precisions", type=CommaList("names"), help="float16,bfloat16,float32,float64, fixed point as q1.15"
+)
+@click.option("--samples", type=int, help="Pairs for each cell and stratum.")
+@click.option("--seed", type=int, help="Of all random choices; equal seeds give equal rows.")
+@click.option("--probe", "probes", type=CommaList("names"), help="Stability probes to run after the sweep, or `none`.")
+@click.option("--mesh", "meshes", multiple=True, metavar="FILE.obj", help="Measure interpolated normals on it, too.")
+@click.option("--scenes", is_flag=True, help="Draw the shipped scenes, too: errors of pictures, and work skipped.")
+@click.option("--target", "targets", type=CommaList("names"), help="Keep costs of these alone, e.g. cpu,rdna2.")
+@click.option("--no-timing", is_flag=True, help="Measure errors only.")
+@click.option("--no-report", is_flag=True, help="Do not draw the report.")
+@click.option("--timing-budget", type=float, metavar="SECONDS", help="How long the timing may take.")
+@click.option("--jobs", type=click.IntRange(min=1), help="Threads.  [default: all cores]")
+@click.option("--resume", is_flag=True, help="Go on with the interrupted run in --out, by the plan it keeps.")
+@click.option("--fresh", is_flag=True, help="Discard the run that --out holds.")
+@click.option("--dry-run", is_flag=True, help="Tell cells, bytes and seconds, and stop.")
+@click.option("--verbose", is_flag=True, help="Tell what was noticed about single numbers, too.")
+@JSON
+def run(
+    plan: Path | None,
+    preset_name: str | None,
+    out: Path | None,
+    materials: Path | None,
+    files: tuple[Path, ...],
+    no_timing: bool,
+    no_report: bool,
+    jobs: int | None,
+    resume: bool,
+    fresh: bool,
+    dry_run: bool,
+    verbose: bool,
+    as_json: bool,
+    **options: Any,
+) -> None:
+    """Run a study: accuracy, stability, timing, and a report.
+
+    \b
+    Examples:
+      phongbench run
+      phongbench run --alpha 10,50,200 --gamma 4,8,16 --lambda dot,cross
+      phongbench run --with my_highlight.py --only lyon,my-highlight
+      phongbench run --alpha 20..80 --no-timing
+      phongbench run --preset standard --out study
+      phongbench run --resume --out study                 (after an interruption)
+      phongbench run plan.toml --dry-run
+
+    A plan file holds any of these, e.g.  alphas = [10, 50]  gammas = [8]  precisions = ["float32"]  samples = 100000
+    """
+    from phongbench.cli.terminal import TerminalProgress
+    from phongbench.formulas.user_files import registry_with
+    from phongbench.study.forecast import forecast
+    from phongbench.study.run import run_study
+    from phongbench.study.run_folder import stored_plan
+
+    registry = registry_with(files)
+    options["timing"] = False if no_timing else None
+    options["meshes"] = options["meshes"] or None
+    names = [file.name for file in files]
+    asked = [plan, preset_name, materials, *(value or None for value in options.values())]
+    if resume and all(value is None for value in asked):
+        out = out or _interrupted()
+        wanted = stored_plan(out, names).validated(registry)
+    else:
+        wanted = _composed(plan, preset_name, materials, registry, quiet=as_json, **options)
+    with TerminalProgress(quiet=as_json, verbose=verbose) as progress:
+        if dry_run:
+            told = forecast(wanted, registry, jobs, progress).as_dict()
+        else:
+            drawn = None if no_report else _build_report
+            given: dict[str, Any] = {"registry": registry, "jobs": jobs, "resume": resume, "fresh": fresh}
+            given |= {"command": ("phongbench", *sys.argv[1:]), "files": names}
+            outcome = run_study(wanted, out, build_report=drawn, progress=progress, **given)
+            told = outcome.as_dict()
+    show(told, as_json, lambda: facts(told) if dry_run else _summary(outcome))
+    if not dry_run:
+        _exit_on_failures(outcome)
+
+
+def _composed(
+    plan: Path | None,
+    preset_name: str | None,
+    materials: Path | None,
+    registry: Mapping[str, Any],
+    *,
+    quiet: bool,
+    **options: Any,
+) -> Any:
+    """The plan of a file or preset and these options; whatever is installed or given is measured unless they choose."""
+    from phongbench.inputs.plan import preset, with_own
+    from phongbench.inputs.plan_files import compose
+
+    if options["approximations"] is None and plan is None:
+        options["approximations"] = with_own(preset(preset_name or "quick"), registry)
+    options["note"] = lambda text: notes([text], quiet=quiet)
+    return compose(plan, preset_name, materials, **options).validated(registry)
+
+
+def _interrupted() -> Path:
+    """The newest interrupted run here."""
+    from phongbench.results import runs
+
+    partial = [run for run in runs.stored(ROOT) if not run.complete]
+    if not partial:
+        raise InputError(
+            "there is nothing to resume", str(ROOT), "give the folder of the interrupted run: --out FOLDER"
+        )
+    return partial[-1].path
+
+
+@click.command(short_help="Draw the report of a run again.")
+@click.argument("run_name", metavar="RUN")
+@click.option("--out", type=PATH, help="Folder to write into, or a .html with --single-file.  [default: RUN/report]")
+@click.option("--single-file", is_flag=True, help="One self-contained HTML file.")
+def report(run_name: str, out: Path | None, single_file: bool) -> None:
+    """Draw the report of a run: a folder that opens by double click, or one file.
+
+    Of an interrupted run it tells what was measured, as soon as there are errors.
+    """
+    from phongbench.cli.terminal import TerminalProgress
+    from phongbench.results import runs
+    from phongbench.support.progress import Reached
+    from phongbench_reports import build
+
+    run = runs.find(run_name, ROOT)
+    lacking = runs.unfinished(runs.require_rows(run))
+    notes([f"{lacking}; {runs.FINISH}"] if lacking else [])
+    with TerminalProgress() as progress:
+        progress.stage("drawing the report", 1.0)
+        folder = out or run.path / "report"
+        page = build(run, folder, single_file=single_file, processes=2, progress=Reached(progress))
+    click.echo(page)
+
+
+def _build_report(run: Any, folder: Path, reached: Callable[[int, int], None]) -> Path:
+    from phongbench_reports import build
+
+    return build(run, folder, processes=2, progress=reached)
+
+
+def _exit_on_failures(outcome: Any) -> None:
+    for message, count in outcome.failures.items():
+        say(f"{count} cells failed: {message}", err=True)
+    for violation in outcome.violations:
+        say(f"results contradict each other: {violation}", err=True)
+    if outcome.failures or outcome.violations:
+        sys.exit(SOME_CELLS_FAILED)
+
+
+def _summary(outcome: Any) -> None:
+    """The verdict, where the time went, and what to do next."""
+    from phongbench.analysis.rows import Rows
+    from phongbench.analysis.verdict import verdict
+    from phongbench.cli.verdict_table import next_commands, verdict_table
+
+    run = outcome.run
+    found = verdict(Rows(run)) if len(run.accuracy) else None
+    if found:
+        verdict_table(found)
+    if outcome.finished_before:
+        say("the run was finished before: nothing is left to measure")
+    else:
+        say(_work(outcome))
+    facts({"run": str(run.path)} | ({"report": str(outcome.report)} if outcome.report else {}))
+    if found:
+        here = run.path.parent == ROOT
+        next_commands(found, "latest" if here else str(run.path))
+
+
+def _work(outcome: Any) -> str:
+    """How much was measured, and where the time went; what came before, such as installing, if `make` says when."""
+    seconds = dict(outcome.seconds)
+    total, compiling = seconds.pop("total"), seconds.pop("compiling")
+    rate = outcome.evaluations / max(seconds["accuracy"] - compiling, 1e-9) / 1e9
+    parts = {"compiling": compiling, **seconds, "accuracy": seconds["accuracy"] - compiling}
+    began = os.environ.get(STARTED, "")
+    before = time.time() - float(began) - total if began.isdigit() else 0.0
+    if before >= 1:
+        total += before
+        parts = {"installing and starting": before, **parts}
+    spent = ", ".join(f"{name} {value:.1f} s" for name, value in parts.items() if value >= 0.05)
+    return (
+        f"{outcome.cells:,} cells, {outcome.evaluations / 1e9:.2f} billion evaluations ({rate:.2f} billion/s); "
+        f"where {total:.1f} s went: {spent}"
+    )
