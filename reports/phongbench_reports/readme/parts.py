@@ -20,6 +20,7 @@ PAGES: Mapping[str, tuple[str, ...]] = {
     f"{DOCS}/inverse.md": ("heads",),
     f"{DOCS}/speed.md": ("verdict", "speed", "raw", "peers", "alarms", "throughput", "times", "machine"),
     f"{DOCS}/claims.md": ("claims",),
+    f"{DOCS}/studies.md": ("disk_faults", "kills"),
     f"{DOCS}/pictures.md": ("scenes",),
     f"{DOCS}/service.md": ("service",),
 }
