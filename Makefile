@@ -8,6 +8,7 @@ PIP    := $(PY) -m pip --disable-pip-version-check --no-input
 RUN    := $(VENV)/.installed-run
 TEST   := $(VENV)/.installed-test
 DEV    := $(VENV)/.installed-dev
+KILLS  ?= 1000
 RECENT  = { $(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
     { echo 'phongbench needs Python 3.11 or newer; name one: make GOAL PYTHON=python3.12' >&2; exit 2; }; }
 
@@ -30,11 +31,16 @@ run: $(RUN) ## a quick study on this machine; prints what to ship, where the tim
 test: $(TEST) ## the tests, on all cores
 	$(PY) -m pytest --numprocesses=auto
 
-soak: $(TEST) ## for minutes: error budgets attacked by a search, devices at their worst, random lines and pictures
+soak: $(TEST) ## for hours: attacked budgets, devices at their worst, random lines and pictures, disk faults, KILLS=1000
 	PHONGBENCH_SOAK=1000 $(PY) -m pytest --numprocesses=auto tests/phongbench/analysis/test_promise.py tests/phongbench/analysis/test_raw_promise.py \
 		tests/phongbench/accuracy/test_contract_catalogue.py
 	PYTHONPATH=tests/soak $(PY) -m soaking inverse
+<<<<<<< HEAD
+	PYTHONPATH=tests/soak $(PY) -m soaking disk --docs
+	PYTHONPATH=tests/soak $(PY) -m soaking kills --count $(KILLS) --docs
+=======
 	PYTHONPATH=tests/soak $(PY) -m soaking gpu
+>>>>>>> main
 
 check: $(DEV) ## lint, format, types, layers
 	$(PY) -m ruff check .

@@ -1,17 +1,24 @@
 """`PYTHONPATH=tests/soak python -m soaking`: exits 1 on any fault."""
 
 import json
+import math
 import sys
 import tempfile
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import click
+from soaking import disk_tries, faulty_disk, tables
 from soaking import gpu as gpus
 from soaking import inverse as inverses
 
 from phongbench.targets.webgpu.session import Session, found
+from phongbench_reports.readme.fill import write
 
+CHECKOUT = Path(__file__).resolve().parents[3]
+DOCS = click.option("--docs", is_flag=True, help="Write the table into the guide, too.")
+MINUTES = click.option("--minutes", default=math.inf, help="Begin nothing after so many.  [default: no end]")
 SEED = click.option("--seed", default=1, show_default=True, help="Equal seeds try the same.")
 
 
@@ -29,8 +36,48 @@ def inverse(count: int, seed: int) -> None:
         tempfile.TemporaryDirectory(prefix="phongbench-soak-") as folder,
         click.progressbar(length=count, hidden=not sys.stderr.isatty(), file=sys.stderr) as bar,
     ):
-        found = inverses.soak(count, seed, Path(folder), bar.update)
-    _tell(found.as_dict(), found.faults)
+        seen = inverses.soak(count, seed, Path(folder), bar.update)
+    _tell(seen.as_dict(), seen.faults)
+
+
+@main.command()
+@click.option("--count", type=click.IntRange(min=1), help="So many, drawn by the seed.  [default: every one]")
+@click.option("--in-turn", is_flag=True, help="At each call one of the faults, in turn.  [default: each of them]")
+@MINUTES
+@SEED
+@DOCS
+def disk(count: int | None, in_turn: bool, minutes: float, seed: int, docs: bool) -> None:
+    """Each call to the disk fails, in each way: run, run --resume, report and render leave nothing half-written."""
+    extent = disk_tries.Extent(count, minutes, seed)
+    _inside("disk_faults" * docs, lambda bench: disk_tries.every_fault(bench, in_turn, extent, _say))
+
+
+@main.command()
+@click.option("--count", type=click.IntRange(min=1), default=1000, show_default=True)
+@MINUTES
+@SEED
+@DOCS
+def kills(count: int, minutes: float, seed: int, docs: bool) -> None:
+    """Kills at random moments: run, run --resume and report go on to the same rows."""
+    extent = disk_tries.Extent(count, minutes, seed)
+    _inside("kills" * docs, lambda bench: disk_tries.random_kills(bench, extent, _say))
+
+
+def _say(text: str) -> None:
+    click.echo(text, err=True)
+
+
+def _inside(part: str, tries: Callable[[disk_tries.Bench], dict[str, disk_tries.Tries]]) -> None:
+    """Try in a process whose calls to the disk can fail; write the guide's part of this name, if there is one."""
+    if not faulty_disk.is_preloaded():
+        ended = faulty_disk.preloaded(sys.argv[1:])
+        click.echo(ended.stdout, nl=False)
+        sys.exit(ended.returncode)
+    with tempfile.TemporaryDirectory(prefix="phongbench-soak-") as folder:
+        done = tries(disk_tries.Bench(Path(folder)))
+    if part:
+        write(CHECKOUT, {part: tables.of_tries(done)}, {})
+    _tell({name: one.as_dict() for name, one in done.items()}, [fault for one in done.values() for fault in one.faults])
 
 
 @main.command()

@@ -1,0 +1,266 @@
+"""Every fault of the disk and every moment of a kill: what a command leaves is whole, and done again it gives the same.
+
+Commands are `run` and `run --resume` of a small plan, `report` and `render`. After each fault the folder is looked at,
+then the command is done again without one.
+"""
+
+import contextlib
+import gc
+import hashlib
+import importlib
+import io
+import random
+import shutil
+import time
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, field
+from itertools import cycle, islice, zip_longest
+from pathlib import Path
+from typing import Any, TypeVar
+
+from phongbench.analysis.rows import Rows
+from phongbench.cli.main import EXIT_CODES, main
+from phongbench.errors import PhongbenchError, StorageError
+from phongbench.results import runs
+from soaking.faulty_disk import FAULTS, KILLED, Ended, Fault, call
+
+#: the plan of `run`: a cell, a probe, no timing
+PLAN = """alphas = [10]
+gammas = [8]
+approximations = ["lyon"]
+slopes = ["taylor"]
+spaces = ["reflect"]
+lambda_forms = ["dot"]
+precisions = ["float32"]
+strata = ["peak"]
+samples = 1000
+probes = ["hostile"]
+timing = false
+"""
+DISK = next(code for kind, code in EXIT_CODES if kind is StorageError)
+KILLED_COMMANDS = ("run", "run --resume", "report")
+_TOLD = 20
+T = TypeVar("T")
+
+
+@dataclass(frozen=True)
+class Command:
+    """A command that is tried.
+
+    start   what its folder holds before; None: nothing, not even the folder
+    words   of the command, given its folder
+    again   of the command that goes on, given what the folder holds
+    broken  what is half-written in the folder; with True, also what it lacks as the command's whole result
+    """
+
+    name: str
+    start: Path | None
+    words: Callable[[Path], list[str]]
+    again: Callable[[Path], list[str]]
+    broken: Callable[[Path, bool], Iterator[str]]
+
+
+@dataclass
+class Tries:
+    """What came of a command's tries.
+
+    calls   to the disk, by kind, when nothing fails
+    ends    how tries ended, by the fault and what the command made of it
+    faults  in words
+    """
+
+    calls: dict[str, int] = field(default_factory=dict)
+    ends: Counter[str] = field(default_factory=Counter)
+    faults: list[str] = field(default_factory=list)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain data."""
+        told = {"points": sum(self.calls.values()), "calls": self.calls, "tries": self.ends.total()}
+        return told | {"ends": dict(sorted(self.ends.items())), "faults": self.faults[:_TOLD]}
+
+
+class Bench:
+    """The commands, the folder where they are tried, and what they give when nothing fails."""
+
+    def __init__(self, box: Path) -> None:
+        self.folder, self.plan = box / "tried-here", box / "plan.toml"
+        self.plan.write_text(PLAN)
+        _here(self._run(self.folder))  # in this process: kernels are loaded once for all tries
+        self.reference, self.partial = self.folder.rename(box / "reference"), box / "partial"
+        self.tables = runs.load(self.reference).manifest["files"]
+        self._interrupt()
+        self._draw_once()
+        _here(self._render(box))
+        self.picture = {"picture.png": _digest(box / "picture.png")}
+        commands = (
+            Command("run", None, self._run, self._go_on, self._broken_run),
+            Command("run --resume", self.partial, self._go_on, self._go_on, self._broken_run),
+            Command("report", self.reference, self._report, self._report, self._broken_report),
+            Command("render", None, self._render, self._render, self._broken_picture),
+        )
+        self.commands = {command.name: command for command in commands}
+        gc.freeze()  # what is here is shared with every process to come, until one of them looks for garbage in it
+
+    def _run(self, folder: Path) -> list[str]:
+        return ["run", str(self.plan), "--no-report", "--jobs", "1", "--out", str(folder)]
+
+    def _go_on(self, folder: Path) -> list[str]:
+        return [*self._run(folder), *(["--resume"] if (folder / runs.MANIFEST).exists() else [])]
+
+    @staticmethod
+    def _report(folder: Path) -> list[str]:
+        return ["report", str(folder), "--out", str(folder / "report")]
+
+    @staticmethod
+    def _render(folder: Path) -> list[str]:
+        out = str(folder / "picture.png")
+        return ["render", "chequerboard", "--size", "32x18", "--threads", "1", "--out", out]
+
+    def ready(self, command: Command) -> Path:
+        """The folder as the command finds it."""
+        shutil.rmtree(self.folder, ignore_errors=True)
+        if command.start is not None:
+            shutil.copytree(command.start, self.folder)
+        return self.folder
+
+    def tried(self, command: Command, found: Tries, fault: Fault | None = None, seconds: float | None = None) -> None:
+        """One try: the command with a fault, a look, the command again, a look."""
+        folder = self.ready(command)
+        ended = call(command.words(folder), folder, fault, seconds)
+        name = str(fault) if fault else f"kill -9 after {seconds:.3f} s"
+        wrong = list(_wrong_end(ended, folder))
+        wrong += command.broken(folder, ended.code == 0)
+        again = call(command.again(folder), folder)
+        if again.code:
+            wrong.append(f"does not go on: exit {again.code}, {again.said[-600:]}")
+        wrong += command.broken(folder, True)
+        outcome = {0: "done", DISK: "refused", KILLED: "killed"}.get(ended.code, f"exit {ended.code}")
+        found.ends[f"{fault.kind if fault else 'random kill'}: {outcome}"] += 1
+        found.faults += [f"{command.name}, {name}: {fault_}" for fault_ in wrong]
+
+    def _interrupt(self) -> None:
+        """Makes the run that a kill stopped after its sweep."""
+        calls = sum(call(self._run(self.folder), self.folder).calls.values())
+        for at in range(calls // 2, calls, max(1, calls // 20)):
+            shutil.rmtree(self.folder)
+            call(self._run(self.folder), self.folder, Fault("kill -9", at))
+            if not (run := runs.load(self.folder)).complete and run.manifest["files"]:
+                break
+        self.folder.rename(self.partial)
+
+    def _draw_once(self) -> None:
+        """Draws the report here once for all, since faults concern its writing."""
+        shutil.copytree(self.reference, self.folder)
+        reports: Any = importlib.import_module("phongbench_reports.build")  # not the function of that name
+        sections = reports.sections_of(Rows(runs.load(self.folder)))
+        reports.sections_of = lambda study, shared=None: sections
+        reports.cores = lambda: 1
+        _here(self._report(self.folder))
+        self.pages = _digests(self.folder / "report")
+
+    def _broken_run(self, folder: Path, done: bool) -> Iterator[str]:
+        if not (folder / runs.MANIFEST).exists():
+            yield from ["there is no run"] if done else []
+            return
+        try:
+            run = runs.load(folder)
+            yield from (line for line in runs.verify(run) if done or "partial" not in line)
+        except PhongbenchError as problem:
+            yield f"the folder is no run: {problem}"
+            return
+        for name, facts in self.tables.items():
+            if run.complete and run.manifest["files"].get(name) != facts:
+                yield f"{name} has other rows"
+        yield from _leftovers(folder) if done else []
+
+    def _broken_report(self, folder: Path, done: bool) -> Iterator[str]:
+        yield from _differences(self.pages, folder / "report", done)
+        yield from self._broken_run(folder, done)
+
+    def _broken_picture(self, folder: Path, done: bool) -> Iterator[str]:
+        yield from _differences(self.picture, folder, done)
+
+
+def _here(words: list[str]) -> None:
+    with contextlib.redirect_stdout(io.StringIO()):
+        main(args=words, prog_name="phongbench", standalone_mode=False)
+
+
+def _wrong_end(ended: Ended, folder: Path) -> Iterator[str]:
+    """What is wrong with how a command ended."""
+    if "Traceback" in ended.said:
+        yield f"a traceback: {ended.said[-1500:]}"
+    elif ended.code not in (0, DISK, KILLED):
+        yield f"exit {ended.code}: {ended.said[-600:]}"
+    elif ended.code == DISK and not ("phongbench: " in ended.said and str(folder) in ended.said):
+        yield f"the message names no file: {ended.said[-600:]}"
+
+
+def _differences(wanted: dict[str, str], folder: Path, done: bool) -> Iterator[str]:
+    """Files that are not as they should be, and those that lack, where all is done."""
+    there = {name: digest for name, digest in _digests(folder).items() if not name.endswith(".partial")}
+    yield from (f"{name} is half-written" for name, digest in there.items() if wanted.get(name) != digest)
+    if done:
+        yield from (f"{name} is missing" for name in wanted.keys() - there.keys())
+        yield from _leftovers(folder)
+
+
+def _leftovers(folder: Path) -> Iterator[str]:
+    yield from (f"{path.relative_to(folder)} is left" for path in folder.rglob("*.partial"))
+    yield from (f"{name} is left" for name in (".lock", "parts") if (folder / name).exists())
+
+
+def _digests(folder: Path) -> dict[str, str]:
+    return {str(path.relative_to(folder)): _digest(path) for path in sorted(folder.rglob("*")) if path.is_file()}
+
+
+def _digest(path: Path) -> str:
+    return hashlib.sha256(path.read_bytes()).hexdigest()
+
+
+@dataclass(frozen=True)
+class Extent:
+    """How many tries are made: so many, and no new one after so many minutes; drawn by a seed."""
+
+    count: int | None
+    minutes: float
+    seed: int
+
+    def of(self, tries: Iterable[T], say: Callable[[str], None]) -> Iterator[T]:
+        """The first tries; each is told."""
+        end = time.monotonic() + 60 * self.minutes
+        for number, one in enumerate(islice(tries, self.count), 1):
+            if time.monotonic() > end:
+                return
+            say(f"try {number}")
+            yield one
+
+
+def every_fault(bench: Bench, in_turn: bool, extent: Extent, say: Callable[[str], None]) -> dict[str, Tries]:
+    """Each fault at each call of each command, or one of them in turn at each; shuffled, the commands by turns."""
+    rng, found, kinds = random.Random(extent.seed), {name: Tries() for name in bench.commands}, list(FAULTS)
+    tries: list[list[tuple[str, Fault]]] = []
+    for name, command in bench.commands.items():
+        folder = bench.ready(command)
+        found[name].calls = dict(call(command.words(folder), folder).calls)
+        points = range(1, sum(found[name].calls.values()) + 1)
+        pairs = [(kind, at) for at in points for kind in (kinds[at % len(kinds)],) * in_turn or kinds]
+        rng.shuffle(pairs)
+        tries.append([(name, Fault(*pair)) for pair in pairs])
+    by_turns = (one for round_ in zip_longest(*tries) for one in round_ if one is not None)
+    for name, fault in extent.of(by_turns, say):
+        bench.tried(bench.commands[name], found[name], fault)
+    return found
+
+
+def random_kills(bench: Bench, extent: Extent, say: Callable[[str], None]) -> dict[str, Tries]:
+    """Kills at random moments of run, run --resume and report, in turn, up to a tenth after the command's usual end."""
+    rng, found, longest = random.Random(extent.seed), {name: Tries() for name in KILLED_COMMANDS}, {}
+    for name in found:
+        folder, started = bench.ready(bench.commands[name]), time.monotonic()
+        call(bench.commands[name].words(folder), folder)
+        longest[name] = 1.1 * (time.monotonic() - started)
+    for name in extent.of(cycle(found), say):
+        bench.tried(bench.commands[name], found[name], seconds=rng.uniform(0.0, longest[name]))
+    return found
