@@ -181,6 +181,7 @@ _TARGET = record(
         "tool": TEXT,
         "unit": TEXT,
         "rows": or_none(WHOLE, "codes that have a cost"),
+        "precisions": or_none(_OBJECT, "of these, how many are of each precision's code"),
         "tool_version": or_none(TEXT),
         "needs": or_none(TEXT),
         "compiles": or_none(FLAG),

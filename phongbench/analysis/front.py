@@ -176,9 +176,8 @@ def points(
     else:
         wrong = errors_at(accuracy, alpha=exponents, metric=metric, stratum=stratum, precision=precision)
         alphas = exponents.measured(accuracy["alpha"].unique())
-        cells = judged(
-            priced(wrong, alphas, target, short_of, notes, root, own_prices(run.costs, target, short_of, notes))
-        )
+        own = own_prices(run.costs, target, short_of, precision, notes)
+        cells = judged(priced(wrong, alphas, target, short_of, notes, root, own))
     return {
         "run": run.id,
         "alpha": str(exponents),

@@ -6,7 +6,7 @@ from typing import Any
 
 from phongbench.analysis.exponents import Exponents
 from phongbench.analysis.promises import bound_at, contract_at, without_contract
-from phongbench.analysis.target_costs import checked, unit_of
+from phongbench.analysis.target_costs import checked, table_of, unit_of
 from phongbench.errors import InputError
 from phongbench.formulas.formula import Formula, Registry
 from phongbench.formulas.registry import REGISTRY
@@ -15,9 +15,7 @@ from phongbench.formulas.shader_code.language import FLOAT16, FLOAT32
 from phongbench.formulas.user_files import installed
 from phongbench.results.schema import CPU, GPU
 from phongbench.targets import measured
-from phongbench.targets.chips import TARGETS
 from phongbench.targets.code_shapes import code
-from phongbench.targets.costs import shipped
 from phongbench.targets.measure import costs as compiled_costs
 
 
@@ -60,10 +58,9 @@ def cost_on(
     if target == GPU:
         fix = "name another one, e.g. rdna2; `phongbench recommend --target gpu` tells a run's times"
         raise InputError("times of gpu are a run's", "target", fix)
-    if options.precision != FLOAT32:
-        raise InputError(f"costs on {target} are those of float32 code", "target", "leave the precision out")
-    table = shipped(target) if target in TARGETS else measured.added(target)
-    wanted = code(formula, alpha, table.language, registry, limited=options.over_long == OVER_LONG[0])
+    held = FLOAT32 if options.precision == FLOAT32 else FLOAT16  # the least that mediump is
+    table, limited = table_of(target, precision=held), options.over_long == OVER_LONG[0]
+    wanted = code(formula, alpha, table.language, registry, limited=limited, precision=held)
     tool = table.tool if isinstance(table, measured.MeasuredTable) else table.target.tool
     told = {"target": target, **unit_of(target), "tool": tool, "tool_version": table.tool_version}
     if isinstance(table, measured.MeasuredTable):

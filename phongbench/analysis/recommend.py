@@ -188,7 +188,7 @@ def _on_target(
     where  the target, the unit that is scarce there, and where measured targets are looked up
     """
     target, short_of, root = where
-    own = own_prices(None if run is None else run.costs, target, short_of, notes)
+    own = own_prices(None if run is None else run.costs, target, short_of, budget.precision, notes)
     return priced(known, budget.alpha.values, target, short_of, notes, root, own)
 
 

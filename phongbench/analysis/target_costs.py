@@ -14,6 +14,7 @@ import pandas as pd
 from phongbench.errors import InputError, UnknownNameError
 from phongbench.formulas.formula import Formula
 from phongbench.formulas.registry import REGISTRY
+from phongbench.formulas.shader_code.language import FLOAT32
 from phongbench.results.runs import DEFAULT_ROOT
 from phongbench.results.schema import CPU, GPU, KERNEL, NO_FORMULAS
 from phongbench.targets import measured
@@ -74,19 +75,24 @@ def unit_of(target: str, root: Shelf = DEFAULT_ROOT) -> dict[str, str]:
 
 
 def own_prices(
-    costs: pd.DataFrame | None, target: str, short_of: str | None, notes: list[str] | None = None
+    costs: pd.DataFrame | None,
+    target: str,
+    short_of: str | None,
+    precision: str = FLOAT32,
+    notes: list[str] | None = None,
 ) -> dict[Formula, Price]:
     """What a run's costs say of formulas that do not ship, which were compiled with it; nothing of a scarce unit.
 
     Of GPU, which was measured with it, what they say of every formula; InputError where it was not.
-    notes  receives what was measured on, and how
+    precision  of their code
+    notes      receives what was measured on, and how
     """
     if target == GPU:
         return _gpu_prices(costs, notes if notes is not None else [])
     if costs is None or costs.empty or short_of is not None:
         return {}
     rows = costs[(costs["target"] == target) & (costs["context"] == 0)]
-    rows = rows[~rows["approximation"].isin(list(REGISTRY))]
+    rows = rows[(rows["precision"] == precision) & ~rows["approximation"].isin(list(REGISTRY))]
     kept: list[dict[Any, Any]] = rows.to_dict("records")
     return {
         Formula.of_row(r): Price(r["cost"], r["cost"], r["ratio"], r["ratio_low"], r["ratio_high"], r["bound_by"])
@@ -123,17 +129,16 @@ def priced(
 ) -> pd.DataFrame:
     """The cells whose cost on the target is known, with columns ns (of a time), ratio, its ends, COLUMNS and TIE.
 
-    cells     rows of CELL and any others; what they say of time is replaced
+    cells     rows of CELL in one precision, and any others; what they say of time is replaced
     alphas    the cost is the largest over these exponents
     short_of  issue or special: the unit that counts; None for none in particular
     notes     receives which formulas are left out
     root      the folder of the runs, in which targets were added
     own       prices of formulas that no table knows
-    Raises InputError for another precision than float32, and what `checked` and `shipped` raise.
+    Raises InputError for a precision that no costs on the target are of, and what `checked` and `shipped` raise.
     """
-    if set(cells["precision"].astype(str)) - {"float32"}:
-        raise InputError(f"costs on {target} are those of float32 code", "precision", "leave the precision out")
-    table, every = table_of(target, root), tuple(alphas)
+    precision = next(iter(cells["precision"].astype(str)), FLOAT32)
+    table, every = table_of(target, root, precision), tuple(alphas)
     rows: list[dict[Any, Any]] = cells.to_dict("records")
     found = prices([Formula.of_row(row) for row in rows], every, table, short_of, own)
     known = pd.Series([price is not None for price in found], index=cells.index, dtype=bool)
@@ -156,11 +161,18 @@ def priced(
     )
 
 
-def table_of(target: str, root: Shelf = DEFAULT_ROOT) -> CostTable | MeasuredTable:
-    """The costs that are known of a target other than cpu; of gpu none but a run's own."""
-    if target == GPU:
-        return MeasuredTable(GPU, "", "WebGPU", "", measured.Timed(1.0, 1.0, 1.0), {})
-    return shipped(target) if target in TARGETS else measured.added(target, root)
+def table_of(target: str, root: Shelf = DEFAULT_ROOT, precision: str = FLOAT32) -> CostTable | MeasuredTable:
+    """The costs that are known of a target other than cpu, of code in a precision; of gpu none but a run's own.
+
+    Raises InputError for a precision that none are of.
+    """
+    if target in TARGETS:
+        return shipped(target, precision)
+    nothing = MeasuredTable(GPU, "", "WebGPU", "", measured.Timed(1.0, 1.0, 1.0), {})
+    table = nothing if target == GPU else measured.added(target, root)
+    if precision != table.precision:
+        raise InputError(f"costs on {target} are those of {table.precision} code", "precision", "leave it out")
+    return table
 
 
 def prices(
@@ -189,7 +201,7 @@ def _worst(
     """A formula's largest price over exponents; None where one is not in the table."""
     if formula.approximation not in REGISTRY:
         return None
-    codes = [shipped_code(formula, alpha, table.language) for alpha in alphas]
+    codes = [shipped_code(formula, alpha, table.language, table.precision) for alpha in alphas]
     each = [None if one is None else _price(table, one, short_of) for one in codes]
     return None if None in each else max((price for price in each if price is not None), key=lambda price: price.cost)
 

@@ -1,6 +1,7 @@
 """The machines that a formula may run on."""
 
 from pathlib import Path
+from typing import Any
 
 import click
 
@@ -29,7 +30,7 @@ def targets(context: click.Context, as_json: bool) -> None:
 
     known = listing(ROOT)
     columns = ("name", "title", "cost_kind", "unit", "rows", "tool_version")
-    lines = [[*(one[c] for c in columns), _state(one)] for one in known]
+    lines = [[*({**one, "rows": _rows(one)}[c] for c in columns), _state(one)] for one in known]
     show({"targets": known}, as_json, lambda: table("", (*columns, "state"), lines, right=("rows",)))
 
 
@@ -52,6 +53,12 @@ def add(file: Path, as_json: bool) -> None:
     told = {"target": table.name, "adapter": table.adapter, "rows": len(table.rows), "path": str(place)}
     line = f"{table.name}: {table.adapter}, {len(table.rows)} codes by {table.tool}; kept as {place}"
     show(told, as_json, lambda: click.echo(line))
+
+
+def _rows(one: dict[str, Any]) -> object:
+    """How many codes have a cost, those of shorter floats apart."""
+    shorter = [f"{n} {precision}" for precision, n in (one["precisions"] or {}).items() if precision != "float32"]
+    return " + ".join([str(one["rows"]), *shorter]) if shorter else one["rows"]
 
 
 def _state(one: dict[str, object]) -> str:

@@ -44,6 +44,11 @@ def above_underflow(x: float, exponent: int) -> float:
     return x if x > 2.0 ** (-120.0 / exponent) else 0.0
 
 
+def where_above(value: float, x: float, least: float) -> float:
+    """The value where x is above the least, else 0, for NaN too: what is too small to see, and slow, is left out."""
+    return value if x > least else 0.0
+
+
 def squared(x: float, n: int) -> float:
     """max(0, x) ** (2 ** n) by n squarings; 0 for NaN.
 

@@ -15,21 +15,22 @@ from phongbench import __version__
 from phongbench.errors import InputError, PhongbenchError, UnknownNameError
 from phongbench.formulas.formula import Formula
 from phongbench.formulas.registry import REGISTRY
+from phongbench.formulas.shader_code.language import FLOAT32
 from phongbench.formulas.spec import Approximation
 from phongbench.inputs.plan import Cell
 from phongbench.results.formula_columns import FORMULA, RAW
 from phongbench.results.schema import CPU, GPU, TABLES
 from phongbench.targets.chips import TARGETS
 from phongbench.targets.code_shapes import Code, code, shipped_code
-from phongbench.targets.costs import CostTable, compiled, shipped
+from phongbench.targets.costs import CostTable, compiled, in_precision, shipped
 from phongbench.targets.measure import CONTEXTS, Cost
 from phongbench.targets.target import Target
 from phongbench.timing.timed_kernels import ALPHA
 
-#: the precision that compiled costs are those of
-PRECISION = "float32"
 #: a formula and the exponent that its code is written for
 _Key = tuple[Formula, float]
+#: the language and the precision of code
+_Written = tuple[str, str]
 
 
 def checked(targets: Iterable[str]) -> tuple[str, ...]:
@@ -53,7 +54,7 @@ class Costs:
     cells: Sequence[Cell]
     registry: Mapping[str, Approximation]
     note: Callable[[str], None]
-    _written: dict[str, dict[_Key, Code]] = field(default_factory=dict, init=False, repr=False)
+    _written: dict[_Written, dict[_Key, Code]] = field(default_factory=dict, init=False, repr=False)
     _lacking: dict[str, list[str]] = field(default_factory=dict, init=False, repr=False)
 
     def frame(
@@ -69,10 +70,15 @@ class Costs:
         for name in targets or TARGETS:
             if name not in (CPU, GPU):
                 with self._noted(name):
-                    rows += list(self._compiled(shipped(name)))
+                    rows += [row for precision in self._precisions(name) for row in self._compiled(name, precision)]
         for reason, names in self._lacking.items():
             self.note(f"own formulas have no cost on {', '.join(names)}: {reason}")
         return TABLES["costs"].frame(rows)
+
+    def _precisions(self, target: str) -> list[str]:
+        """float32, and float16 where the run measures it and the target has it."""
+        measured = {FLOAT32, *(cell.precision for cell in self.cells)}
+        return [p for p in TARGETS[target].precisions if p in measured and (p == FLOAT32 or target in in_precision(p))]
 
     @property
     def _formulas(self) -> dict[Formula, float]:
@@ -84,43 +90,46 @@ class Costs:
                 found[cell.formula] = cell.alpha
         return found
 
-    def _compiled(self, table: CostTable) -> Iterator[dict[str, Any]]:
+    def _compiled(self, target: str, precision: str) -> Iterator[dict[str, Any]]:
         """The rows of one target: a row for each formula and context."""
-        codes = self.codes(table.target.language)
+        table = shipped(target, precision)
+        codes = self.codes(table.target.language, precision)
         mine = [one for (f, _), one in codes.items() if self._own(f) and table.known(one) is None]
-        own = self._made_now(table.target, mine) if mine else None
+        own = self._made_now(table.target, mine, precision) if mine else None
         for (formula, alpha), one in codes.items():
             for source in filter(None, (table, own)):
                 if (cost := source.known(one)) is not None:
-                    about = named(formula, alpha)
+                    about = named(formula, alpha, precision)
                     yield from ({**about, **row} for row in compiled_rows(source, cost))
                     break
 
-    def codes(self, language: str) -> dict[_Key, Code]:
-        """The formulas' codes in a language, but of those that it has none for; most targets share it."""
-        if language not in self._written:
-            codes = {key: self._code(*key, language) for key in self._formulas.items()}
-            self._written[language] = {key: one for key, one in codes.items() if one is not None}
-        return self._written[language]
+    def codes(self, language: str, precision: str = FLOAT32) -> dict[_Key, Code]:
+        """The formulas' codes in a language and precision that has one for them; most targets share it."""
+        if (language, precision) not in self._written:
+            codes = {key: self._code(*key, language, precision) for key in self._formulas.items()}
+            self._written[language, precision] = {key: one for key, one in codes.items() if one is not None}
+        return self._written[language, precision]
 
-    def _code(self, formula: Formula, alpha: float, language: str) -> Code | None:
+    def _code(self, formula: Formula, alpha: float, language: str, precision: str) -> Code | None:
         if not self._own(formula):
-            return shipped_code(formula, alpha, language)  # which the report asks for again
+            return shipped_code(formula, alpha, language, precision)  # which the report asks for again
         with suppress(InputError):
-            return code(formula, alpha, language, self.registry)
+            return code(formula, alpha, language, self.registry, precision=precision)
         return None
 
     def _own(self, formula: Formula) -> bool:
         """Whether it is a formula of the user's."""
         return self.registry[formula.approximation] is not REGISTRY.get(formula.approximation)
 
-    def _made_now(self, target: Target, missing: Sequence[Code]) -> CostTable | None:
+    def _made_now(self, target: Target, missing: Sequence[Code], precision: str) -> CostTable | None:
         """Costs of codes that no table holds, beside exact Phong by the same compiler; None where it is not here."""
         if (reason := target.why_not()) is not None:
-            self._lacking.setdefault(reason, []).append(target.name)
+            names = self._lacking.setdefault(reason, [])
+            names += [] if target.name in names else [target.name]
             return None
         with self._noted(target.name):
-            return compiled(target, [code(Formula(), ALPHA, target.language), *missing])
+            exact = code(Formula(), ALPHA, target.language, precision=precision)
+            return compiled(target, [exact, *missing], precision)
         return None
 
     def _timed(self, timing: pd.DataFrame) -> Iterator[dict[str, Any]]:
@@ -152,8 +161,8 @@ class Costs:
             self.note(f"costs on {target} are incomplete: {problem}")
 
 
-def named(formula: Formula, alpha: float) -> dict[str, Any]:
-    """The columns that name a formula at an exponent, whose costs are those of float32."""
+def named(formula: Formula, alpha: float, precision: str = FLOAT32) -> dict[str, Any]:
+    """The columns that name a formula at an exponent, whose costs are those of code in a precision."""
     return {
         "approximation": formula.approximation,
         "lambda_form": formula.lambda_form,
@@ -162,7 +171,7 @@ def named(formula: Formula, alpha: float) -> dict[str, Any]:
         "gamma": formula.gamma,
         "recipe": formula.recipe,
         "normalise": formula.normalise,
-        "precision": PRECISION,
+        "precision": precision,
         "alpha": alpha,
     }
 

@@ -19,6 +19,8 @@ import numpy as np
 
 from phongbench.compiler.polynomials import ARC_32, EXP2, LOG2_RATIO
 from phongbench.errors import InputError
+from phongbench.formulas.shader_code.language import FLOAT16, FLOAT32
+from phongbench.formulas.shader_code.languages import C
 from phongbench.support.process import cores
 from phongbench.targets.code_shapes import Code
 from phongbench.targets.harness import NAMES, indented, steps
@@ -36,16 +38,16 @@ _CLANG = (
 _MCA = ("-iterations=1", "-all-views=false", "-summary-view", "-skip-unsupported-instructions=lack-sched")
 _HEADER = Path(__file__).with_name("processor.h")
 _COEFFICIENTS = {"LOG2_RATIO": LOG2_RATIO, "EXP2": EXP2, "ARC": ARC_32}
-_FUNCTION = re.compile(r"^_ZN\d+n(\d+)7programEf:", re.MULTILINE)
+_FUNCTION = re.compile(r"^_ZN\d+n(\d+)7programE(?:f|DF16_):", re.MULTILINE)
 _VECTORISED = re.compile(r"^<stdin>:(\d+):\d+: remark: vectorized loop \(vectorization width: (\d+)", re.MULTILINE)
 _LABEL = re.compile(r"(\.LBB\d+_\d+):")
 _INSTRUCTION = re.compile(r"\t([a-z]\S*)")
-_SPECIAL = re.compile(r"v?f?(?:div|sqrt|rsqrt|rcp)(?:14|e|s)?(?:[ps]s|\.f32)?$|frecp")
+_SPECIAL = re.compile(r"v?f?(?:div|sqrt|rsqrt|rcp)(?:14|e|s)?(?:[ps][sh]|\.f32|\.f16)?$|frecp")
 _MOVES = re.compile(r"v?(?:mov|ld|st|push|dup|broadcast|pbroadcast)")
 _CALL = re.compile(r"callq?$|blx?$")
-_REGISTER = re.compile(r"\b(?:[xyz]mm|[vqsd])(\d+)\b")
+_REGISTER = re.compile(r"\b(?:[xyz]mm|[vqsdh])(\d+)\b")
 #: what a model does not know, and what costs as much in its place: a comparison with zero, and one that signals
-_UNKNOWN = re.compile(r"\tvcmpe?\.f32\t(s\d+), \S+")
+_UNKNOWN = re.compile(r"\tvcmpe?\.f(32|16)\t(s\d+), \S+")
 _REGION = re.compile(r"Code Region - r(\d+)$.*?^Block RThroughput: ([\d.]+)", re.MULTILINE | re.DOTALL)
 #: of Thumb, which issues as a part of what it makes conditional
 _FOLDED = re.compile(r"it[te]*$")
@@ -61,7 +63,7 @@ class Processor(Target):
     """A core.
 
     triple        of its machine code, for LLVM
-    multiply_add  an instruction of it: of vectors, and of numbers alone
+    multiply_add  an instruction of it: of vectors, and of numbers alone; of float16 likewise, where it has that
     width         elements in a vector; 1 where there are none
     divider       cycles that a division or a root keeps its unit, where the model forgets it: as long as they take; 0
                   where it does not
@@ -70,6 +72,7 @@ class Processor(Target):
 
     triple: str = ""
     multiply_add: tuple[str, str] = ("", "")
+    half_multiply_add: tuple[str, str] = ("", "")
     width: int = 4
     divider: int = 0
     options: tuple[str, ...] = ()
@@ -95,26 +98,31 @@ class Processor(Target):
 
     def program(self, code: Code, calls: int) -> str:
         """A loop, an element an iteration or as many as a vector holds."""
-        names = NAMES[: code.vectors]
+        names, numbers = NAMES[: code.vectors], C.in_precision(code.precision)
+        number = numbers.float_type
         read = [
-            f"vec3 {name} = {{{{{', '.join(f'given[{3 * k + axis}][i]' for axis in range(3))}}}}};"
+            f"vec3<{number}> {name} = {{{{{', '.join(f'given<{number}>[{3 * k + axis}][i]' for axis in range(3))}}}}};"
             for k, name in enumerate(names)
         ]
-        body = steps(calls, code.vectors, 0, "{0} = moved({1}, k, {3});")
+        body = steps(calls, code.vectors, 0, "{0} = moved({1}, k, {3});", numbers)
         return "\n".join(
             [
                 re.sub(r"^#include.*\n", "", code.text, flags=re.MULTILINE),
-                f"static inline float highlight({', '.join(f'vec3 {name}' for name in names)}) {{",
+                f"static inline {number} highlight({', '.join(f'vec3<{number}> {name}' for name in names)}) {{",
                 f"    return highlight({', '.join(f'{name}.v' for name in names)});",
                 "}",
-                "void program(float k) {",
-                f"#pragma clang loop vectorize_width({self.width}) interleave_count(1) unroll(disable)",
+                f"void program({number} k) {{",
+                f"#pragma clang loop vectorize_width({self._width(code)}) interleave_count(1) unroll(disable)",
                 "    for (int i = 0; i < 64; i++) {",
-                indented([*read, *body, "found[i] = total;"], 2),
+                indented([*read, *body, f"found<{number}>[i] = total;"], 2),
                 "    }",
                 "}",
             ]
         )
+
+    def _width(self, code: Code) -> int:
+        """Elements of a vector, of which there are twice as many in float16."""
+        return self.width * (2 if code.precision == FLOAT16 and self.width > 1 else 1)
 
     def counted(self, programs: Sequence[tuple[Code, int]], contexts: Sequence[int]) -> list[list[Counts]]:
         """Each program by clang, and its loop by llvm-mca, with multiply-adds after it for every context."""
@@ -126,8 +134,9 @@ class Processor(Target):
     def _together(self, programs: Sequence[tuple[Code, int]], contexts: Sequence[int]) -> list[list[Counts]]:
         regions: list[list[str]] = []
         loops = self._loops([self.program(*pair) for pair in programs])
-        for loop, (_, calls) in zip(loops, programs, strict=True):
-            add = self.multiply_add[loop.width == 1]
+        for loop, (code, calls) in zip(loops, programs, strict=True):
+            adds = self.half_multiply_add if code.precision == FLOAT16 else self.multiply_add
+            add = adds[loop.width == 1]
             regions += [loop.text(special=False), loop.text(special=True)]
             regions += [[*loop.text(), *[add] * (context * calls)] for context in contexts]
         told, each = self._schedule(regions), 2 + len(contexts)
@@ -197,7 +206,7 @@ class Loop:
     def text(self, *, special: bool | None = None) -> list[str]:
         """All instructions, or those of the special unit, or the others."""
         found = [line for name, line in self.lines if special in (None, _SPECIAL.match(name) is not None)]
-        return [_UNKNOWN.sub(r"\tvcmp.f32\t\1, s0", line) for line in found]
+        return [_UNKNOWN.sub(r"\tvcmp.f\1\t\2, s0", line) for line in found]
 
     @property
     def specials(self) -> int:
@@ -224,21 +233,27 @@ _A64, _M7, _M55, _X86 = (
     "aarch64-none-elf", "thumbv7em-none-eabihf", "thumbv8.1m.main-none-eabihf", "x86_64-unknown-linux-gnu",
 )  # fmt: skip
 _NEON = "fmla v0.4s, v1.4s, v2.4s", "fmadd s0, s1, s2, s0"
+_NEON_16 = "fmla v0.8h, v1.8h, v2.8h", "fmadd h0, h1, h2, h0"
 _SCALAR = "vfma.f32 s0, s1, s2"
 _AVX = "vfmadd213ps %{0}mm1, %{0}mm2, %{0}mm0", "vfmadd213ss %xmm1, %xmm2, %xmm0"
+_BOTH = FLOAT32, FLOAT16
 TARGETS = (
-    Processor("cortex-a55", "cortex-a55", "Arm Cortex-A55, Neon", *_TOOL, triple=_A64, multiply_add=_NEON),
     Processor(
-        "cortex-a76", "neoverse-n1", "Arm Cortex-A76, Neon", *_TOOL, model="Neoverse N1", triple=_A64,
-        multiply_add=_NEON,
+        "cortex-a55", "cortex-a55", "Arm Cortex-A55, Neon", *_TOOL, _BOTH, triple=_A64, multiply_add=_NEON,
+        half_multiply_add=_NEON_16,
+    ),
+    Processor(
+        "cortex-a76", "neoverse-n1", "Arm Cortex-A76, Neon", *_TOOL, _BOTH, model="Neoverse N1", triple=_A64,
+        multiply_add=_NEON, half_multiply_add=_NEON_16,
     ),
     Processor(
         "cortex-m7", "cortex-m7", "Arm Cortex-M7", *_TOOL, triple=_M7, multiply_add=(_SCALAR, _SCALAR), width=1,
         divider=16,
     ),
     Processor(
-        "cortex-m55", "cortex-m55", "Arm Cortex-M55, Helium", *_TOOL, triple=_M55,
+        "cortex-m55", "cortex-m55", "Arm Cortex-M55, Helium", *_TOOL, _BOTH, triple=_M55,
         multiply_add=("vfma.f32 q0, q1, q2", _SCALAR), divider=16,
+        half_multiply_add=("vfma.f16 q0, q1, q2", "vfma.f16 s0, s1, s2"),
     ),
     Processor(
         "zen4", "znver4", "AMD Zen 4, vectors of 512 bits", *_TOOL, triple=_X86,
@@ -248,6 +263,7 @@ TARGETS = (
     Processor(
         "sapphire-rapids", "sapphirerapids", "Intel Sapphire Rapids, vectors of 256 bits", *_TOOL, triple=_X86,
         multiply_add=(_AVX[0].format("y"), _AVX[1]), width=8,
+        half_multiply_add=("vfmadd213ph %ymm1, %ymm2, %ymm0", "vfmadd213sh %xmm1, %xmm2, %xmm0"),
     ),
 )  # fmt: skip
 

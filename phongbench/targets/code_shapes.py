@@ -18,6 +18,7 @@ from phongbench.formulas.normalising import NORMALISE
 from phongbench.formulas.recipes import PAIR, RECIPES
 from phongbench.formulas.registry import REGISTRY
 from phongbench.formulas.shader_code.export import source
+from phongbench.formulas.shader_code.language import FLOAT32
 from phongbench.formulas.shader_code.languages import language_named
 from phongbench.formulas.shader_code.raw_vectors import arguments
 from phongbench.formulas.spec import Approximation
@@ -29,7 +30,7 @@ ALPHAS = (50.0, 1000.0, *(2.0**k for k in range(-2, 9)), *(1.4 * 2.0**k for k in
 #: whole powers, whose code is another for every exponent
 WHOLE_ALPHAS = (*map(float, range(1, 33)), *(a for a in (*QUICK_ALPHAS, *STANDARD_ALPHAS) if a > 32 and a == int(a)))
 #: powers of chains on vectors that are made from others, or made unit, first
-RAW_GAMMAS = (8, 16)
+RAW_GAMMAS = (8, 16, 32)
 #: hexadecimal digits of a shape
 DIGITS = 16
 #: numbers that compilers treat as no other: what they multiply, or are the exponent of, is not computed
@@ -45,11 +46,13 @@ class Code:
     name     of the formula, as it is spelled, and the exponent it is written for: "lyon:dot:8 50"
     text     its source, see `shader_code.export.source`
     vectors  how many directions `highlight` takes
+    precision  of its numbers
     """
 
     name: str
     text: str
     vectors: int = 2
+    precision: str = FLOAT32
 
     @property
     def has_table(self) -> bool:
@@ -78,30 +81,44 @@ def _without_value(number: re.Match[str]) -> str:
     return str(value) if value in _SPECIAL else "#"
 
 
-def code(formula: Formula, alpha: float, language: str, registry: Registry = REGISTRY, *, limited: bool = True) -> Code:
+def code(
+    formula: Formula,
+    alpha: float,
+    language: str,
+    registry: Registry = REGISTRY,
+    *,
+    limited: bool = True,
+    precision: str = FLOAT32,
+) -> Code:
     """The code of a formula at an exponent; InputError for an exponent that it does not take.
 
-    limited  whether over-long vectors give no more than 1, see `shader_code.export.source`
+    limited    whether over-long vectors give no more than 1, see `shader_code.export.source`
+    precision  that it is written in; InputError for one that the language lacks, or that cannot hold a constant
     """
-    text = source(formula, alpha, language_named(language), registry, limited=limited)
-    return Code(f"{formula.spelled(registry)} {alpha:g}", text, len(arguments(formula)))
+    text = source(formula, alpha, language_named(language).in_precision(precision), registry, limited=limited)
+    return Code(f"{formula.spelled(registry)} {alpha:g}", text, len(arguments(formula)), precision)
 
 
 @lru_cache(maxsize=1 << 14)
-def shipped_code(formula: Formula, alpha: float, language: str) -> Code | None:
+def shipped_code(formula: Formula, alpha: float, language: str, precision: str = FLOAT32) -> Code | None:
     """The code of a formula that ships, written once; None for an exponent, or a way with lengths, that has none."""
     with suppress(InputError):
-        return code(formula, alpha, language)
+        return code(formula, alpha, language, precision=precision)
     return None
 
 
-def catalogue(language: str, registry: Registry = REGISTRY) -> tuple[Code, ...]:
-    """The code of every formula of the full study, one for each shape, in the study's order."""
+def catalogue(language: str, registry: Registry = REGISTRY, precision: str = FLOAT32) -> tuple[Code, ...]:
+    """The code of every formula of the full study, one for each shape, in the study's order.
+
+    What a precision shorter than float32 cannot be written in, such as tricks with bits, is left out.
+    """
     codes: dict[str, Code] = {}
+    lacking = () if precision == FLOAT32 else (InputError,)
     for spec in registry.values():
         for formula, alpha in _formulas(spec):
-            one = code(formula, alpha, language, registry)
-            codes.setdefault(one.shape, one)
+            with suppress(*lacking):
+                one = code(formula, alpha, language, registry, precision=precision)
+                codes.setdefault(one.shape, one)
     return tuple(codes.values())
 
 

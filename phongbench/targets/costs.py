@@ -1,8 +1,8 @@
 """Shipped costs: what every formula of the full study costs on every target, so that nobody needs the compilers.
 
-A file for each target, `costs/<target>.json`, written by `python -m phongbench.targets`. A cost is found by the shape
-of the code that is written today: after a change of the emission a table no longer knows its formulas, and a test says
-so.
+A file for each target, `costs/<target>.json`, and another for its float16, `costs/<target>.float16.json`, written by
+`python -m phongbench.targets`. A cost is found by the shape of the code that is written today: after a change of the
+emission a table no longer knows its formulas, and a test says so.
 """
 
 import hashlib
@@ -16,7 +16,8 @@ from typing import Any
 from phongbench.errors import CorruptRunError, InputError
 from phongbench.formulas.formula import Formula, Registry
 from phongbench.formulas.registry import REGISTRY
-from phongbench.targets.chips import target_named
+from phongbench.formulas.shader_code.language import FLOAT32
+from phongbench.targets.chips import TARGETS, target_named
 from phongbench.targets.code_shapes import Code, code
 from phongbench.targets.measure import Cost, costs, dot_cost
 from phongbench.targets.target import Target
@@ -30,7 +31,7 @@ _COLUMNS = [field.name for field in fields(Cost)]
 
 @dataclass(frozen=True)
 class CostTable:
-    """The costs on one target.
+    """The costs on one target, of code in one precision.
 
     tool_version  of the compiler that said so
     dot           what the bare dot product costs
@@ -41,6 +42,7 @@ class CostTable:
     tool_version: str
     dot: Cost
     rows: Mapping[str, tuple[str, Cost]]
+    precision: str = FLOAT32
 
     @property
     def unit(self) -> str:
@@ -59,7 +61,7 @@ class CostTable:
 
     def known_of(self, formula: Formula, alpha: float, registry: Registry = REGISTRY) -> Cost | None:
         """A formula's cost at an exponent, if its code was compiled."""
-        return self.known(code(formula, alpha, self.target.language, registry))
+        return self.known(code(formula, alpha, self.target.language, registry, precision=self.precision))
 
     @cached_property
     def baseline(self) -> Cost:
@@ -71,7 +73,7 @@ class CostTable:
 
         Raises InputError, naming the package that is missing, where it cannot be compiled here.
         """
-        wanted = code(formula, alpha, self.target.language, registry)
+        wanted = code(formula, alpha, self.target.language, registry, precision=self.precision)
         found = self.known(wanted)
         return costs(self.target, [wanted])[0] if found is None else found
 
@@ -88,23 +90,41 @@ class CostTable:
         return (self.dot.cost + cost.cost) / self.dot.cost
 
 
+def place(name: str, precision: str = FLOAT32) -> Path:
+    """Where the table of a target lies, whether or not there is one."""
+    return FOLDER / (f"{name}.json" if precision == FLOAT32 else f"{name}.{precision}.json")
+
+
 @cache
-def shipped(name: str) -> CostTable:
-    """The table of a target that ships; UnknownNameError for another name, CorruptRunError for a changed file."""
-    target, path = target_named(name), FOLDER / f"{name}.json"
+def shipped(name: str, precision: str = FLOAT32) -> CostTable:
+    """The table of a target that ships; UnknownNameError for another name, CorruptRunError for a changed file.
+
+    InputError for a precision that the target has no units for.
+    """
+    target, path = target_named(name), place(name, precision)
+    if precision not in target.precisions:
+        fix = f"leave the precision out; these have it: {', '.join(in_precision(precision)) or 'none'}"
+        raise InputError(f"{name} has no {precision}", "precision", fix)
     if not path.is_file():
-        raise InputError(f"no costs of {name} are here", str(path.name), "install phongbench again, or `make targets`")
+        first = "install phongbench again" if precision == FLOAT32 else "leave the precision out"
+        fix = f"{first}, or `make targets`; these have it: {', '.join(in_precision(precision)) or 'none'}"
+        raise InputError(f"no costs of {name} in {precision} are here", str(path.name), fix)
     data = json.loads(path.read_text())
     if data["digest"] != digest(data):
         raise CorruptRunError(f"the costs of {name} were changed", path.name, "install phongbench again")
     rows = {shape: (str(named), _cost(values)) for shape, (named, *values) in data["rows"].items()}
-    return CostTable(target, data["tool_version"], _cost(data["dot"]), rows)
+    return CostTable(target, data["tool_version"], _cost(data["dot"]), rows, precision)
 
 
-def compiled(target: Target, codes: Sequence[Code]) -> CostTable:
-    """The table of these codes, compiled here; InputError where a tool is missing or refuses a code."""
+def in_precision(precision: str) -> list[str]:
+    """The targets whose costs in a precision ship."""
+    return [name for name, one in TARGETS.items() if precision in one.precisions and place(name, precision).is_file()]
+
+
+def compiled(target: Target, codes: Sequence[Code], precision: str = FLOAT32) -> CostTable:
+    """The table of these codes in one precision, compiled here; InputError where a tool is missing or refuses one."""
     rows = {one.shape: (one.name, cost) for one, cost in zip(codes, costs(target, codes), strict=True)}
-    return CostTable(target, target.tool_version(), dot_cost(target), rows)
+    return CostTable(target, target.tool_version(), dot_cost(target, precision), rows, precision)
 
 
 def as_text(table: CostTable) -> str:
@@ -116,6 +136,7 @@ def as_text(table: CostTable) -> str:
         "tool": target.tool,
         "tool_version": table.tool_version,
         "unit": target.unit,
+        **({} if table.precision == FLOAT32 else {"precision": table.precision}),
         "columns": ["formula", *_COLUMNS],
         "dot": astuple(table.dot),
     }

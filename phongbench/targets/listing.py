@@ -8,7 +8,7 @@ from phongbench.results.runs import DEFAULT_ROOT
 from phongbench.results.schema import CPU, GPU
 from phongbench.targets import measured
 from phongbench.targets.chips import TARGETS
-from phongbench.targets.costs import FOLDER, shipped
+from phongbench.targets.costs import place, shipped
 from phongbench.targets.target import Target
 from phongbench.targets.webgpu import session
 
@@ -21,6 +21,7 @@ def listing(root: Path = DEFAULT_ROOT) -> list[dict[str, Any]]:
     name, title, cost_kind   measured: a time with an interval; compiled: what the chip's compiler says of its code
     available, why_not       whether it answers here, and what it lacks if not
     rows                     how many codes have a cost; None where runs have them
+    precisions               rows by the precision of the code, where they ship
     unit, tool, tool_version of a cost, and of what says so
     compiles, needs          whether other formulas can be compiled here, and what is missing if not
     """
@@ -52,8 +53,9 @@ def _added(name: str, root: Path) -> dict[str, Any]:
 
 
 def _compiled(target: Target) -> dict[str, Any]:
-    here, lacking = (FOLDER / f"{target.name}.json").is_file(), target.why_not()
+    here, lacking = place(target.name).is_file(), target.why_not()
     table = shipped(target.name) if here else None
+    kept = [precision for precision in target.precisions if place(target.name, precision).is_file()]
     return _row(
         target.name,
         f"{target.title}, scheduled as {target.model}" if target.model else target.title,
@@ -62,6 +64,7 @@ def _compiled(target: Target) -> dict[str, Any]:
         why_not=None if here else lacking,
         unit=target.unit,
         rows=len(table.rows) if table else 0,
+        precisions={precision: len(shipped(target.name, precision).rows) for precision in kept},
         tool_version=table.tool_version if table else None,
         needs=lacking,
         compiles=lacking is None,
@@ -70,5 +73,5 @@ def _compiled(target: Target) -> dict[str, Any]:
 
 def _row(name: str, title: str, kind: str, tool: str, *, why_not: str | None, **more: Any) -> dict[str, Any]:
     first = {"name": name, "title": title, "cost_kind": kind, "available": why_not is None, "why_not": why_not}
-    rest = {"unit": "ns", "rows": None, "tool_version": None, "needs": None, "compiles": None}
+    rest = {"unit": "ns", "rows": None, "precisions": None, "tool_version": None, "needs": None, "compiles": None}
     return {**first, "tool": tool, **rest, **more}

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from phongbench.formulas.shader_code.language import FLOAT32
 from phongbench.formulas.shader_code.languages import language_named
 from phongbench.targets.code_shapes import Code
 from phongbench.targets.target import ISSUE, SPECIAL, Counts, Target
@@ -48,32 +49,34 @@ class Cost:
         return {None: self.cost, ISSUE: self.issue, SPECIAL: self.special}[unit]
 
 
-def bare(language: str, vectors: int, *, dot: bool) -> Code:
+def bare(language: str, vectors: int, precision: str = FLOAT32, *, dot: bool) -> Code:
     """What costs are counted beyond: the dot product of the first two directions, or of that its first factor."""
-    spelled = language_named(language)
+    spelled = language_named(language).in_precision(precision)
     kind, name = spelled.direction
     header = spelled.header(spelled.float_type, "highlight", [(kind, name.format(x)) for x in "abc"[:vectors]])
+    before = f"{spelled.preamble}\n" if spelled.preamble and precision != FLOAT32 else ""
     axes = spelled.components or (".x", ".y", ".z")
     terms = [f"a{axis} * b{axis}" for axis in axes]
     value = " + ".join(terms) if dot else f"a{axes[0]}"
-    return Code("dot" if dot else "nothing", f"{header} {{\n    return {value};\n}}", vectors)
+    text = f"{before}{header} {{\n    return {value};\n}}"
+    return Code("dot" if dot else "nothing", text, vectors, precision)
 
 
 def costs(target: Target, codes: Sequence[Code]) -> list[Cost]:
     """The cost of each code on the target, compiled here; InputError where a tool is missing or refuses a code."""
-    kinds = sorted({(target.calls(one), one.vectors) for one in codes})
-    references = [(bare(target.language, vectors, dot=True), calls) for calls, vectors in kinds]
+    kinds = sorted({(target.calls(one), one.vectors, one.precision) for one in codes})
+    references = [(bare(target.language, n, precision, dot=True), calls) for calls, n, precision in kinds]
     found = target.checked().counted([*references, *((one, target.calls(one)) for one in codes)], CONTEXTS)
     less = dict(zip(kinds, found, strict=False))
     return [
-        _cost(whole, less[target.calls(one), one.vectors], target.calls(one))
+        _cost(whole, less[target.calls(one), one.vectors, one.precision], target.calls(one))
         for one, whole in zip(codes, found[len(kinds) :], strict=True)
     ]
 
 
-def dot_cost(target: Target) -> Cost:
+def dot_cost(target: Target, precision: str = FLOAT32) -> Cost:
     """What the bare dot product itself costs."""
-    codes = [bare(target.language, 2, dot=dot) for dot in (True, False)]
+    codes = [bare(target.language, 2, precision, dot=dot) for dot in (True, False)]
     dot, nothing = target.checked().counted([(code, target.calls(code)) for code in codes], CONTEXTS)
     return _cost(dot, nothing, target.calls(codes[0]))
 

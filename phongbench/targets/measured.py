@@ -83,6 +83,11 @@ class MeasuredTable:
         """In which code is looked up."""
         return LANGUAGE
 
+    @property
+    def precision(self) -> str:
+        """Of the code that was measured."""
+        return PRECISION
+
     def known(self, wanted: Code) -> Timed | None:
         """The time of code that was measured, or of code that differs from it in numbers only; None for other code."""
         row = self.rows.get(wanted.shape)

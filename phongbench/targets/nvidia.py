@@ -16,6 +16,8 @@ from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
 
+from phongbench.formulas.shader_code.language import FLOAT16, FLOAT32
+from phongbench.formulas.shader_code.languages import CUDA
 from phongbench.support.process import cores
 from phongbench.targets.code_shapes import Code
 from phongbench.targets.harness import NAMES, indented, steps
@@ -31,6 +33,10 @@ _INSTRUCTION = re.compile(r"^\s+/\*[0-9a-f]+\*/\s+(?:@!?U?P\w+\s+)?([A-Z][A-Z0-9
 _PROGRAM = re.compile(r"^\.text\.\w*?n(\d+)7program\w*:$", re.MULTILINE)
 #: slots of a comparison, a choice or logic, and of a special instruction
 _HALF_RATE, _SPECIAL_RATE = 2, 8
+#: what no namespace may hold
+_INCLUDE = re.compile(r"^#include .*$", re.MULTILINE)
+#: the header of float16
+_HEADER = "cuda_fp16.h"
 #: programs that are compiled at a time
 _TOGETHER = 24
 
@@ -51,7 +57,7 @@ class Nvidia(Gpu):
 
     def why_not(self) -> str | None:
         """The package that is missing, or None."""
-        if _installed("lib*/libnvrtc.so.*") is None or _installed("bin/nvdisasm") is None:
+        if any(_installed(file) is None for file in ("lib*/libnvrtc.so.*", "bin/nvdisasm", f"include/{_HEADER}")):
             return "pip install 'phongbench[targets]' brings NVIDIA's compiler and disassembler, on Linux"
         return None
 
@@ -62,15 +68,18 @@ class Nvidia(Gpu):
 
     def program(self, code: Code, calls: int, context: int) -> str:
         """A kernel, one thread for each set of vectors."""
-        names = NAMES[: code.vectors]
-        read = [f"float3 {name} = given[{code.vectors}u * i + {k}u];" for k, name in enumerate(names)]
-        body = steps(calls, code.vectors, context, "{} = moved({}, {}, {});")
+        names, numbers = NAMES[: code.vectors], CUDA.in_precision(code.precision)
+        kind, number = ("half3", "__half") if code.precision == FLOAT16 else ("float3", "float")
+        read = [f"float3 given_{name} = given[{code.vectors}u * i + {k}u];" for k, name in enumerate(names)]
+        read += [f"{kind} {name} = {{{', '.join(f'given_{name}.{axis}' for axis in 'xyz')}}};" for name in names]
+        body = steps(calls, code.vectors, context, "{} = moved({}, {}, {});", numbers)
         return "\n".join(
             [
                 f'#line 1 "{code.name}"',
-                code.text,
-                "__device__ inline float3 moved(float3 v, float k, float3 w) {",
-                "    return make_float3(v.y * k + w.x, v.z * k + w.y, v.x * k + w.z);",
+                _INCLUDE.sub("", code.text),
+                *([_half_highlight(names)] if code.precision == FLOAT16 else ()),
+                f"__device__ inline {kind} moved({kind} v, {number} k, {kind} w) {{",
+                f"    return {kind}{{v.y * k + w.x, v.z * k + w.y, v.x * k + w.z}};",
                 "}",
                 "__global__ void program(const float3* __restrict__ given, float* __restrict__ found) {",
                 indented(["unsigned i = blockIdx.x * 64 + threadIdx.x;", *read, *body, "found[i] = total;"]),
@@ -120,12 +129,13 @@ class Nvidia(Gpu):
         return replace(counts, issue=max(units), cycles=max(*units, counts.special))
 
 
+_BOTH = FLOAT32, FLOAT16
 TARGETS = (
-    Nvidia("sm75", "sm_75", "NVIDIA Turing (RTX 20, T4)", "slots", "NVRTC", "cuda", arithmetic_slots=2),
-    Nvidia("sm86", "sm_86", "NVIDIA Ampere (RTX 30)", "slots", "NVRTC", "cuda"),
-    Nvidia("sm89", "sm_89", "NVIDIA Ada (RTX 40)", "slots", "NVRTC", "cuda"),
-    Nvidia("sm90", "sm_90", "NVIDIA Hopper (H100)", "slots", "NVRTC", "cuda"),
-    Nvidia("sm120", "sm_120", "NVIDIA Blackwell (RTX 50)", "slots", "NVRTC", "cuda"),
+    Nvidia("sm75", "sm_75", "NVIDIA Turing (RTX 20, T4)", "slots", "NVRTC", "cuda", _BOTH, arithmetic_slots=2),
+    Nvidia("sm86", "sm_86", "NVIDIA Ampere (RTX 30)", "slots", "NVRTC", "cuda", _BOTH),
+    Nvidia("sm89", "sm_89", "NVIDIA Ada (RTX 40)", "slots", "NVRTC", "cuda", _BOTH),
+    Nvidia("sm90", "sm_90", "NVIDIA Hopper (H100)", "slots", "NVRTC", "cuda", _BOTH),
+    Nvidia("sm120", "sm_120", "NVIDIA Blackwell (RTX 50)", "slots", "NVRTC", "cuda", _BOTH),
 )
 
 
@@ -137,9 +147,27 @@ def _installed(pattern: str) -> Path | None:
     return next((path for folder in folders for path in sorted(folder.glob(f"*/{pattern}"))), None)
 
 
-def _nvrtc(*more: str, given: bytes = b"") -> bytes:
+def _nvrtc(chip: str = "", given: bytes = b"") -> bytes:
+    """The machine code for a chip; without one, the compiler's version."""
+    header = _installed(f"include/{_HEADER}")
+    more = [chip, *([header.parent] if header else [])] if chip else []
     command = [sys.executable, "-m", "phongbench.targets.nvrtc", _installed("lib*/libnvrtc.so.*"), *more]
-    return answer("NVRTC", command, given, chip="".join(more))[0]
+    return answer("NVRTC", command, given, chip=chip)[0]
+
+
+def _half_highlight(names: Sequence[str]) -> str:
+    """A vector of float16, and `highlight` of such."""
+    taken = ", ".join(f"const half3& {name}" for name in names)
+    passed = [f"const __half {name}_[3] = {{{', '.join(f'{name}.{axis}' for axis in 'xyz')}}};" for name in names]
+    call = f"return highlight({', '.join(f'{name}_' for name in names)});"
+    return "\n".join(
+        [
+            "struct half3 { __half x, y, z; };",
+            f"__device__ inline __half highlight({taken}) {{",
+            indented([*passed, call]),
+            "}",
+        ]
+    )
 
 
 def _nvdisasm(*options: object) -> str:
@@ -154,10 +182,11 @@ def _versions() -> str:
 
 def _assembly(programs: Sequence[str], chip: str) -> list[str]:
     """The machine code of programs that are compiled together, each in a namespace of its own."""
-    source = "\n".join(f"namespace n{i} {{\n{program}\n}}" for i, program in enumerate(programs))
+    spaces = [f"namespace n{i} {{\n{program}\n}}" for i, program in enumerate(programs)]
+    source = "\n".join([*([f"#include <{_HEADER}>"] if any("__half" in one for one in programs) else []), *spaces])
     with tempfile.TemporaryDirectory(prefix="pb-nvidia-") as folder:
         file = Path(folder, "programs.cubin")
-        file.write_bytes(_nvrtc(chip, given=source.encode()))
+        file.write_bytes(_nvrtc(chip, source.encode()))
         parts = _PROGRAM.split(_nvdisasm("-c", file))
     found = dict(zip(map(int, parts[1::2]), parts[2::2], strict=True))
     return [found[i] for i in range(len(programs))]

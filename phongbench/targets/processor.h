@@ -51,7 +51,8 @@ static inline float expf(float x) { return exp2f(x * 1.4426950408889634f); }
 static inline float powf(float x, float y) { return x > 1.2e-38f ? exp2f(y * log2f(x)) : 0.0f; }
 
 static inline float acosf(float x) {
-    float inside = x > -1.0f ? (x < 1.0f ? x : 1.0f) : -1.0f;
+    float above = x > -1.0f ? x : -1.0f;
+    float inside = above < 1.0f ? above : 1.0f;
     float size = fabsf(inside);
     float t = 1.0f - 2.0f * size;
     float ratio = ARC[8];
@@ -60,13 +61,16 @@ static inline float acosf(float x) {
     return inside > 0.0f ? arc : 3.14159265f - arc;
 }
 
-union vec3 {
+template <typename number> union vec3 {
     struct {
-        float x, y, z;
+        number x, y, z;
     };
-    float v[3];
+    number v[3];
 };
 
-static inline vec3 moved(vec3 v, float k, vec3 w) { return vec3{{v.y * k + w.x, v.z * k + w.y, v.x * k + w.z}}; }
+template <typename number> static inline vec3<number> moved(vec3<number> v, number k, vec3<number> w) {
+    return vec3<number>{{v.y * k + w.x, v.z * k + w.y, v.x * k + w.z}};
+}
 
-extern float given[9][64], found[64];
+template <typename number> extern number given[9][64];
+template <typename number> extern number found[64];

@@ -16,6 +16,8 @@ from pathlib import Path
 from typing import Any
 
 from phongbench.errors import InputError
+from phongbench.formulas.shader_code.language import FLOAT16, FLOAT32
+from phongbench.formulas.shader_code.languages import GLSL
 from phongbench.support.process import cores
 from phongbench.targets.code_shapes import Code
 from phongbench.targets.harness import NAMES, indented, steps
@@ -27,6 +29,8 @@ _MANIFEST = "radeon_icd*.json"
 _SPECIAL = re.compile(r"v_(?:exp|log|rcp|rsq|sqrt|sin|cos)_f\d+")
 #: an instruction of the vector units, and how often it stands there again, as the disassembler abbreviates it
 _VECTOR = re.compile(r"^\t(v_\w+).*\n(?:\t\(then repeated (\d+) times\))?", re.MULTILINE)
+#: what must stand before everything else
+_EXTENSION = re.compile(r"^#extension .*$", re.MULTILINE)
 #: seconds that a program of a hundred may take; a driver that hangs is no reason to wait for ever
 _PATIENCE = 600
 
@@ -77,18 +81,20 @@ class Radv(Gpu):
 
     def program(self, code: Code, calls: int, context: int) -> str:
         """A compute shader, one thread for each set of vectors."""
-        names = NAMES[: code.vectors]
-        read = [f"vec3 {name} = given[{code.vectors}u * i + {k}u].xyz;" for k, name in enumerate(names)]
-        body = steps(calls, code.vectors, context, "{} = {}.yzx * {} + {};")
+        names, numbers = NAMES[: code.vectors], GLSL.in_precision(code.precision)
+        kind = numbers.direction[0]
+        read = [f"{kind} {name} = {kind}(given[{code.vectors}u * i + {k}u].xyz);" for k, name in enumerate(names)]
+        body = steps(calls, code.vectors, context, "{} = {}.yzx * {} + {};", numbers)
         return "\n".join(
             [
                 "#version 450",
+                *_EXTENSION.findall(code.text),
                 "layout(local_size_x = 64) in;",
                 "layout(std430, binding = 0) readonly buffer Given { vec4 given[]; };",
                 "layout(std430, binding = 1) writeonly buffer Found { float found[]; };",
-                code.text,
+                _EXTENSION.sub("", code.text),
                 "void main() {",
-                indented(["uint i = gl_GlobalInvocationID.x;", *read, *body, "found[i] = total;"]),
+                indented(["uint i = gl_GlobalInvocationID.x;", *read, *body, "found[i] = float(total);"]),
                 "}",
             ]
         )
@@ -120,17 +126,19 @@ class Radv(Gpu):
         )
 
 
+#: the driver offers float16 from GCN 5 on
+_BOTH = FLOAT32, FLOAT16
 TARGETS = (
     Radv(
         "gcn4", "POLARIS10", "AMD GCN 4 (Polaris)", "cycles", "RADV", "glsl",
         issue_cycles=4, special_cycles=16, special_unit=0,
     ),
     Radv(
-        "gcn5", "VEGA10", "AMD GCN 5 (Vega)", "cycles", "RADV", "glsl",
+        "gcn5", "VEGA10", "AMD GCN 5 (Vega)", "cycles", "RADV", "glsl", _BOTH,
         issue_cycles=4, special_cycles=16, special_unit=0,
     ),
-    Radv("rdna2", "NAVI21", "AMD RDNA 2", "cycles", "RADV", "glsl"),
-    Radv("rdna3", "GFX1100", "AMD RDNA 3", "cycles", "RADV", "glsl"),
+    Radv("rdna2", "NAVI21", "AMD RDNA 2", "cycles", "RADV", "glsl", _BOTH),
+    Radv("rdna3", "GFX1100", "AMD RDNA 3", "cycles", "RADV", "glsl", _BOTH),
 )  # fmt: skip
 
 

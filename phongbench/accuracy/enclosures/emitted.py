@@ -89,6 +89,9 @@ class Whole:
     def __sub__(self, number: int) -> "Whole":
         return self + -number
 
+    def __mul__(self, number: int) -> "Whole":
+        return Whole(self.low * number, self.high * number, self.rule)
+
     def __lt__(self, number: int) -> bool:
         return bool(self.rule.answer(((1, self.low < number), (0, self.high >= number))))
 

@@ -2,7 +2,7 @@
 
 import math
 
-from phongbench.compiler import float_bits
+from phongbench.compiler import elementary, float_bits
 from phongbench.formulas import slopes
 from phongbench.formulas.citations import FONSECA_2008
 from phongbench.formulas.spec import Approximation, Cost
@@ -30,7 +30,7 @@ def gaussian_quadratic(cosine_deficit: float, octaves: float) -> float:
     k = float(int(t)) - 1.0
     f = t - k
     value = (CONSTANT + f * (SLOPE + f * CURVATURE)) * float_bits.from_linear(k)
-    return value if t > -DARK else 0.0
+    return elementary.where_above(value, t, -DARK)
 
 
 SPEC = Approximation(

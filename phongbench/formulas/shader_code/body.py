@@ -5,8 +5,9 @@ import math
 import operator
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeGuard
 
 from phongbench.compiler import elementary
 from phongbench.compiler.lowering import Body
@@ -69,8 +70,12 @@ class BodyWriter:
         raise KernelError(f"{definition.name} returns nothing", None, "end it by a return")
 
     def _assign(self, name: str, value: Value) -> None:
-        """Give the name this value; what is used more than once gets a variable."""
-        self.values[name] = self.writer.named(name, value) if self.uses[name] > 1 else value
+        """Give the name this value; what is used more than once gets a variable, but for 1 - x and the like on GPUs.
+
+        Their compilers find the same again, and what is done with 1 - x is often one step of x.
+        """
+        inline = self.writer.language.gpu and isinstance(value, Affine) and abs(value.scale) == 1
+        self.values[name] = self.writer.named(name, value) if self.uses[name] > 1 and not inline else value
 
     def _refusal(self, node: ast.AST) -> KernelError:
         return KernelError(f"`{ast.unparse(node)}` has no spelling in {self.writer.language.name}")
@@ -121,6 +126,8 @@ class BodyWriter:
         if isinstance(left, int | float) and isinstance(right, int | float):
             return operation(left, right) if not isinstance(op, ast.Div) or right else math.inf
         folded = self._folded(op, left, right)
+        if folded is None and isinstance(op, ast.Add | ast.Sub):
+            folded = self._joined_multiples(op, left, right)
         if folded is not None:
             return folded
         if isinstance(op, ast.Mult):
@@ -128,8 +135,22 @@ class BodyWriter:
         kind = "int" if _kind(left) == _kind(right) == "int" else "float"
         # a right operand that binds no closer keeps its brackets
         text = f"{self.writer.within(left, binding)} {sign} {self.writer.within(right, binding + 1)}"
-        low = low_of(left) + low_of(right) if isinstance(op, ast.Add) else -math.inf
-        return Term(text, binding, kind, low)
+        if not isinstance(op, ast.Add):
+            return Term(text, binding, kind)
+        parts = (*right.parts, left) if _is_product(right) else ()
+        return Term(text, binding, kind, low_of(left) + low_of(right), parts=parts)
+
+    def _joined_multiples(self, op: ast.operator, left: Value, right: Value) -> Value | None:
+        """The sum or difference of multiples of one name, so that a - a x + x is one multiply-add; None for others."""
+        if isinstance(left, Term) and isinstance(right, Affine):
+            left = Affine(left, 1.0)
+        if not isinstance(left, Affine):
+            return None
+        added = Affine(right, 1.0) if isinstance(right, Term) else right
+        if not isinstance(added, Affine):
+            return None
+        found = left.joined(added.times(-1.0) if isinstance(op, ast.Sub) else added)
+        return found.offset if found is not None and found.scale == 0 else found
 
     def _folded(self, op: ast.operator, left: Value, right: Value) -> Value | None:
         """The result as a multiple of a name, where a number meets something that is none."""
@@ -141,6 +162,10 @@ class BodyWriter:
             return Affine(base, left.scale)
         if not isinstance(number, float) or (isinstance(op, ast.Div) and (number is left or not number)):
             return None
+        if self.writer.language.saturated_sum and number is left and isinstance(op, ast.Sub) and _is_product(other):
+            factors = self._negative(other.parts[0]), other.parts[1]
+            text = f"{self.writer.within(number, SUM)} - {other.text}"
+            return Term(text, SUM, parts=(*factors, number))
         multiple = self.writer.affine("x", other)
         if multiple is None:
             return None
@@ -175,6 +200,8 @@ class BodyWriter:
                 pair = self.value(left), self.value(right)
                 if writer.language.gpu and pair in ((yes, no), (no, yes)):
                     smaller = isinstance(op, ast.Lt | ast.LtE) == (pair == (yes, no))
+                    if not smaller and isinstance(yes, float):
+                        return writer.largest(no, yes)
                     return writer.function("min" if smaller else "max", [yes, no])
         condition = writer.within(self.value(test), OR)
         text = writer.language.chosen(condition, writer.within(yes, OR), writer.within(no, OR))
@@ -197,8 +224,13 @@ class BodyWriter:
                 return len(writer.table)
             case "_index", [value]:
                 return value if _kind(value) == "int" else writer.function("int", [value])
+            case "_cast", [Term(kind="int") as whole]:
+                named = writer.term(writer.named("i", whole))
+                return replace(writer.function("float", [named]), whole=(named, 0))
             case "_cast", [value]:
                 return float(value) if isinstance(value, int) else writer.function("float", [value])
+            case "_from_linear", [t]:
+                return self._from_linear(t)
             case "_power", [x, y]:
                 return self._power(x, y)
             case "clamp", [x, low, high]:
@@ -208,10 +240,10 @@ class BodyWriter:
         return writer.function(name, values)
 
     def _power(self, x: Value, y: Value) -> Value:
-        """x^y on GPUs, where pow(0, y) is 0 for a positive y and pow of less is nothing."""
+        """x^y: pow(0, y) is 0 for a positive y, and pow of less is nothing on GPUs."""
         writer = self.writer
         if isinstance(y, float) and y > 0:
-            base = writer.largest(x, 0.0)
+            base = writer.positive(x)
             return base if y == 1 else writer.function("pow", [base, y])
         x = writer.named("x", x)
         return Term(
@@ -222,6 +254,22 @@ class BodyWriter:
             ),
             CHOICE,
         )
+
+    def _from_linear(self, t: Value) -> Value:
+        """2^t by the bits of a float, see `float_bits.from_linear`; of a whole t by whole numbers alone."""
+        if isinstance(t, Term | Affine) and t.whole is not None:
+            i, more = t.whole
+            exponent = self._arithmetic(ast.Add(), i, more + 127)
+            bits = Term(f"{self.writer.within(exponent, PRODUCT)} * {1 << 23}", PRODUCT, "int")
+        else:
+            scaled = self.writer.function("int", [self._arithmetic(ast.Mult(), t, 2.0**23)])
+            bits = self.writer.term(self._arithmetic(ast.Add(), scaled, 127 << 23))
+        return self.writer.function("bits_float", [bits])
+
+
+def _is_product(value: Value) -> TypeGuard[Term]:
+    """Whether it is a product that has no name yet."""
+    return isinstance(value, Term) and value.binding == PRODUCT and bool(value.parts)
 
 
 def _kind(value: Value) -> str:

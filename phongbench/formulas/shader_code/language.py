@@ -10,8 +10,8 @@ from phongbench.errors import InputError, UnknownNameError
 
 #: functions that every language has
 _BUILT_IN = """
-    abs acos ceil clamp exp exp2 floor inverseSqrt inversesqrt length limited log log2 max min mix multiply_add
-    normalize np pow reflect round rsqrt saturate select sign sqrt
+    abs acos ceil clamp exp exp2 floor guarded guarded_square inverseSqrt inversesqrt length limited log log2 max min
+    mix multiply_add normalize np pow reflect round rsqrt saturate saturated_sum select sign sqrt
 """
 BUILT_IN = frozenset(_BUILT_IN.split())
 #: words of GLSL, HLSL, WGSL, C, C++ and Python that a kernel's author may well have taken for a name
@@ -87,6 +87,8 @@ class Language:
     unpacked      names of directions -> the statements that make their components
     gpu           it runs on GPUs, which flush subnormal numbers and have minima, maxima and limits as instructions
     saturated     an expression -> the same limited to 0..1, on GPUs
+    saturated_sum  name of the helper of a multiply-add that is limited to 0..1, (factor, factor, summand), where it is
+                  one instruction which the compiler does not make of `saturated`; "" elsewhere
     fused         whether multiply-adds are calls of `multiply_add`; elsewhere compilers decide
     returned      an expression -> the statement that returns it
     function      (header, statements) -> a function
@@ -116,6 +118,7 @@ class Language:
     unpacked: Callable[[list[str]], list[str]] = lambda names: []
     gpu: bool = True
     saturated: Callable[[str], str] = "clamp({}, 0.0, 1.0)".format
+    saturated_sum: str = ""
     fused: bool = False
     returned: Callable[[str], str] = "return {};".format
     function: Callable[[str, list[str]], str] = braced

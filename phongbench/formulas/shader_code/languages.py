@@ -116,7 +116,16 @@ _C_NAMES = {
     "abs": "fabsf", "acos": "acosf", "exp": "expf", "exp2": "exp2f", "floor": "floorf", "log2": "log2f",
     "max": "fmaxf", "min": "fminf", "pow": "powf", "round": "rintf", "sqrt": "sqrtf",
 }  # fmt: skip
-_CLAMP = "static inline {0} clamp({0} x, {0} low, {0} high) {{\n    return x > low ? (x < high ? x : high) : low;\n}}"
+#: subnormal numbers take x86 a hundred cycles each: there the guard is worth a comparison, elsewhere a maximum is less
+_C_HELPERS = {
+    "clamp": "static inline {0} clamp({0} x, {0} low, {0} high) {{\n    {0} above = x > low ? x : low;\n"
+    "    return above < high ? above : high;\n}}",
+    "guarded": "static inline {0} guarded({0} x, {0} least) {{\n#if defined(__x86_64__) || defined(_M_X64)\n"
+    "    return x > least ? x : 0;\n#else\n    (void)least;\n    return x > 0 ? x : 0;\n#endif\n}}",
+    "guarded_square": "static inline {0} guarded_square({0} x, {0} least) {{\n"
+    "#if defined(__x86_64__) || defined(_M_X64)\n    return x > least ? x * x : 0;\n#else\n    (void)least;\n"
+    "    {0} above = x > 0 ? x : 0;\n    return above * above;\n#endif\n}}",
+}
 C = Language(
     "c", "float", "int", ("const float", "{}[3]"), suffixes=("h",),
     literal="{}f".format, declared=c_declared,
@@ -128,7 +137,7 @@ C = Language(
         "    return bits;\n}",
         "bits_float": "static inline float bits_float(int bits) {\n    float x;\n    memcpy(&x, &bits, sizeof x);\n"
         "    return x;\n}",
-        "clamp": _CLAMP.format("float"),
+        **{name: text.format("float") for name, text in _C_HELPERS.items()},
     },
     preamble="#include <math.h>\n#include <string.h>",
     components=("[0]", "[1]", "[2]"),
@@ -139,7 +148,8 @@ C = Language(
             "names": {
                 **{name: f"(_Float16){word}" for name, word in _C_NAMES.items()}, "float": "(_Float16)", "int": "(int)",
             },
-            "helpers": {"clamp": _CLAMP.format("_Float16")}, "preamble": "#include <math.h>", "lacks": _NO_BITS,
+            "helpers": {name: text.format("_Float16") for name, text in _C_HELPERS.items()},
+            "preamble": "#include <math.h>", "lacks": _NO_BITS,
         },
     },
 )  # fmt: skip
@@ -158,17 +168,19 @@ CUDA = Language(
     helpers={
         "clamp": f"{_ON_DEVICE}float limited(float x, float low, float high) {{\n"
         "    return fminf(fmaxf(x, low), high);\n}",
+        "saturated_sum": f"{_ON_DEVICE}float saturated_sum(float x, float y, float z) {{\n    float sum;\n"
+        '    asm("fma.rn.ftz.sat.f32 %0, %1, %2, %3;" : "=f"(sum) : "f"(x), "f"(y), "f"(z));\n    return sum;\n}',
     },
     note="compile with --use_fast_math, or divisions and exponentials take several times as long",
     components=(".x", ".y", ".z"),
-    saturated="__saturatef({})".format,
+    saturated="__saturatef({})".format, saturated_sum="saturated_sum",
     precisions={
         FLOAT16: {
             "float_type": "__half", "direction": ("const __half", "{}[3]"), "literal": "__half({}f)".format,
             "names": {
                 "abs": "__habs", "acos": "arc_cosine", "clamp": "limited", "exp2": "hexp2", "float": "__half",
                 "floor": "hfloor", "int": "int", "inversesqrt": "hrsqrt", "log2": "hlog2", "max": "__hmax",
-                "min": "__hmin", "pow": "powered", "round": "hrint", "sqrt": "hsqrt",
+                "min": "__hmin", "pow": "powered", "round": "hrint", "saturated_sum": "__hfma_sat", "sqrt": "hsqrt",
             },
             "helpers": {
                 "acos": f"{_ON_DEVICE}__half arc_cosine(__half x) {{\n    return __half(acosf(float(x)));\n}}",

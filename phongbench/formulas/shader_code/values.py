@@ -17,6 +17,8 @@ class Term:
     binding    how closely its outermost operator binds
     kind       float, int or bool
     low, high  what a float cannot be below or above, whatever the input; NaN aside
+    parts      the factors of a product; of a sum that ends in a product, its factors and the summand
+    whole      (the name of a whole number, what is added to it), of a float that is their sum
     """
 
     text: str
@@ -24,6 +26,8 @@ class Term:
     kind: str = "float"
     low: float = -math.inf
     high: float = math.inf
+    parts: "tuple[Value, ...]" = ()
+    whole: "tuple[Term, int] | None" = None
 
     @property
     def simple(self) -> bool:
@@ -49,6 +53,13 @@ class Affine:
         """The most it can be."""
         return self.scale * (self.base.high if self.scale > 0 else self.base.low) + self.offset
 
+    @property
+    def whole(self) -> tuple[Term, int] | None:
+        """See `Term.whole`."""
+        if self.base.whole is None or self.scale != 1 or self.offset != int(self.offset):
+            return None
+        return self.base.whole[0], self.base.whole[1] + int(self.offset)
+
     def times(self, factor: float) -> "Affine":
         """The multiple."""
         return Affine(self.base, self.scale * factor, self.offset * factor)
@@ -56,6 +67,12 @@ class Affine:
     def plus(self, number: float) -> "Affine":
         """The sum."""
         return Affine(self.base, self.scale, self.offset + number)
+
+    def joined(self, other: "Affine") -> "Affine | None":
+        """The sum with a multiple of the same base; None for one of another."""
+        if other.base != self.base:
+            return None
+        return Affine(self.base, self.scale + other.scale, self.offset + other.offset)
 
 
 Value = Term | Affine | float | int

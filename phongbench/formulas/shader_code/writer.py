@@ -21,8 +21,22 @@ from phongbench.compiler.lowering import FLOAT32, Body, lower, parsed
 from phongbench.errors import KernelError
 from phongbench.formulas.shader_code.body import BodyWriter
 from phongbench.formulas.shader_code.language import BUILT_IN, HELD, Language
-from phongbench.formulas.shader_code.spellings import ON_GPU, PRIMITIVES
-from phongbench.formulas.shader_code.values import ATOM, PRODUCT, SIGN, SUM, Affine, Term, Value, high_of, low_of
+from phongbench.formulas.shader_code.spellings import INSTEAD, ON_GPU, PRIMITIVES
+from phongbench.formulas.shader_code.values import (
+    ATOM,
+    CHOICE,
+    PRODUCT,
+    SIGN,
+    SUM,
+    Affine,
+    Term,
+    Value,
+    high_of,
+    low_of,
+)
+
+#: helpers, where subnormal numbers are slow on some processors: x above the least or 0, and the square of that
+GUARDED, GUARDED_SQUARE = "guarded", "guarded_square"
 
 
 class Writer:
@@ -32,12 +46,14 @@ class Writer:
     table     values of the only table that a formula may have, or None
     limited   whether values of unit vectors may be assumed to end at 1: over-long vectors then give no more
     lines     statements so far
+    called    functions of the language that they call, in GLSL's words
     helpers   text of functions that the language lacks and that were called
     """
 
     def __init__(self, language: Language, table: Any = None, *, limited: bool = True) -> None:
         self.language, self.table, self.limited = language, table, limited and language.gpu
         self.lines: list[str] = []
+        self.called: set[str] = set()
         self.helpers: dict[str, str] = {}
         self._names = {"highlight", "TABLE", *BUILT_IN}
 
@@ -48,8 +64,10 @@ class Writer:
 
         Raises KernelError for a body that cannot be lowered or calls a primitive without spelling.
         """
-        if self.language.gpu and body is elementary.squared:
+        if body is elementary.squared and (self.language.gpu or GUARDED_SQUARE in self.language.helpers):
             return self._squarings(arguments[0], (known or {})["n"])
+        if body is elementary.above_underflow and GUARDED in self.language.helpers:
+            return self._guarded(GUARDED, arguments[0], (known or {})["exponent"])
         spelling = (ON_GPU if self.language.gpu else {}).get(body, PRIMITIVES.get(body))
         if spelling is not None:
             names = [name for name in inspect.signature(body).parameters if name not in (known or {})]
@@ -58,33 +76,44 @@ class Writer:
             fix = "add it to PRIMITIVES in phongbench.formulas.shader_code.spellings"
             raise KernelError(f"{body.__name__} has no spelling outside Python", None, fix)
         else:
-            lowered: Any = lower(body, FLOAT32, **(known or {}))
+            lowered: Any = lower(INSTEAD.get(body, body), FLOAT32, **(known or {}))
             source, scope, callees = lowered.__lowered_source__, lowered.__globals__, lowered.__callees__
         definition = _parsed(source)
         return BodyWriter(self, scope, callees).run(definition, arguments)
 
     def _squarings(self, value: Value, n: int) -> Value:
-        """max(0, x) ** (2 ** n) without a guard against subnormal numbers."""
-        if self.limited and high_of(value) > 1.0:
-            x: Value = self.limit(value)
-        else:
-            x = self.largest(value, 0.0)
-        x = self.named("x", x) if n else x
+        """max(0, x) ** (2 ** n); on GPUs without a guard against subnormal numbers."""
+        if not self.language.gpu:
+            x = self._guarded(GUARDED_SQUARE if n else GUARDED, value, 2**n)
+            return self._squared(x, n - 1)
+        # a limit costs nothing, a maximum an instruction; but of 1 less a square compilers know that it is at most 1
+        known = isinstance(value, Affine) and value.base.high == math.inf and not self.language.saturated_sum
+        free = self.limited if high_of(value) > 1.0 else not known
+        return self._squared(self.limit(value) if free else self.largest(value, 0.0), n)
+
+    def _squared(self, x: Value, n: int) -> Value:
+        x = self.named("x", x) if n > 0 else x
         for _ in range(n):
             x = self.named("x", self.product(x, x))
         return x
+
+    def _guarded(self, helper: str, value: Value, exponent: int) -> Value:
+        """x, or its square, or 0 where x to the exponent is below 2^-120; see `elementary.above_underflow`."""
+        return replace(self.function(helper, [value, 2.0 ** (-120.0 / exponent)]), low=0.0)
 
     def limit(self, value: Value) -> Value:
         """The value limited to 0..1."""
         if low_of(value) >= 0.0 and high_of(value) <= 1.0:
             return value
+        if self.language.saturated_sum and (parts := _multiply_add(value)):
+            return replace(self.function(self.language.saturated_sum, parts), low=0.0, high=1.0)
         return Term(self.language.saturated(self.term(value).text), low=0.0, high=1.0)
 
     def clamped(self, value: Value, low: Value, high: Value) -> Value:
         """The value limited to low..high, by the language's own word where it has one."""
         if isinstance(low, float) and isinstance(high, float):
-            if low_of(value) >= low and high_of(value) <= high:
-                return value
+            if low_of(value) >= low:
+                return self.smallest(value, high)
             if (low, high) == (0.0, 1.0) and self.language.gpu:
                 return self.limit(value)
         return self.function("clamp", [value, low, high])
@@ -92,6 +121,25 @@ class Writer:
     def largest(self, value: Value, least: float) -> Value:
         """max(value, least)."""
         return value if low_of(value) >= least else self.function("max", [value, least])
+
+    def smallest(self, value: Value, most: float) -> Value:
+        """min(value, most)."""
+        if high_of(value) <= most:
+            return value
+        return self.function("min", [value, most]) if self.language.gpu else self._chosen_end(value, "<", most)
+
+    def positive(self, value: Value) -> Value:
+        """max(value, 0)."""
+        if self.language.gpu or low_of(value) >= 0.0:
+            return self.largest(value, 0.0)
+        return self._chosen_end(value, ">", 0.0)
+
+    def _chosen_end(self, value: Value, order: str, end: float) -> Term:
+        """A maximum or minimum by a choice, which compilers of processors know better than their libraries' calls."""
+        text, other = self.within(self.named("x", value), SUM), self.term(end).text
+        low, high = low_of(value), high_of(value)
+        low, high = (max(low, end), high) if order == ">" else (low, min(high, end))
+        return Term(self.language.chosen(f"{text} {order} {other}", text, other), CHOICE, low=low, high=high)
 
     # names and text
 
@@ -115,7 +163,7 @@ class Writer:
         term, name = self.term(value), self.name(hint)
         kind = {"float": self.language.float_type, "int": self.language.integer_type}.get(term.kind, "bool")
         self.lines.append(self.language.declared(kind, name, term.text))
-        return Term(name, ATOM, term.kind, term.low, term.high)
+        return Term(name, ATOM, term.kind, term.low, term.high, whole=value.whole)
 
     def term(self, value: Value) -> Term:
         """The value as text."""
@@ -176,17 +224,26 @@ class Writer:
         """left * right of floats."""
         low = 0.0 if left == right or min(low_of(left), low_of(right)) >= 0 else -math.inf
         high = high_of(left) * high_of(right) if low == 0 and min(low_of(left), low_of(right)) >= 0 else math.inf
-        return Term(f"{self.within(left, PRODUCT)} * {self.within(right, SIGN)}", PRODUCT, low=low, high=high)
+        text = f"{self.within(left, PRODUCT)} * {self.within(right, SIGN)}"
+        return Term(text, PRODUCT, low=low, high=high, parts=(left, right))
 
     def function(self, name: str, arguments: Sequence[Value]) -> Term:
         """A call of a function of the language, or of a helper that is put in front."""
         if name in self.language.helpers:
             self.helpers[name] = self.language.helpers[name]
+        self.called.add(name)
         passed = ", ".join(self.term(a).text for a in arguments)
         kind = "int" if name in ("int", "float_bits") else "float"
         low = {"max": max, "min": min}[name](map(low_of, arguments)) if name in ("max", "min") else -math.inf
         high = {"max": max, "min": min}[name](map(high_of, arguments)) if name in ("max", "min") else math.inf
         return Term(f"{self.language.function_name(name)}({passed})", ATOM, kind, low, high)
+
+
+def _multiply_add(value: Value) -> tuple[Value, ...]:
+    """The factors and the summand of what is one multiply-add; nothing of another value."""
+    if isinstance(value, Affine) and value.offset and abs(value.scale) != 1:
+        return value.scale, value.base, value.offset
+    return value.parts if isinstance(value, Term) and value.binding == SUM else ()
 
 
 @lru_cache(1024)

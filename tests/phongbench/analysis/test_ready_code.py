@@ -55,13 +55,21 @@ def test_of_fewer_digits_nothing_is_promised() -> None:
     assert told.max_error > ready_code(LYON, 50.0).max_error
 
 
+@pytest.mark.parametrize("precision", ["float16", "mediump"])
+def test_code_of_fewer_digits_has_costs_of_its_own(precision: str) -> None:
+    told = ready_code(Formula(), 50.0, Options(targets=("rdna3", "cortex-a55"), precision=precision), compiles=False)
+    known = [shipped(name, "float16").of(Formula(), 50.0).cost for name in ("rdna3", "cortex-a55")]
+    assert [cost["cost"] for cost in told.costs] == known
+    assert [cost["ratio"] for cost in told.costs] == [1, 1]
+
+
 def test_what_has_no_cost_is_refused() -> None:
     with pytest.raises(UnknownNameError, match="rdna2"):
         ready_code(LYON, 50.0, Options(targets=("rdna9",)))
     with pytest.raises(InputError, match="timed as a whole"):
         ready_code(LYON, 50.0, Options(targets=("cpu",)))
-    with pytest.raises(InputError, match="those of float32 code"):
-        ready_code(LYON, 50.0, Options(targets=("rdna2",), precision="mediump"))
+    with pytest.raises(InputError, match="gcn4 has no float16"):
+        ready_code(LYON, 50.0, Options(targets=("gcn4",), precision="mediump"))
     with pytest.raises(InputError, match="is shipped"):
         ready_code(LYON, 50.0, Options(targets=("rdna2",), over_long="keep"), compiles=False)
 

@@ -51,6 +51,7 @@ CUDA = """
 struct float3 { float x, y, z; };
 static float rsqrtf(float x) { return 1 / sqrtf(x); }
 static float __saturatef(float x) { return fminf(fmaxf(x, 0), 1); }
+#define asm(...) sum = __saturatef(x * y + z)
 #define __powf powf
 #define __log2f log2f
 static int __float_as_int(float x) { int bits; memcpy(&bits, &x, sizeof bits); return bits; }

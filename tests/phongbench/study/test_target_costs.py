@@ -92,13 +92,13 @@ def own(monkeypatch: pytest.MonkeyPatch) -> Costs:
 
 
 def unheard_of(cosine: float, alpha: float) -> float:
-    return cosine / (alpha * alpha * alpha * alpha * alpha - cosine)
+    return cosine * cosine / (alpha * alpha + cosine * cosine * cosine)
 
 
 def test_own_formulas_are_compiled_beside_exact_phong(own: Costs, monkeypatch: pytest.MonkeyPatch) -> None:
     asked = []
 
-    def answered(target, codes):
+    def answered(target, codes, precision: str):
         asked.append([one.name for one in codes])
         table = shipped(target.name)
         rows = {one.shape: (one.name, table.baseline) for one in codes}
@@ -116,7 +116,7 @@ def test_own_formulas_are_compiled_beside_exact_phong(own: Costs, monkeypatch: p
 def test_targets_without_a_compiler_share_a_note_and_one_that_refuses_has_its_own(
     own: Costs, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def refused(target, codes):
+    def refused(target, codes, precision: str):
         raise InputError("the code is refused", target.name, "write another")
 
     monkeypatch.setattr(target_costs, "compiled", refused)
@@ -129,7 +129,7 @@ def test_targets_without_a_compiler_share_a_note_and_one_that_refuses_has_its_ow
 
 
 def test_what_ships_is_never_compiled_in_a_study(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(target_costs, "shipped", lambda name: replace(shipped(name), rows={}))
+    monkeypatch.setattr(target_costs, "shipped", lambda name, precision: replace(shipped(name, precision), rows={}))
     monkeypatch.setattr(target_costs, "compiled", lambda *_: pytest.fail("a study of shipped formulas compiles"))
     assert made("rdna2").empty
 
