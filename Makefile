@@ -12,6 +12,9 @@ KILLS  ?= 1000
 RECENT  = { $(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
     { echo 'phongbench needs Python 3.11 or newer; name one: make GOAL PYTHON=python3.12' >&2; exit 2; }; }
 
+# When this began, for the run that says where the time went.
+BEGAN  := $(shell date +%s)
+
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 .PHONY: help run test soak check bench bench-api targets docs lock clean
@@ -22,8 +25,8 @@ $(shell test "$$(cat $(VENV)/.checkout 2>/dev/null)" = "$$(pwd -P)" || rm -f $(R
 help: ## show this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-9s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 
-run: $(RUN) ## a quick study on this machine; prints where its report is
-	$(PY) -m phongbench run
+run: $(RUN) ## a quick study on this machine; prints what to ship, where the time went and where its report is
+	PHONGBENCH_STARTED=$(BEGAN) $(PY) -m phongbench run
 
 test: $(TEST) ## the tests, on all cores
 	$(PY) -m pytest --numprocesses=auto

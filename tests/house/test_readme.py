@@ -65,6 +65,33 @@ def test_the_readme_is_read_in_a_few_minutes() -> None:
     assert len(README.read_text().splitlines()) <= 170
 
 
+@pytest.mark.parametrize("file", [README, *GUIDE], ids=lambda file: file.name)
+def test_no_sentence_is_longer_than_thirty_words(file: Path) -> None:
+    marked = re.sub(r"<!-- generated: (\w+) -->.*?<!-- /generated: \1 -->", "", file.read_text(), flags=re.DOTALL)
+    told = re.sub(r"^```.*?^```$|^\|.*?$|^#.*?$", "\n", marked, flags=re.DOTALL | re.MULTILINE)
+    plain = re.sub(r"`[^`]*`", "code", re.sub(r"\[([^\]]*)\]\([^)]*\)", r"\1", told))
+    parts = [" ".join(part.split()) for part in re.split(r"\n\s*\n|\n(?=[-*] )", plain)]
+    sentences = [sentence for part in parts for sentence in re.split(r"(?<=[.!?])\s+", part)]
+    assert [one for one in sentences if len(re.findall(r"\S*\w\S*", one)) > 30] == []
+
+
+def test_the_first_screen_of_the_readme_uses_words_that_it_explains() -> None:
+    first, rest = README.read_text().split("## Quick start")
+    glossary = rest.split("## Glossary")[1].split("\n## ")[0]
+    rows = re.findall(r"^\| (.*?) \| (.*?) \|$", glossary, re.MULTILINE)
+    explained = set(
+        re.findall(r"[\w-]+", " ".join(f"{word} {' '.join(re.findall('`([^`]*)`', told))}" for word, told in rows))
+    )
+    table = first.split("<!-- generated: targets -->")[1].split("\n\n")[1]
+    formulas = {
+        part for spelling in re.findall(r"`([^`]+)`", table) for part in spelling.split(":") if not part.isdigit()
+    }
+    targets = {name.strip() for name in table.splitlines()[0].strip("| ").split("|")[1:]}
+    words = {"α", "alpha", "exact", "Phong", "error", "code", "cost", "target", "slope", "beta", "form"}
+    assert formulas | targets | words - explained
+    assert (formulas | targets | words) - explained == set()
+
+
 def test_every_page_of_the_guide_is_named_in_the_readme() -> None:
     assert [page.name for page in GUIDE if f"(reports/docs/{page.name}" not in README.read_text()] == []
 

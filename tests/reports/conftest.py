@@ -19,7 +19,7 @@ import pytest
 import phongbench_reports
 from phongbench.formulas.fresnel.reflectance import CHANNELS
 from phongbench.inputs.optical_constants import EXACT, in_terms_of
-from phongbench.results.schema import MESHES, RAW, TABLES
+from phongbench.results.schema import MESHES, RAW, TABLES, UNSAID
 
 Vector = npt.NDArray[np.float64]
 LENGTHS = (1e-4, 3.7e-4, 1.75e-3, 1e-2, 5e-2, 0.1)
@@ -376,7 +376,7 @@ def make_run(
     precisions: tuple[str, ...] = ("float32", "float16"),
 ) -> MadeUpRun:
     rows = [row for cell in cells(alphas, gammas) for precision in precisions for row in rows_of(cell, precision)]
-    accuracy = pd.DataFrame(rows).assign(**RAW).astype({"gamma": "Int64", "beta": "float64"})
+    accuracy = pd.DataFrame(rows).assign(**RAW, **UNSAID["accuracy"]).astype({"gamma": "Int64", "beta": "float64"})
     timing = timing_rows(accuracy).assign(**RAW).astype({"gamma": "Int64"})
     provenance = {
         "python": "3.11.7",

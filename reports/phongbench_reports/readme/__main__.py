@@ -2,57 +2,126 @@
 
 import sys
 import tempfile
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 
 import click
 
-from phongbench.errors import PhongbenchError
+from phongbench.benchmarks import false_alarms, kernel_bench
+from phongbench.errors import InputError, PhongbenchError
 from phongbench.results import runs
-from phongbench_reports.readme.fill import fill, write
-from phongbench_reports.readme.fill import of_run as parts_of_run
-from phongbench_reports.readme.measurements import Wall, load_programs, measure, study_as_command
-from phongbench_reports.readme.parts import NAMES, PAGES, problems
+from phongbench.support.progress import Progress
+from phongbench_reports.readme import bench_parts, heads_part, measurements, pictures, tour
+from phongbench_reports.readme.fill import of_run, write
+from phongbench_reports.readme.measurements import PEER_SECONDS, REPEATS, load_programs, study_as_command
+from phongbench_reports.readme.parts import problems
 
 CHECKOUT = Path(__file__).resolve().parents[3]
 
 
-def _say(text: str) -> None:
-    click.echo(text, err=True)
+@dataclass(frozen=True)
+class Wanted:
+    """What a step is given.
+
+    root      the checkout
+    run_name  a finished run that stands for a new study; None: measure one
+    """
+
+    root: Path
+    run_name: str | None
 
 
-def _fill(root: Path, run_name: str | None) -> None:
-    walls: list[Wall] = []
-    programs = load_programs(root)
+#: parts by name, and pictures and the notebook by their path
+Made = tuple[Mapping[str, str], Mapping[str, bytes]]
+
+
+def _study(wanted: Wanted) -> Made:
+    if wanted.run_name is not None:
+        return of_run(runs.find(wanted.run_name, runs.DEFAULT_ROOT)), {}
     with tempfile.TemporaryDirectory(prefix="phongbench-docs-") as name:
         folder = Path(name)
-        if run_name is None:
-            for state in ("cold", "warm"):
-                _say(f"the quick study, {state}")
-                walls.append(study_as_command(state, folder / state, folder / "cache"))
-        run = runs.find(run_name or str(folder / "warm"), runs.DEFAULT_ROOT)
-        measured = measure(programs, _say, walls)
-        _say("drawing")
-        fill(root, run, measured)
-    _say(f"{', '.join(PAGES)}: {', '.join(NAMES)}")
+        walls = [study_as_command(state, folder / state, folder / "cache") for state in ("cold", "warm")]
+        return {**of_run(runs.load(folder / "warm")), "times": bench_parts.times(walls)}, {}
+
+
+def _peers(_: Wanted) -> Made:
+    compared = kernel_bench.bench(budget_seconds=PEER_SECONDS)
+    return {"peers": bench_parts.peers(compared), "throughput": bench_parts.throughput(compared["sweep"])}, {}
+
+
+def _alarms(_: Wanted) -> Made:
+    counts = false_alarms.count(REPEATS, working_sets=("l1", "l2", "memory"))
+    return {"alarms": bench_parts.alarms(counts)}, {}
+
+
+def _scenes(_: Wanted) -> Made:
+    return {"scenes": bench_parts.scenes(measurements.measured_scenes(Progress()))}, {}
+
+
+def _service(wanted: Wanted) -> Made:
+    return {"service": measurements.service(load_programs(wanted.root))}, {}
+
+
+def _heads(_: Wanted) -> Made:
+    return {"heads": heads_part.heads()}, {}
+
+
+def _pictures(_: Wanted) -> Made:
+    files = {pictures.SPHERES: pictures.spheres(), pictures.EXPLORER: pictures.explorer(runs.DEFAULT_ROOT)}
+    return {"pictures": pictures.part()}, {f"{pictures.PICTURES}/{name}": content for name, content in files.items()}
+
+
+def _tour(_: Wanted) -> Made:
+    with tempfile.TemporaryDirectory(prefix="phongbench-tour-") as name:
+        return {}, {"reports/docs/tour.ipynb": tour.notebook(tour.executed(Path(name)))}
+
+
+#: step -> what it measures or draws; each is written as soon as it is made
+STEPS: Mapping[str, Callable[[Wanted], Made]] = {
+    "study": _study,
+    "peers": _peers,
+    "alarms": _alarms,
+    "scenes": _scenes,
+    "service": _service,
+    "heads": _heads,
+    "pictures": _pictures,
+    "tour": _tour,
+}
+
+
+def _chosen(only: str | None) -> list[str]:
+    names = list(STEPS) if only is None else [name.strip() for name in only.split(",")]
+    unknown = [name for name in names if name not in STEPS]
+    if unknown:
+        raise InputError(f"there is no step {', '.join(unknown)}", "--only", f"known: {', '.join(STEPS)}")
+    return names
 
 
 @click.command()
-@click.option("--run", "run_name", metavar="RUN", help="Use this finished run; wall times of the study are left out.")
-@click.option("--of-run", is_flag=True, help="Only the parts that the run of --run gives; the others stay as they are.")
+@click.option(
+    "--run", "run_name", metavar="RUN", help="Use this finished run; wall times of the study stay as they are."
+)
+@click.option("--only", metavar="STEPS", help=f"Only these, the others stay as they are: {', '.join(STEPS)}.")
 @click.option("--check", is_flag=True, help="Only check that every generated part is there and filled; exit 1 if not.")
 @click.option("--root", type=click.Path(path_type=Path), default=CHECKOUT, help="The checkout.  [default: this one]")
-def main(run_name: str | None, of_run: bool, check: bool, root: Path) -> None:
-    """Fill the generated parts of README.md and of reports/docs by measuring here; let nothing else run meanwhile."""
+def main(run_name: str | None, only: str | None, check: bool, root: Path) -> None:
+    """Fill the generated parts of README.md and of reports/docs by measuring here; let nothing else run meanwhile.
+
+    What is interrupted goes on with --only: a step's parts are written when it ends.
+    """
     try:
-        if of_run:
-            write(root, *parts_of_run(runs.find(run_name or "latest", runs.DEFAULT_ROOT)))
-        elif not check:
-            _fill(root, run_name)
+        names = [] if check else _chosen(only)
+        if "service" in names:
+            load_programs(root)  # before anything is measured
+        for name in names:
+            click.echo(name, err=True)
+            write(root, *STEPS[name](Wanted(root, run_name)))
         lacking = problems(root)
     except PhongbenchError as problem:
         raise click.ClickException(str(problem)) from problem
     for line in lacking:
-        _say(f"{line}; `make docs` fills it")
+        click.echo(f"{line}; `make docs` fills it", err=True)
     if lacking:
         sys.exit(1)
 

@@ -43,19 +43,21 @@ def alarms(counts: Sequence[Alarms]) -> str:
     return f"{shown}\n\nAllowed is {100 * ALLOWED:.3g} %: {'met' if good else 'not met'}."
 
 
-def throughput(rates: Mapping[str, float], walls: Sequence[Wall] = ()) -> str:
-    """Evaluations a second of the sweep beside plain NumPy's, and the wall times of the study, where measured."""
+def throughput(rates: Mapping[str, float]) -> str:
+    """Evaluations a second of the sweep beside plain NumPy's."""
     plain, ours = rates["numpy_evaluations_per_second"], rates["evaluations_per_second"]
     lines = [
         ("plain NumPy", f"{number(round(plain / 1e6, 1))} million", "1"),
         ("phongbench", f"{number(round(ours / 1e6))} million", f"{number(rates['ratio'])}"),
     ]
-    shown = table(("sweep", "evaluations per second and core", "/ NumPy"), lines, right=(1, 2))
-    if not walls:
-        return shown
+    return table(("sweep", "evaluations per second and core", "/ NumPy"), lines, right=(1, 2))
+
+
+def times(walls: Sequence[Wall]) -> str:
+    """The wall times of the study as a command."""
     size = walls[0].document
     stages = ("accuracy", "timing", "report")
-    times = [
+    lines = [
         (wall.name, *(f"{wall.document['seconds'][stage]:.1f} s" for stage in stages), f"{wall.seconds:.1f} s")
         for wall in walls
     ]
@@ -63,8 +65,8 @@ def throughput(rates: Mapping[str, float], walls: Sequence[Wall] = ()) -> str:
         f"The quick study, {number(size['cells'])} cells and {number(round(size['evaluations'] / 1e9, 1))} billion "
         "evaluations, as a command: cold with no kernel compiled yet, warm the same command again."
     )
-    seconds = table(("kernel cache", *stages, "the whole command"), times, right=range(1, len(stages) + 2))
-    return f"{shown}\n\n{command}\n\n{seconds}"
+    seconds = table(("kernel cache", *stages, "the whole command"), lines, right=range(1, len(stages) + 2))
+    return f"{command}\n\n{seconds}"
 
 
 def scenes(measured: Mapping[str, Any]) -> str:

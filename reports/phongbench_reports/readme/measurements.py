@@ -5,12 +5,12 @@ import os
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from phongbench.benchmarks import false_alarms, kernel_bench, scene_bench, skip_gains
+from phongbench.benchmarks import scene_bench, skip_gains
 from phongbench.errors import InputError, MeasurementError
 from phongbench.results import runs
 from phongbench.scenes.scene_files import read_scene
@@ -35,40 +35,6 @@ class Wall:
     name: str
     document: Mapping[str, Any]
     seconds: float
-
-
-@dataclass(frozen=True)
-class Measurements:
-    """Everything beside the run.
-
-    compared  result of `kernel_bench.bench`: peers, and the sweep's throughput
-    alarms    result of `false_alarms.count`
-    scenes    result of `measured_scenes`
-    service   the tables of the load test, as Markdown
-    walls     wall times of the study; none where a finished run was given
-    """
-
-    compared: Mapping[str, Any]
-    alarms: Sequence[false_alarms.Alarms]
-    scenes: Mapping[str, Any]
-    service: str
-    walls: Sequence[Wall] = ()
-
-
-def measure(programs: Path, say: Callable[[str], None], walls: Sequence[Wall] = ()) -> Measurements:
-    """Measure everything, one after the other.
-
-    programs  the folder of the load program
-    say       takes a line on what is measured next
-    """
-    say("peers, and the sweep against plain NumPy")
-    compared = kernel_bench.bench(budget_seconds=PEER_SECONDS)
-    say("false alarms of the timing")
-    alarms = false_alarms.count(REPEATS, working_sets=("l1", "l2", "memory"))
-    say("scenes")
-    scenes = measured_scenes(Progress())
-    say("the service under load")
-    return Measurements(compared, alarms, scenes, service(programs), walls)
 
 
 def study_as_command(name: str, folder: Path, cache: Path, extra: Sequence[str] = ()) -> Wall:

@@ -13,10 +13,10 @@ from phongbench.formulas.formula import Formula
 from phongbench.inputs.plan import preset
 from phongbench.results.runs import Run
 from phongbench.results.schema import BASELINE, CEILINGS, TWIN
-from phongbench_reports.figures import front as front_figure
 from phongbench_reports.figures import speed as speed_figure
-from phongbench_reports.plots import Plate, ink, svg_pair
-from phongbench_reports.readme.markdown import picture, table
+from phongbench_reports.glossary import WORDS, chips, names
+from phongbench_reports.plots import Plate, ink
+from phongbench_reports.readme.markdown import table
 from phongbench_reports.table import Absent
 from phongbench_reports.tables.by_target import by_target as by_target_table
 from phongbench_reports.tables.verdict import verdict as verdict_table
@@ -78,15 +78,13 @@ def claims(run: Run) -> str:
     return f"{table(('claim', 'verdict', 'result'), lines)}{rest}"
 
 
-def front(study: Rows) -> tuple[str, dict[str, bytes]]:
-    """The front at one exponent as a picture for light and dark pages, and the two files it shows."""
-    with ink():
-        plate = front_figure.draw(study, (study.alpha,))
-        if isinstance(plate, Absent):
-            raise InputError(plate.reason.rstrip("."), str(study.run.path), plate.fix.rstrip("."))
-        light, dark = svg_pair(plate.figure, "front")
-    files = {"front.svg": light, "front-dark.svg": dark}
-    return picture("front", plate), files
+def glossary(study: Rows) -> str:
+    """The words of the first screen, with the names of formulas and targets that its table holds."""
+    content = by_target_table(study, *BUDGETS[0], TARGETS)
+    named: Any = {} if isinstance(content, Absent) else content.data
+    formulas = names(name for name in named.get("name", ()) if name)
+    rows = [*WORDS.items(), ("names", formulas), ("chips", chips(dict.fromkeys(named.get("target", ()))))]
+    return table(("word", "meaning"), [row for row in rows if row[1]])
 
 
 def speed(study: Rows) -> str:

@@ -4,7 +4,6 @@ import re
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
-from xml.etree import ElementTree as ET
 
 import pandas as pd
 import pytest
@@ -16,11 +15,13 @@ from phongbench.errors import InputError, MeasurementError
 from phongbench.formulas.formula import Formula
 from phongbench.inputs.plan import preset
 from phongbench.results import provenance
+from phongbench.results.runs import load
 from phongbench.study.run import run_study
-from phongbench_reports.readme import bench_parts, measurements, parts, raw_part, run_parts
+from phongbench_reports.readme import __main__ as program
+from phongbench_reports.readme import bench_parts, measurements, parts, pictures, raw_part, run_parts, tour
 from phongbench_reports.readme.__main__ import main
-from phongbench_reports.readme.fill import fill
-from phongbench_reports.readme.measurements import Measurements, Wall
+from phongbench_reports.readme.fill import of_run, write
+from phongbench_reports.readme.measurements import Wall
 
 RATES = {"evaluations_per_second": 5.1e8, "numpy_evaluations_per_second": 1.05e7, "ratio": 48.57}
 
@@ -78,7 +79,6 @@ PICTURES = {
     ],
     "absent": [{"tracer": "pyvista", "why": "not installed; pip install pyvista brings it"}],
 }
-MEASURED = Measurements(COMPARED, ALARMS, PICTURES, "of the service")
 DOCUMENT = {"cells": 5000, "evaluations": 23_456_000_000, "seconds": {"accuracy": 30.04, "timing": 8, "report": 2.5}}
 EMPTY = {
     page: "before\n" + "".join(f"<!-- generated: {n} -->\n<!-- /generated: {n} -->\nbetween\n" for n in names)
@@ -110,23 +110,88 @@ def lines_of(part: str) -> list[list[str]]:
     return [[cell.strip() for cell in line.strip("|").split("|")] for line in part.splitlines() if line[:1] == "|"]
 
 
-def test_every_part_is_filled_and_the_rest_stays(made: Any, checkout: Path) -> None:
-    walls = [Wall("cold", DOCUMENT, 45.0), Wall("warm", DOCUMENT, 25.0)]
-    fill(checkout, made, replace(MEASURED, walls=walls))
-    texts = parts.read(checkout)
+WALLS = [Wall("cold", DOCUMENT, 45.04), Wall("warm", DOCUMENT, 25.0)]
+
+
+@pytest.fixture
+def measured(checkout: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The checkout, where what takes long is made up: all but what a run gives."""
+    monkeypatch.setattr("phongbench.benchmarks.kernel_bench.bench", lambda **_: COMPARED)
+    monkeypatch.setattr("phongbench.benchmarks.false_alarms.count", lambda *_, **__: ALARMS)
+    monkeypatch.setattr(measurements, "measured_scenes", lambda *_: PICTURES)
+    monkeypatch.setattr(measurements, "service", lambda _: "of the service")
+    monkeypatch.setattr(program.heads_part, "heads", lambda: "of heads")
+    monkeypatch.setattr(pictures, "explorer", lambda _: b"a page")
+    monkeypatch.setattr(pictures, "spheres", lambda: b"three spheres")
+    monkeypatch.setattr(tour, "executed", lambda _: [[]] * len(tour.cells()))
+    folder = checkout / "tests" / "api" / "load"
+    folder.mkdir(parents=True)
+    (folder / "__main__.py").touch()
+    return checkout
+
+
+@pytest.fixture
+def made_is_found(made: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("phongbench.results.runs.find", lambda *_: made)
+
+
+@pytest.mark.usefixtures("made_is_found")
+def test_every_part_is_filled_and_the_rest_stays(measured: Path) -> None:
+    write(measured, {"times": bench_parts.times(WALLS)})
+    found = CliRunner().invoke(main, ["--run", "latest", "--root", str(measured)])
+    assert found.exit_code == 0, found.output
+    assert found.stderr.split() == list(program.STEPS)
+    texts = parts.read(measured)
     assert all(parts.parts_of(texts).values())
     assert "float highlight(vec3 r, vec3 v)" in parts.parts_of(texts)["shader"]
-    assert parts.problems(checkout) == []
+    assert (measured / "reports" / "docs" / "tour.ipynb").is_file()
+    assert (measured / "reports" / "pictures" / "spheres.png").read_bytes() == b"three spheres"
     for page, text in texts.items():
         assert re.sub(r"(?s)(<!-- generated: \w+ -->\n).*?(<!-- /)", r"\1\2", text) == EMPTY[page]
 
 
-def test_the_same_rows_give_the_same_bytes(made: Any, checkout: Path) -> None:
-    def written() -> list[bytes]:
-        fill(checkout, made, MEASURED)
-        return [file.read_bytes() for file in sorted(checkout.rglob("*")) if file.is_file()]
+def test_a_step_writes_its_parts_alone_so_that_others_may_follow(measured: Path) -> None:
+    found = CliRunner().invoke(main, ["--only", "peers,alarms", "--root", str(measured)])
+    assert found.exit_code == 1  # the other parts are empty, which it says
+    filled = {name for name, body in parts.parts_of(parts.read(measured)).items() if body}
+    assert filled == {"peers", "throughput", "alarms"}
 
-    assert written() == written()
+
+def test_what_a_failing_step_follows_is_kept(measured: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fails(*_: Any, **__: Any) -> None:
+        raise MeasurementError("something else runs", "alarms", "end it")
+
+    monkeypatch.setattr("phongbench.benchmarks.false_alarms.count", fails)
+    found = CliRunner().invoke(main, ["--only", "peers,alarms,scenes", "--root", str(measured)])
+    assert found.exit_code == 1
+    assert "something else runs" in found.stderr
+    filled = {name for name, body in parts.parts_of(parts.read(measured)).items() if body}
+    assert filled == {"peers", "throughput"}
+
+
+def test_a_step_that_there_is_not_is_refused_with_those_there_are(checkout: Path) -> None:
+    found = CliRunner().invoke(main, ["--only", "peers,alarm", "--root", str(checkout)])
+    assert found.exit_code == 1
+    assert "no step alarm" in found.stderr
+    assert "alarms" in found.stderr
+
+
+def test_the_same_rows_give_the_same_parts(made: Any) -> None:
+    assert of_run(made) == of_run(made)
+
+
+def test_the_words_of_the_glossary_hold_names_of_formulas_and_chips(made: Any) -> None:
+    rows = dict(lines_of(run_parts.glossary(Rows(made)).replace("\\|", "/"))[2:])
+    assert "`lyon` Lyon" in rows["names"]
+    assert "`gcn4` AMD GCN 4" in rows["chips"]
+    assert "1/255" in rows["error, code"]
+
+
+def test_spheres_are_a_small_picture_of_what_their_text_says() -> None:
+    content = pictures.spheres()
+    assert content[:4] == b"\x89PNG"
+    assert len(content) <= parts.LARGEST_PICTURE
+    assert f"{pictures.PICTURES}/{pictures.SPHERES}" in pictures.part()
 
 
 def test_the_verdict_is_the_reports_at_a_few_exponents(made: Any) -> None:
@@ -185,21 +250,9 @@ def test_raw_vectors_that_were_not_timed_are_said_to_be_so(made: Any) -> None:
     assert "did not time it" in raw_part.raw_answer(Rows(made))
 
 
-def test_pictures_are_small_and_well_formed_and_exist_for_light_and_dark(made: Any) -> None:
-    shown, files = run_parts.front(Rows(made))
-    assert set(files) == {"front.svg", "front-dark.svg"}
-    for name, content in files.items():
-        assert len(content) <= parts.LARGEST_PICTURE
-        assert ET.fromstring(content).tag.endswith("svg")
-        assert f"reports/pictures/{name}" in shown
-    assert files["front.svg"] != files["front-dark.svg"]
-
-
-def test_throughput_tells_rates_and_wall_times_where_they_were_measured() -> None:
+def test_throughput_and_wall_times_are_told_apart() -> None:
     assert ["phongbench", "510 million", "48.6"] in lines_of(bench_parts.throughput(RATES))
-    assert "cold" not in bench_parts.throughput(RATES)
-    part = bench_parts.throughput(RATES, [Wall("cold", DOCUMENT, 45.04)])
-    assert ["cold", "30.0 s", "8.0 s", "2.5 s", "45.0 s"] in lines_of(part)
+    assert ["cold", "30.0 s", "8.0 s", "2.5 s", "45.0 s"] in lines_of(bench_parts.times(WALLS))
 
 
 def test_the_machine_is_named_and_no_path_or_host(made: Any) -> None:
@@ -209,15 +262,16 @@ def test_the_machine_is_named_and_no_path_or_host(made: Any) -> None:
     assert str(Path.home()) not in part
 
 
-def test_a_run_without_timing_is_refused_and_changes_nothing(made: Any, checkout: Path) -> None:
+def test_a_run_without_timing_is_refused_and_changes_nothing(made: Any, measured: Path, monkeypatch: Any) -> None:
     silent = replace(made, timing=pd.DataFrame(columns=made.timing.columns))
-    with pytest.raises(InputError, match="no timing"):
-        fill(checkout, silent, MEASURED)
-    assert sorted(file.name for file in checkout.rglob("*.*")) == sorted(Path(page).name for page in parts.PAGES)
-    assert parts.read(checkout) == EMPTY
+    monkeypatch.setattr("phongbench.results.runs.find", lambda *_: silent)
+    found = CliRunner().invoke(main, ["--run", "silent", "--root", str(measured)])
+    assert found.exit_code == 1
+    assert "no timing" in found.stderr
+    assert parts.read(measured) == EMPTY
 
 
-@pytest.mark.parametrize("damaged", ["", EMPTY[parts.README].replace("<!-- /generated: front -->", ""), "twice"])
+@pytest.mark.parametrize("damaged", ["", EMPTY[parts.README].replace("<!-- /generated: targets -->", ""), "twice"])
 def test_lost_or_doubled_marks_are_refused(damaged: str) -> None:
     text = 2 * EMPTY[parts.README] if damaged == "twice" else damaged
     with pytest.raises(InputError, match="generated parts"):
@@ -243,9 +297,7 @@ def test_a_folder_without_readme_is_refused_in_a_line(tmp_path: Path) -> None:
     assert "run it in a checkout" in found.stderr
 
 
-def test_a_stored_run_fills_the_readme(
-    checkout: Path, tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_stored_run_fills_its_parts(checkout: Path, tmp_path: Path) -> None:
     plan = replace(
         preset("quick"),
         alphas=(10.0,),
@@ -257,17 +309,12 @@ def test_a_stored_run_fills_the_readme(
         timing_budget=2.0,
         probes=(),
     ).validated()
-    folder = tmp_path_factory.mktemp("stored") / "run"
+    folder = tmp_path / "run"
     run_study(plan, folder)
-    monkeypatch.setattr("phongbench.benchmarks.kernel_bench.bench", lambda **_: COMPARED)
-    monkeypatch.setattr("phongbench.benchmarks.false_alarms.count", lambda *_, **__: ALARMS)
-    monkeypatch.setattr(measurements, "measured_scenes", lambda *_: PICTURES)
-    monkeypatch.setattr(measurements, "service", lambda _: "of the service")
-    load = checkout / "tests" / "api" / "load"
-    load.mkdir(parents=True)
-    (load / "__main__.py").touch()
-    found = CliRunner().invoke(main, ["--run", str(folder), "--root", str(checkout)])
-    assert found.exit_code == 0, found.output
+    found = CliRunner().invoke(main, ["--run", str(folder), "--only", "study", "--root", str(checkout)])
+    assert found.exit_code == 1, found.output  # what only others fill is still empty
+    filled = {name for name, body in parts.parts_of(parts.read(checkout)).items() if body}
+    assert filled == {*of_run(load(folder))}
     assert "lyon" in parts.parts_of(parts.read(checkout))["verdict"]
 
 
