@@ -35,12 +35,9 @@ soak: $(TEST) ## for hours: attacked budgets, devices at their worst, random lin
 	PHONGBENCH_SOAK=1000 $(PY) -m pytest --numprocesses=auto tests/phongbench/analysis/test_promise.py tests/phongbench/analysis/test_raw_promise.py \
 		tests/phongbench/accuracy/test_contract_catalogue.py
 	PYTHONPATH=tests/soak $(PY) -m soaking inverse
-<<<<<<< HEAD
 	PYTHONPATH=tests/soak $(PY) -m soaking disk --docs
 	PYTHONPATH=tests/soak $(PY) -m soaking kills --count $(KILLS) --docs
-=======
 	PYTHONPATH=tests/soak $(PY) -m soaking gpu
->>>>>>> main
 
 check: $(DEV) ## lint, format, types, layers
 	$(PY) -m ruff check .

@@ -1,4 +1,4 @@
-"""Nothing in the repository names a machine or a package index."""
+"""Nothing in the repository names a machine or a package index, and nothing is left half merged."""
 
 import re
 import tomllib
@@ -10,6 +10,7 @@ import pytest
 # Each is written so that it does not match itself.
 MACHINE = re.compile(r"(?<![\w.~-])/(?:home|Users|root|opt|mnt|work)/\w|file:/{2}")
 INDEX = re.compile(r"pypi\.(?:org|python)|pythonhosted\.|/simpl[e]/|index-ur[l]|find-link[s]")
+CONFLICT = re.compile(r"^(?:<{7}|>{7}) ")
 PIN = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]*==[0-9][A-Za-z0-9.!+]*")
 
 
@@ -39,6 +40,10 @@ def test_no_file_names_a_path_of_a_machine(root: Path, texts: dict[Path, str]) -
     # The checkout's own path, unless it is too short to mean anything, such as /src.
     if len(root.parts) > 2:
         assert matches(re.compile(rf"(?<![\w.~-]){re.escape(str(root))}\b"), texts) == []
+
+
+def test_no_file_holds_both_sides_of_a_merge(texts: dict[Path, str]) -> None:
+    assert matches(CONFLICT, texts) == []
 
 
 def test_there_is_one_lock_and_it_is_constraints_txt(files: list[Path]) -> None:

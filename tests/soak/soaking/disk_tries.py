@@ -19,11 +19,12 @@ from itertools import cycle, islice, zip_longest
 from pathlib import Path
 from typing import Any, TypeVar
 
+from soaking.faulty_disk import FAULTS, KILLED, Ended, Fault, call
+
 from phongbench.analysis.rows import Rows
 from phongbench.cli.main import EXIT_CODES, main
 from phongbench.errors import PhongbenchError, StorageError
 from phongbench.results import runs
-from soaking.faulty_disk import FAULTS, KILLED, Ended, Fault, call
 
 #: the plan of `run`: a cell, a probe, no timing
 PLAN = """alphas = [10]

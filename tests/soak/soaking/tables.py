@@ -2,9 +2,10 @@
 
 from collections.abc import Mapping
 
-from phongbench_reports.readme.markdown import table
 from soaking.disk_tries import Tries
 from soaking.faulty_disk import CALLS
+
+from phongbench_reports.readme.markdown import table
 
 _ENDS = ("done", "refused", "killed")
 
