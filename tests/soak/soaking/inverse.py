@@ -88,7 +88,7 @@ def a_line(rng: np.random.Generator, folder: Path) -> Case:
     """A line, one sample of which may be impossible."""
     values, x = _samples(rng), None
     if rng.random() < 0.5:
-        x = np.cumsum(rng.choice([1e-9, 0.5, 1.0, 1e6], len(values)))
+        x = np.cumsum(rng.choice([1e-3, 0.5, 1.0, 1e6], len(values))) * float(rng.choice([1e-8, 1.0, 100.0]))
     place = None
     if rng.random() < 0.3:
         bad = int(rng.integers(len(values)))
