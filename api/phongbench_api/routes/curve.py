@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from starlette.responses import Response
 
 from phongbench.compiler.precisions import precision_named
-from phongbench_api.answers import CURVE, LYON
+from phongbench_api.formula_answers import CURVE, LYON
 from phongbench_api.http import media
 from phongbench_api.http.openapi import described
 from phongbench_api.models import CurveParameters

@@ -4,7 +4,7 @@ from fastapi import APIRouter
 from starlette.responses import Response
 
 from phongbench.formulas.registry import REGISTRY, describe
-from phongbench_api.answers import APPROXIMATION, APPROXIMATIONS
+from phongbench_api.formula_answers import APPROXIMATION, APPROXIMATIONS
 from phongbench_api.http import media
 from phongbench_api.http.openapi import described
 from phongbench_api.http.problems import NotFoundError

@@ -11,7 +11,7 @@ from phongbench.inverse.branches import PRIORS
 from phongbench.inverse.line import RULES, STARTS, InverseLine
 from phongbench.inverse.line_files import line_request
 from phongbench.support.document_paths import UNTRUSTED
-from phongbench_api.answers import INVERSE_LINE
+from phongbench_api.formula_answers import INVERSE_LINE
 from phongbench_api.http import media
 from phongbench_api.http.openapi import described, object_schema
 from phongbench_api.http.problems import TooLargeError, request_errors

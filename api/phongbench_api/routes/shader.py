@@ -9,7 +9,7 @@ from starlette.responses import Response
 from phongbench.analysis.error_budget import number
 from phongbench.analysis.ready_code import ready_code
 from phongbench.formulas.shader_code.export import Options, Shader
-from phongbench_api.answers import LYON, SHADER
+from phongbench_api.formula_answers import LYON, SHADER
 from phongbench_api.http import media
 from phongbench_api.http.openapi import described
 from phongbench_api.http.problems import request_errors
