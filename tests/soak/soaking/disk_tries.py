@@ -155,7 +155,7 @@ class Bench:
         shutil.copytree(self.reference, self.folder)
         reports: Any = importlib.import_module("phongbench_reports.build")  # not the function of that name
         sections = reports.sections_of(Rows(runs.load(self.folder)))
-        reports.sections_of = lambda study, shared=None: sections
+        reports.sections_of = lambda *given, **more: sections
         reports.cores = lambda: 1
         _here(self._report(self.folder))
         self.pages = _digests(self.folder / "report")
