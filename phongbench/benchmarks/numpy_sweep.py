@@ -16,7 +16,7 @@ from phongbench.compiler.precisions import Array
 from phongbench.formulas.exact import TRUTHS
 from phongbench.formulas.slopes import beta, sharpness
 from phongbench.inputs.plan import Cell, Plan, preset
-from phongbench.results.schema import ACCURACY
+from phongbench.results.schema import ACCURACY, CPU
 from phongbench.timing.interleaved import clocked, interleaved
 
 
@@ -108,7 +108,7 @@ def _metrics(value: Array, in_double: Array, on_unit: Array, exact: Array, angle
 def _key(cell: Cell, batch: Batch, truth: str) -> dict[str, Any]:
     f, s = cell.formula, batch.stratum
     of_cell = (f.approximation, f.lambda_form, f.space, f.slope, cell.alpha, f.gamma, cell.precision, cell.gated)
-    of_batch = (s.name, s.perturbation, s.length_error, truth, "sampled")
+    of_batch = (s.name, s.perturbation, s.length_error, truth, "sampled", CPU)
     return dict(zip(ACCURACY.key, (*of_cell, f.recipe, f.normalise, *of_batch), strict=True))
 
 

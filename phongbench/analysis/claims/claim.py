@@ -132,7 +132,8 @@ class Judgement:
         for axis in self.claim.across if self.verdict != UNMEASURED else ():
             swept = len(getattr(rows, axis))
             if swept < FEWEST:
-                what = sentence(f"{swept} {_AXES[axis]} are too few to judge this by", f"by them it {self.verdict}")
+                few = f"{swept} {_AXES[axis]} are" if swept != 1 else f"1 {_AXES[axis].removesuffix('s')} is"
+                what = sentence(f"{few} too few to judge this by", f"by what was measured it {self.verdict}")
                 found = replace(
                     self.finding, verdict=UNMEASURED, because=f"{what} {self.because}", lacking=_WIDER[axis]
                 )

@@ -121,7 +121,7 @@ def main(run_name: str | None, only: str | None, check: bool, root: Path) -> Non
     except PhongbenchError as problem:
         raise click.ClickException(str(problem)) from problem
     for line in lacking:
-        click.echo(f"{line}; `make docs` fills it", err=True)
+        click.echo(line, err=True)
     if lacking:
         sys.exit(1)
 

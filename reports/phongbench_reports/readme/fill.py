@@ -23,7 +23,7 @@ def of_run(run: Run) -> dict[str, str]:
         "claims": run_parts.claims(run),
         "speed": run_parts.speed(study),
         "raw": raw_part.raw_vectors(study),
-        "raw_answer": raw_part.raw_answer(study),
+        "raw_answer": raw_part.raw_vectors(study),
         "machine": run_parts.machine(run),
     }
 

@@ -12,6 +12,8 @@ from phongbench.errors import InputError
 
 README = "README.md"
 DOCS = "reports/docs"
+#: the parts that `make soak` writes; `make docs` writes all others
+SOAKED = ("disk_faults", "kills")
 #: page -> its generated parts
 PAGES: Mapping[str, tuple[str, ...]] = {
     README: ("pictures", "targets", "raw_answer", "glossary"),
@@ -20,7 +22,7 @@ PAGES: Mapping[str, tuple[str, ...]] = {
     f"{DOCS}/inverse.md": ("heads",),
     f"{DOCS}/speed.md": ("verdict", "speed", "raw", "peers", "alarms", "throughput", "times", "machine"),
     f"{DOCS}/claims.md": ("claims",),
-    f"{DOCS}/studies.md": ("disk_faults", "kills"),
+    f"{DOCS}/studies.md": SOAKED,
     f"{DOCS}/pictures.md": ("scenes",),
     f"{DOCS}/service.md": ("service",),
 }
@@ -69,12 +71,13 @@ def filled(texts: Texts, bodies: Mapping[str, str]) -> dict[str, str]:
 def problems(root: Path) -> list[str]:
     """What pages and pictures lack: empty parts, and pictures that are absent or too large."""
     texts = read(root)
-    lacking = [f"the part {name} is empty" for name, body in parts_of(texts).items() if not body]
+    empty = [name for name, body in parts_of(texts).items() if not body]
+    lacking = [f"the part {name} is empty; `make {'soak' if name in SOAKED else 'docs'}` fills it" for name in empty]
     for page, text in texts.items():
         for name in sorted(set(re.findall(r'(?:src|srcset)="([^"]+)"', text))):
             file = Path(os.path.normpath((root / page).parent / name))
             if not file.is_file():
-                lacking.append(f"{name} is shown but does not exist")
+                lacking.append(f"{name} is shown but does not exist; `make docs` draws it")
             elif file.stat().st_size > LARGEST_PICTURE:
                 lacking.append(f"{name} has {file.stat().st_size} bytes, more than {LARGEST_PICTURE}")
     return lacking

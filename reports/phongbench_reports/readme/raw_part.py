@@ -9,18 +9,12 @@ from phongbench_reports.readme.markdown import table
 from phongbench_reports.text import INTERVAL, number, ratio
 
 
-def raw_answer(study: Rows) -> str:
-    """The answer in a few sentences, with its ratios and intervals."""
-    told = answer(study)
-    return f"**{told['question']}** {told['sentence']}" if told["races"] else _untimed(told)
-
-
 def _untimed(told: dict[str, Any]) -> str:
     return f"{told['question']} This run did not time it: that needs lyon with gamma 8 in {told['precision']}."
 
 
 def raw_vectors(study: Rows) -> str:
-    """The answer, and its numbers: for each way to a highlight of raw vectors, the cross form beside exact Phong."""
+    """The question and its answer: for each way to a highlight of raw vectors, the cross form beside exact Phong."""
     told = answer(study)
     if not told["races"]:
         return _untimed(told)
@@ -35,7 +29,7 @@ def raw_vectors(study: Rows) -> str:
     headings = ("", "cross", "exact, one root", f"ns {SETS[places[0]]}", *(SETS[place] for place in places))
     shown = table(headings, lines, right=range(3, len(headings)))
     note = f"{told['precision']} on the {told['target']}; time of the cross form over that of exact Phong"
-    return f"**{told['question']}** {told['sentence']}\n\n{shown}\n\n({note}, with the {INTERVAL}s of both joined.)"
+    return f"**{told['question']}**\n\n{shown}\n\n({note}, with the {INTERVAL}s of both joined.)"
 
 
 def _cell(race: dict[str, Any]) -> str:

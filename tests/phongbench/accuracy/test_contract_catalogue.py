@@ -25,7 +25,7 @@ REASONS: Mapping[str, Callable[[Formula, bool], bool]] = {
     "leave the range of float16": lambda f, half: half and f.normalise != "none",
     "is a trick of processors": lambda f, half: f.normalise in ("fast", "estimate"),
     "whose bits could be read": lambda f, half: half and f.approximation == "bit-trick",
-    "is not a finite float16": lambda f, half: half and f.approximation == "gaussian-quadratic",
+    "whose bits could be written": lambda f, half: half and f.approximation == "gaussian-quadratic",
 }
 
 

@@ -25,7 +25,7 @@ from phongbench.formulas.spec import Approximation, Cost
 from phongbench.inputs.plan import Plan, preset
 from phongbench.results import runs
 from phongbench.results.runs import Run
-from phongbench.results.schema import ACCURACY, TIMING
+from phongbench.results.schema import ACCURACY, CPU, TIMING
 
 #: pairs for each way to normalise, rounded and fused; four rounds of the search look at so many
 PAIRS = 384
@@ -58,7 +58,7 @@ def rows_of(plan: Plan) -> pd.DataFrame:
         f = cell.formula
         whole = {"approximation": f.approximation, "lambda_form": f.lambda_form, "space": f.space, "gamma": f.gamma}
         whole |= {"beta_policy": f.slope, "alpha": cell.alpha, "precision": cell.precision, "gated": True}
-        whole |= {"recipe": f.recipe, "normalise": f.normalise}
+        whole |= {"recipe": f.recipe, "normalise": f.normalise, "device": CPU}
         whole |= {"truth": "angle", "samples": 33, "coverage": "sampled", "max_abs": known[key]}
         rows += [whole | {"stratum": "highlight", "perturbation": "none", "length_error": 0.0}] if cell.gated else []
         rows += [whole | {"stratum": "lengths", "perturbation": "a", "length_error": 0.05}] if cell.gated else []

@@ -22,7 +22,7 @@ COMMANDS: dict[str, tuple[list[str], list[str]]] = {
     "verify": (["good-run"], []),
     "claims": (["good-run"], []),
     "front": (["good-run"], ["--alpha", "10"]),
-    "recommend": ([], ["--max-error", "0.1"]),
+    "recommend": ([], ["--max-error", "0.1", "--alpha", "10"]),
     "compare": (["good-run", "good-run"], []),
     "shade": (["good.json"], []),
     "shader": (["lyon:dot:8"], ["--alpha", "50"]),
@@ -84,7 +84,7 @@ def call(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., Resul
     monkeypatch.chdir(tmp_path)
     folder = Path("good-run")
     folder.mkdir()
-    rows = pd.DataFrame({column: ["x", "y"] for column in schema.ACCURACY.names})
+    rows = pd.DataFrame({column: ["x", "y"] for column in schema.ACCURACY.names}).assign(device=schema.CPU)
     known = {"schema": runs.SCHEMA, "plan": preset("quick").as_dict(), "code": "", "provenance": {}, "seed": 1}
     files = {"accuracy.parquet": runs.write_table(folder, "accuracy", rows)}
     runs.write_manifest(folder, {**known, "run": folder.name, "state": "complete", "files": files})
@@ -95,6 +95,8 @@ def call(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., Resul
 def words_for(name: str, parameter: click.Parameter, path: str) -> list[str]:
     """The command line that gives a command this path as this parameter, and all else as usual."""
     given, options = COMMANDS[name]
+    if (name, parameter.name) == ("recommend", "materials"):
+        options = options[:2]  # a file of materials stands instead of --alpha
     if isinstance(parameter, click.Option):
         return [name, *given, *options, parameter.opts[0], path]
     places = [one.name for one in main.commands[name].params if isinstance(one, click.Argument)]

@@ -41,7 +41,8 @@ def preloaded(words: list[str]) -> "subprocess.CompletedProcess[str]":
         library = Path(folder) / "faulty.so"
         compiler = ["cc", "-O1", "-shared", "-fPIC", "-o", str(library), str(SOURCE), "-ldl"]
         subprocess.run(compiler, check=True)
-        surroundings = os.environ | {"LD_PRELOAD": str(library), _LIBRARY: str(library)}
+        paths = os.pathsep.join(filter(None, (str(Path(__file__).parents[1]), os.environ.get("PYTHONPATH"))))
+        surroundings = os.environ | {"LD_PRELOAD": str(library), _LIBRARY: str(library), "PYTHONPATH": paths}
         command = [sys.executable, "-m", "soaking", *words]
         return subprocess.run(command, env=surroundings, stdout=subprocess.PIPE, text=True, check=False)
 

@@ -101,7 +101,7 @@ def test_every_law_of_a_plan_has_its_row():
         timing=False,
     ).validated()
     told = []
-    context = ProbeContext(sweep.prepare(plan), pd.DataFrame(), pd.DataFrame(), note=told.append)
+    context = ProbeContext(sweep.prepare(plan), pd.DataFrame(), pd.DataFrame(), detail=told.append)
     rows = bounds.measure(context)["accuracy"]
     assert list(rows.columns) == ACCURACY.names
     assert not rows.duplicated(ACCURACY.key).any()

@@ -26,7 +26,7 @@ PLAN = replace(
 
 
 def measured(plan: Plan, notes: list[str]) -> pd.DataFrame:
-    return contracts.measure(ProbeContext(sweep.prepare(plan), pd.DataFrame(), pd.DataFrame(), note=notes.append))[
+    return contracts.measure(ProbeContext(sweep.prepare(plan), pd.DataFrame(), pd.DataFrame(), detail=notes.append))[
         "accuracy"
     ]
 

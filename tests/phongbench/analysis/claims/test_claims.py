@@ -158,7 +158,7 @@ def test_two_exponents_judge_no_claim_about_exponents(engine_rows: pd.DataFrame)
     found = {one.claim.key: one.as_dict() for one in judge(Tables(accuracy=few))}
     for key in "abceg":
         assert found[key]["verdict"] == "not measured"
-        assert found[key]["because"].startswith("2 exponents are too few to judge this by; by them it ")
+        assert found[key]["because"].startswith("2 exponents are too few to judge this by; by what was measured it ")
         assert found[key]["conditions"]
         assert "phongbench run" in found[key]["lacking"]
     gammas = engine_rows[engine_rows["gamma"].isin([4, 8]) | engine_rows["gamma"].isna()]
