@@ -99,12 +99,12 @@ def place(name: str, precision: str = FLOAT32) -> Path:
 def shipped(name: str, precision: str = FLOAT32) -> CostTable:
     """The table of a target that ships; UnknownNameError for another name, CorruptRunError for a changed file.
 
-    InputError for a precision that the target has no units for.
+    InputError for a precision in which no costs of the target ship: it has no units for it, or its model does not answer.
     """
     target, path = target_named(name), place(name, precision)
     if precision not in target.precisions:
         fix = f"leave the precision out; these have it: {', '.join(in_precision(precision)) or 'none'}"
-        raise InputError(f"{name} has no {precision}", "precision", fix)
+        raise InputError(f"no costs of {name} in {precision} ship", "precision", fix)
     if not path.is_file():
         first = "install phongbench again" if precision == FLOAT32 else "leave the precision out"
         fix = f"{first}, or `make targets`; these have it: {', '.join(in_precision(precision)) or 'none'}"
