@@ -5,6 +5,7 @@ Heavy modules are imported by the command that needs them.
 
 import errno
 import io
+import os
 import sys
 import warnings
 from typing import Any
@@ -73,10 +74,19 @@ class Commands(click.Group):
                 raise
             place = f"{problem.filename}: " if problem.filename else ""
             say(f"phongbench: {place}the system refuses: {problem.strerror or problem}", err=True)
+            _drop_unwritten()
             sys.exit(next(code for kind, code in EXIT_CODES if kind is StorageError))
         except KeyboardInterrupt:
             click.echo("phongbench: interrupted", err=True)
             sys.exit(INTERRUPTED)
+
+
+def _drop_unwritten() -> None:
+    """Drop what stdout cannot take: at the end Python would try once more, and exit with its own code."""
+    try:
+        sys.stdout.flush()
+    except OSError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 EXAMPLES = """\b

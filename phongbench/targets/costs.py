@@ -99,7 +99,7 @@ def place(name: str, precision: str = FLOAT32) -> Path:
 def shipped(name: str, precision: str = FLOAT32) -> CostTable:
     """The table of a target that ships; UnknownNameError for another name, CorruptRunError for a changed file.
 
-    InputError for a precision in which no costs of the target ship: it has no units for it, or its model does not answer.
+    InputError for a precision in which none ship: the target has no units for it, or its model does not answer.
     """
     target, path = target_named(name), place(name, precision)
     if precision not in target.precisions:

@@ -262,8 +262,9 @@ def test_a_full_disk_behind_stdout_is_a_fault_of_the_disk(call):
     if not (full := Path("/dev/full")).exists():
         pytest.skip("there is no /dev/full")
     words = [sys.executable, "-m", "phongbench", "approximations"]
+    buffered = {name: value for name, value in os.environ.items() if name != "PYTHONUNBUFFERED"}
     with full.open("wb") as stdout:
-        found = subprocess.run(words, stdout=stdout, stderr=subprocess.PIPE, check=False)
+        found = subprocess.run(words, env=buffered, stdout=stdout, stderr=subprocess.PIPE, check=False)
     assert found.returncode == 5
     assert b"No space left" in found.stderr
     assert b"Traceback" not in found.stderr
