@@ -1,17 +1,15 @@
 """The report in a real browser: on a wide and on a narrow screen, light and dark, and on paper."""
 
-import importlib.util
 import re
-import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
+from made_up_run import make_run
 
 import phongbench_reports
 
-MADE_UP = Path(__file__).parents[1] / "reports" / "conftest.py"
 #: pixels of a page of A4 between the margins of the style sheet
 PAPER_WIDTH, PAPER_HEIGHT = 703, 1032
 OVERFLOW = """
@@ -23,14 +21,8 @@ OVERFLOW = """
 @pytest.fixture(scope="session")
 def report(browser: Any, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The page of a made-up run's report."""
-    spec = importlib.util.spec_from_file_location("made_up_report", MADE_UP)
-    assert spec
-    assert spec.loader
-    made_up = importlib.util.module_from_spec(spec)
-    sys.modules["made_up_report"] = made_up
-    spec.loader.exec_module(made_up)
     folder = tmp_path_factory.mktemp("report")
-    run = made_up.make_run(folder / "run", alphas=(10.0, 50.0, 200.0), gammas=(8, 16), precisions=("float32",))
+    run = make_run(folder / "run", alphas=(10.0, 50.0, 200.0), gammas=(8, 16), precisions=("float32",))
     return phongbench_reports.build(run, folder)
 
 
