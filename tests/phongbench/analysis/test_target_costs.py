@@ -116,7 +116,7 @@ def test_wrong_questions_are_refused(run: Run) -> None:
             ask(target="rdna2", short_of="memory")
         with pytest.raises(InputError, match="only a compiled target"):
             ask(short_of="special")
-    with pytest.raises(InputError, match="rdna2 has no float64"):
+    with pytest.raises(InputError, match="no costs of rdna2 in float64 ship"):
         recommend(None, alpha=50, max_error=0.1, precision="float64", target="rdna2")
 
 
