@@ -34,6 +34,7 @@ def plan():
         spaces=("reflect",),
         probes=(),
         precisions=("float32",),
+        raw=("phong/each", "lyon:dot:8:minimax/once"),
         samples=4000,
         timing=False,
     ).validated()
