@@ -46,7 +46,7 @@ if sys.version_info >= (3, 13):
         _perf_counter(stamp.ctypes.data)
         return stamp[0]
 else:
-    _perf_counter = External("_PyTime_GetPerfCounter", types.int64)
+    _perf_counter: Any = External("_PyTime_GetPerfCounter", types.int64)
 
     def python_clock(stamp: Any) -> Any:
         """`nanoseconds` by the clock of Python's C interface, for systems without clock_gettime, as Windows."""

@@ -30,7 +30,6 @@ from phongbench.support.user_paths import is_file, is_folder, make_folder, readi
 
 if TYPE_CHECKING:
     import pandas as pd
-
 SCHEMA = 1
 #: what to do about a partial run
 FINISH = "finish it: phongbench run --resume --out FOLDER, with this folder"
@@ -112,9 +111,8 @@ class Run:
             raise CorruptRunError(f"cannot be read: {problem}", str(path), REMEDY) from problem
         if RAW.keys() <= set(TABLES[name].names):
             frame = with_raw(frame)
-        for column, value in UNSAID.get(name, {}).items():
-            if column not in frame:
-                frame[column] = value
+        unsaid = {column: value for column, value in UNSAID.get(name, {}).items() if column not in frame}
+        frame = frame.assign(**unsaid) if unsaid else frame
         missing = [column for column in TABLES[name].required if column not in frame.columns]
         if missing:
             raise CorruptRunError(f"lacks the columns {', '.join(missing)}", str(path), REMEDY)
