@@ -13,10 +13,10 @@ from pathlib import Path
 
 #: room -> the folders of tests that it is tried against
 ROOMS: Mapping[str, tuple[str, ...]] = {
-    "support": ("support", "inputs", "results", "cli"),
-    "results": ("results", "analysis", "cli"),
-    "inputs": ("inputs", "cli"),
-    "analysis": ("analysis", "cli"),
+    "support": ("support", "inputs", "results"),
+    "results": ("results",),
+    "inputs": ("inputs",),
+    "analysis": ("analysis",),
     "cli": ("cli",),
 }
 #: what shows that a source is compiled, or that the key of compiled kernels is made of it: all would compile anew

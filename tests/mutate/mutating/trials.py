@@ -171,7 +171,8 @@ def chosen(change: Change, traces: Traces) -> list[str]:
         for name, trace in traces.items()
         if any(first <= line <= last for line in trace["lines"].get(change.file, ()))
     ]
-    files, left = [], MOST_SECONDS
+    files: list[str] = []
+    left = MOST_SECONDS
     for _, seconds, name in sorted(meeting):
         if not files or seconds <= left:
             files.append(name)
@@ -209,7 +210,7 @@ def _test(copy: Path, files: Sequence[str], box: Path, lines: Path | None) -> No
 
 
 def _traced_lines(root: str) -> dict[str, set[int]]:
-    """File of the product -> the lines where statements begin that run from now on; of ROOMS alone, and nothing compiled.
+    """File of ROOMS -> the lines where statements begin that run from now on; of what is compiled none.
 
     Statements tell it themselves, since a trace by the interpreter would make the compiling of kernels take minutes.
     """
