@@ -69,9 +69,9 @@ def triple(exact: Array, other: Array, names: Sequence[str]) -> Codes:
 
     for picture in (exact, other):
         refuse_pixels(np.isnan(picture), "are no numbers")
-    pictures, apart = [codes(exact), codes(other)], difference(exact, other)
-    captions = [*names, f"difference: {_told(*pictures, apart)}"]
-    pictures.append(shades(apart))
+    first, second, apart = codes(exact), codes(other), difference(exact, other)
+    pictures = [first, second, shades(apart)]
+    captions = [*names, f"difference: {_told(first, second, apart)}"]
     tall, wide = apart.shape
     least = _least_bar()
     widths = [max(wide, math.ceil(_font().getlength(text)), least * (k == 2)) for k, text in enumerate(captions)]
@@ -98,7 +98,7 @@ def _scale(sheet: Any, pen: Any, left: int, top: int, width: int) -> None:
 
 def _least_bar() -> int:
     """The least width of the scale at which its ticks stand apart."""
-    return math.ceil(sum(_font().getlength(text) + _GAP for text in TICKS)) + 4 * _GAP
+    return int(np.ceil(sum(_font().getlength(text) + _GAP for text in TICKS))) + 4 * _GAP
 
 
 @cache
