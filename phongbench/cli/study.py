@@ -1,20 +1,16 @@
 """Studies: `run` measures one and says what to ship, `report` draws it again."""
 
-import os
 import sys
-import time
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import click
 
-from phongbench.cli.common import JSON, PATH, ROOT, WITH, CommaList, ExponentList, facts, notes, say, show
+from phongbench.cli.common import JSON, PATH, ROOT, WITH, CommaList, ExponentList, facts, notes, show
+from phongbench.cli.shards import CPU_NAME, measure_shard, pin_processor, shard_in
+from phongbench.cli.study_answers import build_report, exit_on_failures, summary
 from phongbench.errors import InputError
-
-SOME_CELLS_FAILED = 3
-#: variable in which `make run` says when it began, in whole seconds since 1970
-STARTED = "PHONGBENCH_STARTED"
 
 
 @click.command(short_help="Run a study: accuracy, stability, timing, report.")
@@ -45,6 +41,8 @@ STARTED = "PHONGBENCH_STARTED"
 @click.option("--no-report", is_flag=True, help="Do not draw the report.")
 @click.option("--timing-budget", type=float, metavar="SECONDS", help="How long the timing may take.")
 @click.option("--jobs", type=click.IntRange(min=1), help="Threads.  [default: all cores]")
+@click.option("--shard", metavar="I/N", help="Measure one of N parts of the sweep; `phongbench merge` joins them.")
+@CPU_NAME
 @click.option("--resume", is_flag=True, help="Go on with the interrupted run in --out, by the plan it keeps.")
 @click.option("--fresh", is_flag=True, help="Discard the run that --out holds.")
 @click.option("--dry-run", is_flag=True, help="Tell cells, bytes and seconds, and stop.")
@@ -59,6 +57,8 @@ def run(
     no_timing: bool,
     no_report: bool,
     jobs: int | None,
+    shard: str | None,
+    cpu_name: str | None,
     resume: bool,
     fresh: bool,
     dry_run: bool,
@@ -80,6 +80,7 @@ def run(
 
     A plan file holds any of these, e.g.  alphas = [10, 50]  gammas = [8]  precisions = ["float32"]  samples = 100000
     """
+    pin_processor(cpu_name)
     from phongbench.cli.terminal import TerminalProgress
     from phongbench.formulas.user_files import registry_with
     from phongbench.study.forecast import forecast
@@ -93,21 +94,24 @@ def run(
     asked = [plan, preset_name, materials, *(value or None for value in options.values())]
     if resume and all(value is None for value in asked):
         out = out or _interrupted()
-        wanted = stored_plan(out, names).validated(registry)
+        wanted, shard = stored_plan(out, names).validated(registry), shard or shard_in(out)
     else:
         wanted = _composed(plan, preset_name, materials, registry, quiet=as_json, **options)
+    given: dict[str, Any] = {"registry": registry, "jobs": jobs, "resume": resume, "fresh": fresh}
+    given["command"] = ("phongbench", *sys.argv[1:])
+    if shard and not dry_run:
+        measure_shard(wanted, shard, out, files, given, as_json)
+        return
     with TerminalProgress(quiet=as_json, verbose=verbose) as progress:
         if dry_run:
             told = forecast(wanted, registry, jobs, progress).as_dict()
         else:
-            drawn = None if no_report else _build_report
-            given: dict[str, Any] = {"registry": registry, "jobs": jobs, "resume": resume, "fresh": fresh}
-            given |= {"command": ("phongbench", *sys.argv[1:]), "files": names}
-            outcome = run_study(wanted, out, build_report=drawn, progress=progress, **given)
+            drawn = None if no_report else build_report
+            outcome = run_study(wanted, out, build_report=drawn, progress=progress, files=names, **given)
             told = outcome.as_dict()
-    show(told, as_json, lambda: facts(told) if dry_run else _summary(outcome))
+    show(told, as_json, lambda: facts(told) if dry_run else summary(outcome))
     if not dry_run:
-        _exit_on_failures(outcome)
+        exit_on_failures(outcome)
 
 
 def _composed(
@@ -133,7 +137,7 @@ def _interrupted() -> Path:
     """The newest interrupted run here."""
     from phongbench.results import runs
 
-    partial = [run for run in runs.stored(ROOT) if not run.complete]
+    partial = [run for run in runs.stored(ROOT) if not run.complete and not runs.measured_shard(run)]
     if not partial:
         raise InputError(
             "there is nothing to resume", str(ROOT), "give the folder of the interrupted run: --out FOLDER"
@@ -157,62 +161,9 @@ def report(run_name: str, out: Path | None, single_file: bool) -> None:
 
     run = runs.find(run_name, ROOT)
     lacking = runs.unfinished(runs.require_rows(run))
-    notes([f"{lacking}; {runs.FINISH}"] if lacking else [])
+    notes([f"{lacking}; {runs.remedy(run)}"] if lacking else [])
     with TerminalProgress() as progress:
         progress.stage("drawing the report", 1.0)
         folder = out or run.path / "report"
         page = build(run, folder, single_file=single_file, processes=2, progress=Reached(progress))
     click.echo(page)
-
-
-def _build_report(run: Any, folder: Path, reached: Callable[[int, int], None]) -> Path:
-    from phongbench_reports import build
-
-    return build(run, folder, processes=2, progress=reached)
-
-
-def _exit_on_failures(outcome: Any) -> None:
-    for message, count in outcome.failures.items():
-        say(f"{count} cells failed: {message}", err=True)
-    for violation in outcome.violations:
-        say(f"results contradict each other: {violation}", err=True)
-    if outcome.failures or outcome.violations:
-        sys.exit(SOME_CELLS_FAILED)
-
-
-def _summary(outcome: Any) -> None:
-    """The verdict, where the time went, and what to do next."""
-    from phongbench.analysis.rows import Rows
-    from phongbench.analysis.verdict import verdict
-    from phongbench.cli.verdict_table import next_commands, verdict_table
-
-    run = outcome.run
-    found = verdict(Rows(run)) if len(run.accuracy) else None
-    if found:
-        verdict_table(found)
-    if outcome.finished_before:
-        say("the run was finished before: nothing is left to measure")
-    else:
-        say(_work(outcome))
-    facts({"run": str(run.path)} | ({"report": str(outcome.report)} if outcome.report else {}))
-    if found:
-        here = run.path.parent == ROOT
-        next_commands(found, "latest" if here else str(run.path))
-
-
-def _work(outcome: Any) -> str:
-    """How much was measured, and where the time went; what came before, such as installing, if `make` says when."""
-    seconds = dict(outcome.seconds)
-    total, compiling = seconds.pop("total"), seconds.pop("compiling")
-    rate = outcome.evaluations / max(seconds["accuracy"] - compiling, 1e-9) / 1e9
-    parts = {"compiling": compiling, **seconds, "accuracy": seconds["accuracy"] - compiling}
-    began = os.environ.get(STARTED, "")
-    before = time.time() - float(began) - total if began.isdigit() else 0.0
-    if before >= 1:
-        total += before
-        parts = {"installing and starting": before, **parts}
-    spent = ", ".join(f"{name} {value:.1f} s" for name, value in parts.items() if value >= 0.05)
-    return (
-        f"{outcome.cells:,} cells, {outcome.evaluations / 1e9:.2f} billion evaluations ({rate:.2f} billion/s); "
-        f"where {total:.1f} s went: {spent}"
-    )
