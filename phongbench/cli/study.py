@@ -46,6 +46,7 @@ from phongbench.errors import InputError
 @click.option("--resume", is_flag=True, help="Go on with the interrupted run in --out, by the plan it keeps.")
 @click.option("--fresh", is_flag=True, help="Discard the run that --out holds.")
 @click.option("--dry-run", is_flag=True, help="Tell cells, bytes and seconds, and stop.")
+@click.option("--cores", type=click.IntRange(min=1), help="With --dry-run: so many, of a cluster.")
 @click.option("--verbose", is_flag=True, help="Tell what was noticed about single numbers, too.")
 @JSON
 def run(
@@ -62,6 +63,7 @@ def run(
     resume: bool,
     fresh: bool,
     dry_run: bool,
+    cores: int | None,
     verbose: bool,
     as_json: bool,
     **options: Any,
@@ -80,10 +82,11 @@ def run(
 
     A plan file holds any of these, e.g.  alphas = [10, 50]  gammas = [8]  precisions = ["float32"]  samples = 100000
     """
+    if cores and not dry_run:
+        raise InputError("only a forecast is for other cores", "--cores", "add --dry-run, or limit a run by --jobs")
     pin_processor(cpu_name)
     from phongbench.cli.terminal import TerminalProgress
     from phongbench.formulas.user_files import registry_with
-    from phongbench.study.forecast import forecast
     from phongbench.study.run import run_study
     from phongbench.study.run_folder import stored_plan
 
@@ -99,19 +102,27 @@ def run(
         wanted = _composed(plan, preset_name, materials, registry, quiet=as_json, **options)
     given: dict[str, Any] = {"registry": registry, "jobs": jobs, "resume": resume, "fresh": fresh}
     given["command"] = ("phongbench", *sys.argv[1:])
-    if shard and not dry_run:
+    if dry_run:
+        _forecast(wanted, registry, cores or jobs, as_json)
+        return
+    if shard:
         measure_shard(wanted, shard, out, files, given, as_json)
         return
     with TerminalProgress(quiet=as_json, verbose=verbose) as progress:
-        if dry_run:
-            told = forecast(wanted, registry, jobs, progress).as_dict()
-        else:
-            drawn = None if no_report else build_report
-            outcome = run_study(wanted, out, build_report=drawn, progress=progress, files=names, **given)
-            told = outcome.as_dict()
-    show(told, as_json, lambda: facts(told) if dry_run else summary(outcome))
-    if not dry_run:
-        exit_on_failures(outcome)
+        drawn = None if no_report else build_report
+        outcome = run_study(wanted, out, build_report=drawn, progress=progress, files=names, **given)
+    show(outcome.as_dict(), as_json, lambda: summary(outcome))
+    exit_on_failures(outcome)
+
+
+def _forecast(plan: Any, registry: Mapping[str, Any], cores: int | None, as_json: bool) -> None:
+    """Tell what a plan would take on so many cores, all of this machine's by default."""
+    from phongbench.cli.terminal import TerminalProgress
+    from phongbench.study.forecast import forecast
+
+    with TerminalProgress(quiet=as_json) as progress:
+        told = forecast(plan, registry, cores, progress).as_dict()
+    show(told, as_json, lambda: facts(told))
 
 
 def _composed(
