@@ -85,9 +85,7 @@ def run(
     if cores and not dry_run:
         raise InputError("only a forecast is for other cores", "--cores", "add --dry-run, or limit a run by --jobs")
     pin_processor(cpu_name)
-    from phongbench.cli.terminal import TerminalProgress
     from phongbench.formulas.user_files import registry_with
-    from phongbench.study.run import run_study
     from phongbench.study.run_folder import stored_plan
 
     registry = registry_with(files)
@@ -108,9 +106,17 @@ def run(
     if shard:
         measure_shard(wanted, shard, out, files, given, as_json)
         return
+    given |= {"build_report": None if no_report else build_report, "files": names}
+    _measure(wanted, out, given, as_json, verbose)
+
+
+def _measure(plan: Any, out: Path | None, given: dict[str, Any], as_json: bool, verbose: bool) -> None:
+    """Run a study and say what came of it; given: further arguments of `run_study`."""
+    from phongbench.cli.terminal import TerminalProgress
+    from phongbench.study.run import run_study
+
     with TerminalProgress(quiet=as_json, verbose=verbose) as progress:
-        drawn = None if no_report else build_report
-        outcome = run_study(wanted, out, build_report=drawn, progress=progress, files=names, **given)
+        outcome = run_study(plan, out, progress=progress, **given)
     show(outcome.as_dict(), as_json, lambda: summary(outcome))
     exit_on_failures(outcome)
 
