@@ -98,7 +98,7 @@ def test_code_that_is_none_is_refused_with_its_name_and_the_compilers_words() ->
 @pytest.mark.usefixtures("compiler")
 def test_a_chip_that_the_compiler_does_not_know_is_told() -> None:
     with pytest.raises(InputError, match="sm_10"):
-        costs(replace(chip("sm75"), chip="sm_10"), [])
+        costs(replace(chip("sm75"), chip="sm_10"), [Code("power", POWER)])
 
 
 def test_without_the_compiler_the_package_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
