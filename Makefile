@@ -20,7 +20,7 @@ BEGAN  := $(shell date +%s)
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help run test soak check bench bench-api targets docs lock clean
+.PHONY: help run test soak mutate check bench bench-api targets docs lock clean
 
 # An editable install points at the folder it was made in: in a moved or copied checkout the stamps do not count.
 $(shell test "$$(cat $(VENV)/.checkout 2>/dev/null)" = "$$(pwd -P)" || rm -f $(RUN) $(TEST) $(DEV))
@@ -41,6 +41,9 @@ soak: $(TEST) ## for hours: attacked budgets, devices at their worst, random lin
 	PYTHONPATH=tests/soak $(PY) -m soaking disk --docs
 	PYTHONPATH=tests/soak $(PY) -m soaking kills --count $(KILLS) --docs
 	PYTHONPATH=tests/soak $(PY) -m soaking gpu
+
+mutate: $(TEST) ## 200 single changes of the product, each against the tests of its room; goes on where it stopped
+	PYTHONPATH=tests/mutate $(PY) -m mutating --docs
 
 check: $(DEV) ## lint, format, types, layers
 	$(PY) -m ruff check .
