@@ -7,6 +7,7 @@ the obvious way:
 - maxima are taken over the bits of the floats, which order like integers (float maxima are not vectorised: 1.7 ns
   against 0.45);
 - the histogram bin is the top bits of the error, and counting goes into four copies in turn (0.27 ns against 0.58);
+- the worst sample is looked for by the error that is known to be the largest (0.09 ns against 0.27);
 - a chunk in which anything is not finite shows as a maximum beyond infinity's bits and is done again carefully, so the
   fast path never asks;
 - loops have few arrays each: past a handful, LLVM gives up proving that they do not overlap.
@@ -46,7 +47,9 @@ _LAST_BIN, _NO_BIN = np.int32(BINS - 1), np.int32(0)
 _MAGNITUDE, _SIGN = np.int64(0x7FFFFFFFFFFFFFFF), np.int64(-(2**63))
 _INFINITE = np.int64(0x7FF0000000000000)
 _STEP_1, _STEP_2, _STEP_3, _STEP_4 = np.uint64(1), np.uint64(2), np.uint64(3), np.uint64(4)
-_ONCE = np.uint32(1)
+_ONCE, _NEVER = np.uint16(1), np.uint16(0)
+#: errors compared with the largest at once
+_STRETCH = 64
 
 
 @jit.reduction
@@ -156,7 +159,10 @@ def _bin_indices(errors: Any, indices: Any) -> None:
 
 @jit.driver
 def _fill_bins(indices: Any, copies: Any, bins: Any) -> None:
-    """Count into four copies in turn: equal neighbours would otherwise wait for one another's store."""
+    """Count into four copies in turn: equal neighbours would otherwise wait for one another's store.
+
+    A copy holds a chunk's counts at most, so 16 bits are enough, and adding the copies up takes half the time.
+    """
     first, second, third, fourth = copies[0], copies[1], copies[2], copies[3]
     n = len(indices)
     whole, i = np.uint64(n - n % 4), np.uint64(0)
@@ -170,20 +176,29 @@ def _fill_bins(indices: Any, copies: Any, bins: Any) -> None:
         first[indices[i]] += _ONCE
         i += _STEP_1
     for j in range(BINS):
-        bins[j] += np.int64(first[j] + second[j] + third[j] + fourth[j])
-        first[j] = second[j] = third[j] = fourth[j] = np.uint32(0)
+        bins[j] += np.int64(first[j]) + np.int64(second[j]) + np.int64(third[j]) + np.int64(fourth[j])
+        first[j] = second[j] = third[j] = fourth[j] = _NEVER
 
 
 @jit.driver
-def _find_worst(values: Any, exact: Any, a: Any, b: Any, offset: int, worst: Any) -> None:
-    """Remember the first sample of the chunk with the largest |error|."""
-    for i in range(len(values)):
-        error = abs(np.float64(values[i]) - exact[i])
-        if error > worst[0]:
-            worst[0], worst[1], worst[2] = error, exact[i], values[i]
-            for row in range(3):
-                worst[3 + row] = a[row, offset + i]
-                worst[6 + row] = b[row, offset + i]
+def _find_worst(values: Any, exact: Any, errors: Any, a: Any, b: Any, offset: int, largest: float, worst: Any) -> None:
+    """Remember the first sample of the chunk whose |error| is the largest, which is known; errors are rounded ones.
+
+    One by one goes only the stretch that holds it: a loop that counts is in vector lanes, one that stops is not.
+    """
+    rounded, n = np.float32(largest), len(errors)
+    for start in range(0, n, _STRETCH):
+        stop, alike = min(start + _STRETCH, n), np.int32(0)
+        for i in range(start, stop):
+            alike = np.int32(alike + np.int32(abs(errors[i]) == rounded))
+        if alike:
+            for i in range(start, stop):
+                if abs(np.float64(values[i]) - exact[i]) == largest:
+                    worst[0], worst[1], worst[2] = largest, exact[i], values[i]
+                    for row in range(3):
+                        worst[3 + row] = a[row, offset + i]
+                        worst[6 + row] = b[row, offset + i]
+                    return
 
 
 @jit.driver
@@ -222,7 +237,7 @@ def measure_cells(
     """
     n = held.shape[1]
     values, given_values, unit_values = np.empty(CHUNK, held.dtype), np.empty(CHUNK), np.empty(CHUNK)
-    errors, indices, copies = np.empty(CHUNK, np.float32), np.empty(CHUNK, np.uint32), np.zeros((4, BINS), np.uint32)
+    errors, indices, copies = np.empty(CHUNK, np.float32), np.empty(CHUNK, np.uint32), np.zeros((4, BINS), np.uint16)
     for start in range(0, n, CHUNK):
         stop = min(start + CHUNK, n)
         size = stop - start
@@ -249,8 +264,9 @@ def measure_cells(
                     _bin_indices(e, ix)
                     _fill_bins(ix, copies, bins[t])
                     bins[t, 0] -= excluded
-                if max(sums[t, ABOVE], sums[t, BELOW]) > worst[t, 0]:
-                    _find_worst(v2, target, a, b, start, worst[t])
+                largest = max(sums[t, ABOVE], sums[t, BELOW])
+                if largest > worst[t, 0]:
+                    _find_worst(v2, target, e, a, b, start, largest, worst[t])
             if truths == 2:
                 counts[row + 1, ABOVE_ONE:] = counts[row, ABOVE_ONE:]
                 sums[row + 1, MODEL], sums[row + 1, ROUNDING] = sums[row, MODEL], sums[row, ROUNDING]

@@ -8,7 +8,7 @@ once, the exact value once per alpha, and then every cell passes over it while i
 
 import time
 from collections import deque
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -135,7 +135,8 @@ def run(
     progress  called with the number of evaluations as blocks finish
     """
     merged: Measured | None = None
-    for block in _blocks(sweep, [b for b in sweep.batches if b.index not in done], jobs):
+    chosen = [(batch, start) for batch in sweep.batches if batch.index not in done for start in slabs(batch)]
+    for _, block in blocks(sweep, chosen, jobs):
         if progress:
             progress(int(block.errors.samples) * len(block.batch.cells))
         if merged is None:
@@ -147,21 +148,30 @@ def run(
             merged = None
 
 
-def _blocks(sweep: Sweep, chosen: Collection[Batch], jobs: int) -> Iterator[Measured]:
-    """The blocks of these batches, in order; a few are measured ahead, so that no thread waits."""
-    pending: deque[Future[Measured]] = deque()
+def slabs(batch: Batch) -> range:
+    """The pairs at which the slabs of a batch begin."""
+    return range(0, batch.samples, SLAB)
+
+
+def blocks(sweep: Sweep, chosen: Iterable[tuple[Batch, int]], jobs: int = 1) -> Iterator[tuple[int, Measured]]:
+    """These blocks in order, each a batch and where its slab begins; the latter is given back with what was measured.
+
+    A few are measured ahead, so that no thread waits.
+    """
+    pending: deque[tuple[int, Future[Measured]]] = deque()
     with ThreadPoolExecutor(max_workers=jobs) as pool:
         try:
-            for batch in chosen:
-                for start in range(0, batch.samples, SLAB):
-                    pending.append(pool.submit(_block, sweep, batch, start))
-                    if len(pending) >= 4 * jobs:
-                        yield pending.popleft().result()
+            for batch, start in chosen:
+                pending.append((start, pool.submit(_block, sweep, batch, start)))
+                if len(pending) >= 4 * jobs:
+                    first, block = pending.popleft()
+                    yield first, block.result()
             while pending:
-                yield pending.popleft().result()
+                first, block = pending.popleft()
+                yield first, block.result()
         finally:
-            for future in pending:
-                future.cancel()
+            for _, block in pending:
+                block.cancel()
 
 
 def trial_rates(sweep: Sweep, samples: int = 2 * PIECE) -> dict[str, float]:

@@ -17,7 +17,7 @@ from phongbench.analysis.rows import Rows, at
 from phongbench.analysis.target_costs import checked
 from phongbench.errors import InputError
 from phongbench.inputs.plan import PRESETS
-from phongbench.results.runs import DEFAULT_ROOT, FINISH, Run, require_rows, unfinished
+from phongbench.results.runs import DEFAULT_ROOT, Run, remedy, require_rows, unfinished
 from phongbench.results.schema import CPU
 
 #: the exponent at which a fact on raw normals is given, or the measured one nearest to it
@@ -58,7 +58,7 @@ def summarise(run: Run, targets: Sequence[str] = (), root: Path = DEFAULT_ROOT) 
         "seconds": manifest.get("seconds", {}),
     }
     facts |= {"gpu": manifest["gpu"]["adapter"]} if "gpu" in manifest else {}
-    facts |= {"note": f"{lacking}; {FINISH}"} if (lacking := unfinished(run)) else {}
+    facts |= {"note": f"{lacking}; {remedy(run)}"} if (lacking := unfinished(run)) else {}
     edges = [] if run.meshes.empty else records(reaches(run.meshes))
     precision = "float32" if "float32" in plan.precisions else plan.precisions[-1]
     best = _best(frame[frame["precision"] == precision])

@@ -23,6 +23,7 @@ from phongbench.cli.runs import compare, list_runs, show_run, verify
 from phongbench.cli.serving import serve
 from phongbench.cli.shaders import shader
 from phongbench.cli.shading import shade
+from phongbench.cli.shards import merge
 from phongbench.cli.study import report, run
 from phongbench.cli.targets import targets
 from phongbench.errors import (
@@ -109,7 +110,7 @@ def main() -> None:
 
 
 for command in (
-    run, report, list_runs, show_run, verify, compare, front, recommend, claims, approximations, targets, doctor, bench,
-    shade, shader, render, inverse, serve,
+    run, merge, report, list_runs, show_run, verify, compare, front, recommend, claims, approximations, targets, doctor,
+    bench, shade, shader, render, inverse, serve,
 ):  # fmt: skip
     main.add_command(command)

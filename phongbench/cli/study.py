@@ -1,20 +1,16 @@
 """Studies: `run` measures one and says what to ship, `report` draws it again."""
 
-import os
 import sys
-import time
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import click
 
-from phongbench.cli.common import JSON, PATH, ROOT, WITH, CommaList, ExponentList, facts, notes, say, show
+from phongbench.cli.common import JSON, PATH, ROOT, WITH, CommaList, ExponentList, facts, notes, show
+from phongbench.cli.shards import CPU_NAME, measure_shard, pin_processor, shard_in
+from phongbench.cli.study_answers import build_report, exit_on_failures, summary
 from phongbench.errors import InputError
-
-SOME_CELLS_FAILED = 3
-#: variable in which `make run` says when it began, in whole seconds since 1970
-STARTED = "PHONGBENCH_STARTED"
 
 
 @click.command(short_help="Run a study: accuracy, stability, timing, report.")
@@ -45,9 +41,12 @@ STARTED = "PHONGBENCH_STARTED"
 @click.option("--no-report", is_flag=True, help="Do not draw the report.")
 @click.option("--timing-budget", type=float, metavar="SECONDS", help="How long the timing may take.")
 @click.option("--jobs", type=click.IntRange(min=1), help="Threads.  [default: all cores]")
+@click.option("--shard", metavar="I/N", help="Measure one of N parts of the sweep; `phongbench merge` joins them.")
+@CPU_NAME
 @click.option("--resume", is_flag=True, help="Go on with the interrupted run in --out, by the plan it keeps.")
 @click.option("--fresh", is_flag=True, help="Discard the run that --out holds.")
 @click.option("--dry-run", is_flag=True, help="Tell cells, bytes and seconds, and stop.")
+@click.option("--cores", type=click.IntRange(min=1), help="With --dry-run: so many, of a cluster.")
 @click.option("--verbose", is_flag=True, help="Tell what was noticed about single numbers, too.")
 @JSON
 def run(
@@ -59,9 +58,12 @@ def run(
     no_timing: bool,
     no_report: bool,
     jobs: int | None,
+    shard: str | None,
+    cpu_name: str | None,
     resume: bool,
     fresh: bool,
     dry_run: bool,
+    cores: int | None,
     verbose: bool,
     as_json: bool,
     **options: Any,
@@ -80,10 +82,10 @@ def run(
 
     A plan file holds any of these, e.g.  alphas = [10, 50]  gammas = [8]  precisions = ["float32"]  samples = 100000
     """
-    from phongbench.cli.terminal import TerminalProgress
+    if cores and not dry_run:
+        raise InputError("only a forecast is for other cores", "--cores", "add --dry-run, or limit a run by --jobs")
+    pin_processor(cpu_name)
     from phongbench.formulas.user_files import registry_with
-    from phongbench.study.forecast import forecast
-    from phongbench.study.run import run_study
     from phongbench.study.run_folder import stored_plan
 
     registry = registry_with(files)
@@ -93,21 +95,40 @@ def run(
     asked = [plan, preset_name, materials, *(value or None for value in options.values())]
     if resume and all(value is None for value in asked):
         out = out or _interrupted()
-        wanted = stored_plan(out, names).validated(registry)
+        wanted, shard = stored_plan(out, names).validated(registry), shard or shard_in(out)
     else:
         wanted = _composed(plan, preset_name, materials, registry, quiet=as_json, **options)
+    given: dict[str, Any] = {"registry": registry, "jobs": jobs, "resume": resume, "fresh": fresh}
+    given["command"] = ("phongbench", *sys.argv[1:])
+    if dry_run:
+        _forecast(wanted, registry, cores or jobs, as_json)
+        return
+    if shard:
+        measure_shard(wanted, shard, out, files, given, as_json)
+        return
+    given |= {"build_report": None if no_report else build_report, "files": names}
+    _measure(wanted, out, given, as_json, verbose)
+
+
+def _measure(plan: Any, out: Path | None, given: dict[str, Any], as_json: bool, verbose: bool) -> None:
+    """Run a study and say what came of it; given: further arguments of `run_study`."""
+    from phongbench.cli.terminal import TerminalProgress
+    from phongbench.study.run import run_study
+
     with TerminalProgress(quiet=as_json, verbose=verbose) as progress:
-        if dry_run:
-            told = forecast(wanted, registry, jobs, progress).as_dict()
-        else:
-            drawn = None if no_report else _build_report
-            given: dict[str, Any] = {"registry": registry, "jobs": jobs, "resume": resume, "fresh": fresh}
-            given |= {"command": ("phongbench", *sys.argv[1:]), "files": names}
-            outcome = run_study(wanted, out, build_report=drawn, progress=progress, **given)
-            told = outcome.as_dict()
-    show(told, as_json, lambda: facts(told) if dry_run else _summary(outcome))
-    if not dry_run:
-        _exit_on_failures(outcome)
+        outcome = run_study(plan, out, progress=progress, **given)
+    show(outcome.as_dict(), as_json, lambda: summary(outcome))
+    exit_on_failures(outcome)
+
+
+def _forecast(plan: Any, registry: Mapping[str, Any], cores: int | None, as_json: bool) -> None:
+    """Tell what a plan would take on so many cores, all of this machine's by default."""
+    from phongbench.cli.terminal import TerminalProgress
+    from phongbench.study.forecast import forecast
+
+    with TerminalProgress(quiet=as_json) as progress:
+        told = forecast(plan, registry, cores, progress).as_dict()
+    show(told, as_json, lambda: facts(told))
 
 
 def _composed(
@@ -133,7 +154,7 @@ def _interrupted() -> Path:
     """The newest interrupted run here."""
     from phongbench.results import runs
 
-    partial = [run for run in runs.stored(ROOT) if not run.complete]
+    partial = [run for run in runs.stored(ROOT) if not run.complete and not runs.measured_shard(run)]
     if not partial:
         raise InputError(
             "there is nothing to resume", str(ROOT), "give the folder of the interrupted run: --out FOLDER"
@@ -157,62 +178,9 @@ def report(run_name: str, out: Path | None, single_file: bool) -> None:
 
     run = runs.find(run_name, ROOT)
     lacking = runs.unfinished(runs.require_rows(run))
-    notes([f"{lacking}; {runs.FINISH}"] if lacking else [])
+    notes([f"{lacking}; {runs.remedy(run)}"] if lacking else [])
     with TerminalProgress() as progress:
         progress.stage("drawing the report", 1.0)
         folder = out or run.path / "report"
         page = build(run, folder, single_file=single_file, processes=2, progress=Reached(progress))
     click.echo(page)
-
-
-def _build_report(run: Any, folder: Path, reached: Callable[[int, int], None]) -> Path:
-    from phongbench_reports import build
-
-    return build(run, folder, processes=2, progress=reached)
-
-
-def _exit_on_failures(outcome: Any) -> None:
-    for message, count in outcome.failures.items():
-        say(f"{count} cells failed: {message}", err=True)
-    for violation in outcome.violations:
-        say(f"results contradict each other: {violation}", err=True)
-    if outcome.failures or outcome.violations:
-        sys.exit(SOME_CELLS_FAILED)
-
-
-def _summary(outcome: Any) -> None:
-    """The verdict, where the time went, and what to do next."""
-    from phongbench.analysis.rows import Rows
-    from phongbench.analysis.verdict import verdict
-    from phongbench.cli.verdict_table import next_commands, verdict_table
-
-    run = outcome.run
-    found = verdict(Rows(run)) if len(run.accuracy) else None
-    if found:
-        verdict_table(found)
-    if outcome.finished_before:
-        say("the run was finished before: nothing is left to measure")
-    else:
-        say(_work(outcome))
-    facts({"run": str(run.path)} | ({"report": str(outcome.report)} if outcome.report else {}))
-    if found:
-        here = run.path.parent == ROOT
-        next_commands(found, "latest" if here else str(run.path))
-
-
-def _work(outcome: Any) -> str:
-    """How much was measured, and where the time went; what came before, such as installing, if `make` says when."""
-    seconds = dict(outcome.seconds)
-    total, compiling = seconds.pop("total"), seconds.pop("compiling")
-    rate = outcome.evaluations / max(seconds["accuracy"] - compiling, 1e-9) / 1e9
-    parts = {"compiling": compiling, **seconds, "accuracy": seconds["accuracy"] - compiling}
-    began = os.environ.get(STARTED, "")
-    before = time.time() - float(began) - total if began.isdigit() else 0.0
-    if before >= 1:
-        total += before
-        parts = {"installing and starting": before, **parts}
-    spent = ", ".join(f"{name} {value:.1f} s" for name, value in parts.items() if value >= 0.05)
-    return (
-        f"{outcome.cells:,} cells, {outcome.evaluations / 1e9:.2f} billion evaluations ({rate:.2f} billion/s); "
-        f"where {total:.1f} s went: {spent}"
-    )

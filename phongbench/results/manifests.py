@@ -92,6 +92,23 @@ def _alike(value: Any, usual: Any) -> bool:
     return type(value) is type(usual)
 
 
+def _shard(value: Any) -> bool:
+    """Which shard of how many, what decides its bits, and once it is finished its failures and digests of its files."""
+    return (
+        isinstance(value, dict)
+        and _whole(value.get("index"))
+        and _whole(value.get("count"))
+        and 1 <= value["index"] <= value["count"]
+        and _names(value.get("arithmetic"))
+        and _table(value.get("failures", {}))
+        and _names(value.get("parts", {}))
+    )
+
+
+def _names(value: Any) -> bool:
+    return isinstance(value, dict) and all(map(_text, value.values()))
+
+
 _TYPES: Mapping[str, Callable[[Any], bool]] = {
     "schema": _whole,
     "run": _text,
@@ -108,5 +125,7 @@ _OPTIONAL: Mapping[str, Callable[[Any], bool]] = {
     "violations": _texts,
     "failures": _table,
     "probes": _table,
+    "shard": _shard,
+    "merged": lambda value: isinstance(value, list) and all(map(_table, value)),
     "seconds": lambda value: isinstance(value, dict) and all(type(v) in _NUMBER for v in value.values()),
 }

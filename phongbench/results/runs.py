@@ -1,32 +1,32 @@
 """The one on-disk form of a run: a folder with a manifest and Parquet tables; created, loaded and verified here.
 
 Files appear whole or not at all. While a study runs, what is finished is kept apart (checkpoints.py); a complete run
-is its tables alone.
+is its tables alone. pandas is imported where a table is: names and folders of runs can be had without.
 """
 
-import hashlib
+from __future__ import annotations
+
 import json
 import re
 import shutil
-from collections.abc import Iterable, Iterator, Mapping
-from contextlib import contextmanager, suppress
+from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import filelock
-import pandas as pd
-
-from phongbench.errors import CorruptRunError, InputError, LockedError
+from phongbench.errors import CorruptRunError, InputError
 from phongbench.inputs.plan import Plan
-from phongbench.results.checkpoints import PARTS
+from phongbench.results.checkpoints import PARTS, sha256
 from phongbench.results.manifests import REMEDY, read_manifest
 from phongbench.results.schema import CASE, COVERAGES, CPU, RAW, TABLES, UNSAID
 from phongbench.support.atomic_files import write_text, write_whole
-from phongbench.support.user_paths import is_file, is_folder, make_folder, reading, writing
+from phongbench.support.user_paths import is_file, is_folder, reading, writing
 
+if TYPE_CHECKING:
+    import pandas as pd
 SCHEMA = 1
 #: what to do about a partial run
 FINISH = "finish it: phongbench run --resume --out FOLDER, with this folder"
@@ -66,6 +66,12 @@ class Run:
         """False if it was interrupted and can be resumed."""
         return bool(self.manifest["state"] == "complete")
 
+    @property
+    def shard(self) -> str | None:
+        """Which shard of how many, as `2/8`; None for a whole run."""
+        told = self.manifest.get("shard")
+        return f"{told['index']}/{told['count']}" if told else None
+
     @cached_property
     def accuracy(self) -> pd.DataFrame:
         """The errors that this machine's processor makes."""
@@ -97,6 +103,8 @@ class Run:
 
     def read(self, name: str) -> pd.DataFrame:
         """A table, read anew. CorruptRunError if it cannot be read or lacks columns."""
+        import pandas as pd
+
         path = self.path / f"{name}.parquet"
         if path.name not in self.manifest["files"]:
             return TABLES[name].frame()
@@ -106,9 +114,8 @@ class Run:
             raise CorruptRunError(f"cannot be read: {problem}", str(path), REMEDY) from problem
         if RAW.keys() <= set(TABLES[name].names):
             frame = with_raw(frame)
-        for column, value in UNSAID.get(name, {}).items():
-            if column not in frame:
-                frame[column] = value
+        unsaid = {column: value for column, value in UNSAID.get(name, {}).items() if column not in frame}
+        frame = frame.assign(**unsaid) if unsaid else frame
         missing = [column for column in TABLES[name].required if column not in frame.columns]
         if missing:
             raise CorruptRunError(f"lacks the columns {', '.join(missing)}", str(path), REMEDY)
@@ -129,6 +136,8 @@ def strongest(rows: pd.DataFrame) -> pd.DataFrame:
 
 def with_raw(rows: pd.DataFrame) -> pd.DataFrame:
     """The rows with the columns recipe and normalise, which older ones lack: of these every formula took its pair."""
+    import pandas as pd
+
     missing = {name: pd.array([value] * len(rows), dtype="str") for name, value in RAW.items() if name not in rows}
     return rows.assign(**missing) if missing else rows
 
@@ -185,7 +194,8 @@ def verify(run: Run) -> list[str]:
     """What is wrong with a stored run, as sentences; empty if every byte is as it was written."""
     problems = [f"{name}: {fault}" for name in sorted(run.manifest["files"]) if (fault := _fault(run, name))]
     if not run.complete:
-        problems.append("the run is partial: it was interrupted and can be resumed")
+        whole = "it was interrupted and can be resumed"
+        problems.append("the run is partial: " + (f"it is shard {run.shard}" if run.shard else whole))
     return problems
 
 
@@ -197,7 +207,7 @@ def _fault(run: Run, name: str) -> str | None:
             return "is missing"
         if (size := path.stat().st_size) != facts["bytes"]:
             return f"has {size} bytes instead of {facts['bytes']}"
-        if _sha256(path) != facts["sha256"]:
+        if sha256(path) != facts["sha256"]:
             return "its bytes have changed (SHA-256 differs)"
         if _rows_in(path) != facts["rows"]:
             return f"does not have {facts['rows']} rows"
@@ -208,6 +218,8 @@ def _fault(run: Run, name: str) -> str | None:
 
 def _rows_in(path: Path) -> int:
     """How many rows a table of a run has, by reading one of its columns."""
+    import pandas as pd
+
     first = TABLES[path.stem].names[:1] if path.stem in TABLES else None  # another version may have more tables
     return len(pd.read_parquet(path, columns=first))
 
@@ -216,6 +228,9 @@ def unfinished(run: Run) -> str | None:
     """That a run is partial and what it lacks, in a sentence without a full stop; None for a complete one."""
     if run.complete:
         return None
+    if run.shard:
+        interrupted = "" if measured_shard(run) else ", and was interrupted"
+        return f"the run is partial: it is shard {run.shard} of a sweep{interrupted}"
     files, plan = run.manifest["files"], run.plan
     stages = {
         "errors": "accuracy.parquet" in files,
@@ -227,40 +242,33 @@ def unfinished(run: Run) -> str | None:
     return f"the run is partial: it was interrupted{missing}"
 
 
+def remedy(run: Run) -> str:
+    """What to do about a partial run."""
+    joined = "join it with the other shards: phongbench merge FOLDER .. --out RUN"
+    return joined if measured_shard(run) else FINISH
+
+
+def measured_shard(run: Run) -> bool:
+    """True of a shard that has nothing left to measure: it stays partial, and is joined with the others."""
+    return "parts" in run.manifest.get("shard", {})
+
+
 def require_rows(run: Run) -> Run:
     """The run, if it has accuracy rows; InputError if it was interrupted before, or could measure none of its cells."""
     if run.accuracy.empty:
         what = unfinished(run) or "the run has no accuracy rows: none of its cells could be measured"
-        raise InputError(what, str(run.path), FINISH if not run.complete else "run it again with other formulas")
+        raise InputError(what, str(run.path), remedy(run) if not run.complete else "run it again with other formulas")
     return run
 
 
 def intact(run: Run) -> Run:
     """The run, for building on it: InputError if it is partial, CorruptRunError if a byte has changed."""
     if lacking := unfinished(run):
-        raise InputError(lacking, str(run.path), FINISH)
+        raise InputError(lacking, str(run.path), remedy(run))
     problems = verify(run)
     if problems:
         raise CorruptRunError("; ".join(problems), str(run.path), REMEDY)
     return run
-
-
-@contextmanager
-def locked(path: Path) -> Iterator[None]:
-    """Hold a run's folder; LockedError if another process does. The folder is made if it is missing."""
-    make_folder(path)
-    lock = filelock.FileLock(path / ".lock", timeout=0)
-    with writing(path):
-        try:
-            lock.acquire()
-        except filelock.Timeout as problem:  # an OSError itself, so it is caught apart
-            fix = "wait for it, or give another --out"
-            raise LockedError("another phongbench run is writing here", str(path), fix) from problem
-    try:
-        yield
-    finally:
-        lock.release()
-        (path / ".lock").unlink(missing_ok=True)
 
 
 def write_manifest(path: Path, manifest: Mapping[str, Any]) -> None:
@@ -273,7 +281,7 @@ def write_table(path: Path, name: str, frame: pd.DataFrame) -> dict[str, Any]:
     """Write a table; the manifest's entry for it: SHA-256, rows, bytes."""
     file = path / f"{name}.parquet"
     write_whole(file, lambda p: frame.to_parquet(p, engine="pyarrow", compression="zstd", index=False))
-    return {"sha256": _sha256(file), "rows": len(frame), "bytes": file.stat().st_size}
+    return {"sha256": sha256(file), "rows": len(frame), "bytes": file.stat().st_size}
 
 
 def clear(path: Path, names: Iterable[str] = RUN_CONTENT) -> None:
@@ -285,8 +293,3 @@ def clear(path: Path, names: Iterable[str] = RUN_CONTENT) -> None:
                 shutil.rmtree(target)
             else:
                 target.unlink(missing_ok=True)
-
-
-def _sha256(path: Path) -> str:
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()

@@ -22,17 +22,18 @@ from phongbench.formulas.registry import REGISTRY
 from phongbench.formulas.spec import Approximation
 from phongbench.inputs.plan import Plan
 from phongbench.results import checkpoints, runs
+from phongbench.results.run_lock import locked
 from phongbench.results.runs import Run
 from phongbench.results.schema import TIMING
-from phongbench.study import gpu, precompile, run_folder, target_costs
+from phongbench.study import gpu, precompile, run_folder, sweep_parts, target_costs
 from phongbench.study.checked_progress import Checked
 from phongbench.study.kernel_timing import time_all
 from phongbench.support import process
 from phongbench.support.process import seldom_collected
 from phongbench.support.progress import Progress, Reached
 
-#: finished batches are written down after so many seconds, or so many rows, which bounds the memory
-CHECKPOINT_SECONDS, CHECKPOINT_ROWS = 5.0, 10_000
+#: what measures the batches of a sweep that are not done, called as `sweep.run` is; in any order of the batches
+Engine = Callable[..., Iterator[Measured]]
 
 
 @dataclass
@@ -86,6 +87,7 @@ def run_study(
     progress: Progress | None = None,
     command: Sequence[str] = (),
     files: Sequence[str] = (),
+    engine: Engine | None = None,
 ) -> Outcome:
     """Measure a plan into a folder.
 
@@ -98,6 +100,7 @@ def run_study(
                   reached(done, total) before each of its steps. Of a finished run a report that is there is kept
     command       the words of the command line, for the provenance
     files         names of the user's own files behind the registry, for the commands a report shows
+    engine        what measures the sweep; this process by default
     Raises LockedError, StorageError, InputError (the folder holds another run), CorruptRunError, InterruptedStudyError,
     UnknownNameError for a target of the plan.
     """
@@ -107,7 +110,7 @@ def run_study(
     seconds: dict[str, float] = {}
     with (
         _clocked(seconds, "total"),
-        runs.locked(path),
+        locked(path),
         run_folder.resumable(path),
         process.heeded() as check,
         precompile.beside(plan) as helper,
@@ -121,7 +124,7 @@ def run_study(
         else:
             manifest = run_folder.begin(path, run_id, plan, command, files)
             checked.stages(_stages(plan) + (build_report is not None))
-            study = _Study(prepared, path, manifest, jobs or process.cores(), checked)
+            study = _Study(prepared, path, manifest, jobs or process.cores(), checked, engine)
             outcome = study.measure(parts, seconds, lambda: precompile.stop(helper, at_once=not plan.timing))
         with _clocked(seconds, "report"):
             if build_report and (drawn := run_folder.drawn_report(path)) and parts is None:
@@ -161,6 +164,7 @@ class _Study:
     manifest: dict[str, Any]
     jobs: int
     progress: Progress
+    engine: Engine | None = None
 
     def measure(self, parts: list[pd.DataFrame], seconds: dict[str, float], end_help: Callable[[], None]) -> Outcome:
         """All stages but the report.
@@ -191,28 +195,13 @@ class _Study:
         done = {int(index) for frame in parts for index in frame["batch"].unique()}
         self.progress.stage("accuracy", float(self.sweep.evaluations))
         self.progress.advance(float(sum(b.evaluations for b in self.sweep.batches if b.index in done)))
-        fresh: list[Measured] = []
-        written, rows = time.monotonic(), 0
-        try:
-            for measured in sweep.run(self.sweep, jobs=self.jobs, done=done, progress=self.progress.advance):
-                fresh.append(measured)
-                rows += measured.rows
-                if time.monotonic() - written > CHECKPOINT_SECONDS or rows > CHECKPOINT_ROWS:
-                    self._append(parts, fresh)
-                    written, rows = time.monotonic(), 0
-        finally:
-            self._append(parts, fresh)
+        engine = self.engine or sweep.run
+        measured = engine(self.sweep, jobs=self.jobs, done=done, progress=self.progress.advance)
+        sweep_parts.keep(self.path, parts, measured)
         self.progress.stage("making the accuracy rows")
         accuracy, worst = tables.accuracy(self.sweep, parts), tables.worst(self.sweep, parts)
         note, detail = self.progress.note, self.progress.detail
         return ProbeContext(self.sweep, accuracy, worst, self.jobs, note=note, detail=detail)
-
-    def _append(self, parts: list[pd.DataFrame], fresh: list[Measured]) -> None:
-        if fresh:
-            frame = tables.part(fresh)
-            checkpoints.append_part(self.path, len(list((self.path / checkpoints.PARTS).glob("[0-9]*"))), frame)
-            parts.append(frame)
-            fresh.clear()
 
     def probes(self, context: ProbeContext) -> dict[str, pd.DataFrame]:
         """Run every probe of the plan, or take what an interrupted run kept of it; every table that they add to."""

@@ -49,13 +49,16 @@ def drawn_report(path: Path) -> Path | None:
     return page if page.is_file() else None
 
 
-def prepare(path: Path, plan: Plan, *, fresh: bool, resume: bool) -> list[pd.DataFrame] | None:
+def prepare(
+    path: Path, plan: Plan, *, fresh: bool, resume: bool, shard: str | None = None
+) -> list[pd.DataFrame] | None:
     """Make the folder ready; the parts that a resumed run can keep, or None if nothing is left to measure.
 
+    shard  which one the folder is to hold, as `2/8`; None for a whole run
     Raises InputError for a folder that holds another run, or another program's manifest.
     """
     if fresh:
-        _discard(path)
+        discard(path)
     if not (path / runs.MANIFEST).exists():
         if resume:
             raise _nothing_to_resume(path)
@@ -63,6 +66,9 @@ def prepare(path: Path, plan: Plan, *, fresh: bool, resume: bool) -> list[pd.Dat
     before = runs.load(path)
     if not resume:
         raise InputError("the folder already holds a run", str(path), "--resume goes on with it, --fresh discards it")
+    if before.shard != shard:
+        other = f"shard {before.shard}" if before.shard else "a run that is no shard"
+        raise InputError(f"the folder holds {other}", str(path), "leave out --shard, or give another --out")
     if before.plan != plan:
         raise InputError("the run here has another plan", str(path), "give the options it was started with, or --fresh")
     if before.complete:
@@ -73,7 +79,7 @@ def prepare(path: Path, plan: Plan, *, fresh: bool, resume: bool) -> list[pd.Dat
     return checkpoints.read_parts(path)
 
 
-def _discard(path: Path) -> None:
+def discard(path: Path) -> None:
     """Remove the run in a folder, be it corrupt; a folder without one keeps what it has, whatever its names are."""
     if (path / runs.MANIFEST).exists():
         with suppress(CorruptRunError):
@@ -81,10 +87,17 @@ def _discard(path: Path) -> None:
         runs.clear(path)
 
 
-def begin(path: Path, run_id: str, plan: Plan, command: Sequence[str], files: Sequence[str]) -> dict[str, Any]:
-    """What the folder says of a run that begins, or goes on under the name that it has: its manifest, written."""
+def begin(
+    path: Path, run_id: str, plan: Plan, command: Sequence[str], files: Sequence[str], **more: Any
+) -> dict[str, Any]:
+    """What the folder says of a run that begins, or goes on under the name that it has: its manifest, written.
+
+    more  further keys of the manifest; of a run that goes on, `merged` stays
+    """
     if (path / runs.MANIFEST).exists():
-        run_id = runs.load(path).id
+        before = runs.load(path)
+        run_id = before.id
+        more = {key: before.manifest[key] for key in ("merged",) if key in before.manifest} | more
     elif runs.RUN_ID.match(path.name):
         run_id = path.name
     manifest: dict[str, Any] = {
@@ -97,6 +110,7 @@ def begin(path: Path, run_id: str, plan: Plan, command: Sequence[str], files: Se
         "code": fingerprint_code(),
         "provenance": collect(plan.seed, command).as_dict(),
         "files": {},
+        **more,
     }
     runs.write_manifest(path, manifest)
     return manifest

@@ -15,7 +15,7 @@ def tally_of(values, exact):
     assert reductions._reduce(values, values.astype(float), values.astype(float), exact, errors, t.sums[0])
     reductions._census(values, t.counts[0])
     reductions._bin_indices(errors, indices)
-    reductions._fill_bins(indices, np.zeros((4, BINS), np.uint32), t.bins[0])
+    reductions._fill_bins(indices, np.zeros((4, BINS), np.uint16), t.bins[0])
     t.samples = len(values)
     return t
 
@@ -75,3 +75,27 @@ def test_a_chunk_with_anything_not_finite_is_refused_untouched(sample):
 
 def test_the_schema_describes_every_metric():
     assert list(METRICS) == schema.METRICS
+
+
+@pytest.mark.parametrize(
+    ("scale", "why"),
+    [
+        (1.0, "plain errors"),
+        (0.0, "all are zero"),
+        (1e-60, "all are zero once rounded"),
+        (1e60, "all are infinite once rounded"),
+    ],
+)
+def test_the_worst_sample_is_the_first_with_the_largest_error(scale, why):
+    rng = np.random.default_rng(3)
+    values, a, b = np.zeros(1000), rng.random((3, 1003)), rng.random((3, 1003))
+    exact = -rng.random(1000) * scale
+    exact[[300, 301, 302, 700]] = np.array([1 - 2.0**-40, -1, 1, 1]) * scale  # the first rounds to what the others are
+    largest = np.abs(values - exact).max()
+    position = int(np.abs(values - exact).argmax())  # the first of equal ones
+    worst = np.full(9, -1.0)
+    with np.errstate(over="ignore"):
+        rounded = (values - exact).astype(np.float32)
+    reductions._find_worst(values, exact, rounded, a, b, 3, largest, worst)
+    assert (worst[:3] == [largest, exact[position], values[position]]).all(), why
+    assert (worst[3:] == np.concatenate([a[:, 3 + position], b[:, 3 + position]])).all(), why

@@ -13,10 +13,12 @@ from click.testing import CliRunner, Result
 from phongbench.cli.main import main
 from phongbench.inputs.plan import preset
 from phongbench.results import runs, schema
+from phongbench.study.shard_run import own_arithmetic
 
 #: what a command is given beside the path under test: its arguments, and options that keep it from long work
 COMMANDS: dict[str, tuple[list[str], list[str]]] = {
     "run": ([], ["--no-timing", "--no-report", "--samples", "1"]),
+    "merge": (["good-shard"], ["--out", "joined"]),
     "report": (["good-run"], []),
     "show": (["good-run"], []),
     "verify": (["good-run"], []),
@@ -33,7 +35,7 @@ COMMANDS: dict[str, tuple[list[str], list[str]]] = {
 #: parameters that name a run, a request or a scene: texts to click, as each may be no path
 NAMES = {"run_name", "run_a", "run_b", "request_file", "scene"}
 #: those of them that are folders
-RUNS = NAMES - {"request_file", "scene"} | {"runs"}
+RUNS = NAMES - {"request_file", "scene"} | {"runs", "folders"}
 #: how a path can be wrong that is read, and one that is written to
 READ = ("missing", "folder", "below-a-file", "broken-link", "link-to-itself", "long", "empty-name")
 WRITTEN = ("below-a-file", "link-to-itself", "below-a-link-to-itself", "long", "empty-name")
@@ -52,7 +54,7 @@ def parameters() -> Iterator[tuple[str, click.Parameter]]:
 def cases() -> Iterator[tuple[str, click.Parameter, str]]:
     """Each of these with each way to be wrong."""
     for name, parameter in parameters():
-        folder = (name, parameter.name) in {("run", "out"), ("report", "out")}
+        folder = (name, parameter.name) in {("run", "out"), ("merge", "out"), ("report", "out")}
         ways = (*WRITTEN, "a-file" if folder else "folder") if parameter.name == "out" else READ
         if name == "serve":  # where no run is yet, there is nothing to refuse
             ways = ("a-file", "broken-link", "empty-name")
@@ -88,6 +90,10 @@ def call(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., Resul
     known = {"schema": runs.SCHEMA, "plan": preset("quick").as_dict(), "code": "", "provenance": {}, "seed": 1}
     files = {"accuracy.parquet": runs.write_table(folder, "accuracy", rows)}
     runs.write_manifest(folder, {**known, "run": folder.name, "state": "complete", "files": files})
+    shard = {"index": 1, "count": 1, "arithmetic": own_arithmetic([]), "failures": {}, "parts": {}}
+    whole = {**known, "run": "good-shard", "state": "partial", "files": {}, "shard": shard}
+    Path("good-shard").mkdir()
+    runs.write_manifest(Path("good-shard"), whole)
     Path("good.json").write_text("{}")
     return lambda *words: CliRunner().invoke(main, list(words))
 

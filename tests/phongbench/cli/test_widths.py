@@ -49,7 +49,7 @@ SLOW = tuple(
 #: heads of first columns: a stacked row begins with what stands there, and not with its head
 HEADS = {"run", "alpha", "formula", "material", "name", "check", "by", "scene"}
 #: what prints documents or code, which are not laid out, or shares its printing with those above
-OTHERS = {"report", "serve", "shade", "shader", "inverse"}
+OTHERS = {"report", "merge", "serve", "shade", "shader", "inverse"}
 
 
 @pytest.fixture

@@ -9,6 +9,7 @@ import pytest
 from phongbench.errors import CorruptRunError, InputError, LockedError, StorageError
 from phongbench.inputs.plan import preset
 from phongbench.results import runs, schema
+from phongbench.results.run_lock import locked
 from phongbench.support import atomic_files
 
 
@@ -115,7 +116,7 @@ def test_a_failing_write_leaves_the_old_file_and_no_other(tmp_path):
 
 
 def _hold(path, held, release):
-    with runs.locked(path):
+    with locked(path):
         held.set()
         release.wait(20)
 
@@ -127,12 +128,12 @@ def test_a_folder_is_held_by_one_process_at_a_time(tmp_path):
     process.start()
     try:
         assert held.wait(20)
-        with pytest.raises(LockedError, match="another phongbench run"), runs.locked(tmp_path / "run"):
+        with pytest.raises(LockedError, match="another phongbench run"), locked(tmp_path / "run"):
             pass
     finally:
         release.set()
         process.join(20)
-    with runs.locked(tmp_path / "run"):
+    with locked(tmp_path / "run"):
         pass
 
 

@@ -15,7 +15,7 @@ from phongbench.errors import InputError, InterruptedStudyError
 from phongbench.inputs.plan import preset
 from phongbench.results import checkpoints, runs
 from phongbench.study import run as study
-from phongbench.study import run_folder
+from phongbench.study import run_folder, sweep_parts
 from phongbench.study.forecast import forecast
 from phongbench.support.progress import Progress
 
@@ -73,7 +73,7 @@ def test_a_study_leaves_a_complete_run(whole, plan):
 
 
 def test_an_interrupted_study_is_resumed_with_the_same_rows(whole, plan, tmp_path, monkeypatch):
-    monkeypatch.setattr(study, "CHECKPOINT_SECONDS", 0.0)
+    monkeypatch.setattr(sweep_parts, "CHECKPOINT_SECONDS", 0.0)
     out = tmp_path / "run"
     with pytest.raises(InterruptedStudyError, match="interrupted") as caught:
         study.run_study(plan, out, progress=Killer(12))
@@ -112,7 +112,8 @@ def test_a_killed_process_is_resumed_with_the_same_rows(tmp_path):
     options += ["--gamma", "4,8", "--probe", "hostile,smoothness"]
     command = [sys.executable, "-m", "phongbench", "run", *options]
     subprocess.run([*command, "--out", "whole", "--json"], cwd=tmp_path, check=True, capture_output=True)
-    code = "import phongbench.study.run as s; s.CHECKPOINT_SECONDS = 0.0; from phongbench.cli.main import main; main()"
+    code = "from phongbench.study import sweep_parts; sweep_parts.CHECKPOINT_SECONDS = 0.0"
+    code += "; from phongbench.cli.main import main; main()"
     process = subprocess.Popen(
         [sys.executable, "-c", code, "run", *options, "--out", "killed"],
         cwd=tmp_path,

@@ -1,16 +1,19 @@
 """The bars of measuring on an adapter: the order of formulas, the twin, and costs that no unrolling moves."""
 
+import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict, dataclass, field
 from itertools import pairwise
 from typing import Any
 
+from phongbench.errors import MeasurementError
 from phongbench.formulas.formula import Formula
 from phongbench.results.schema import DOT
 from phongbench.targets.code_shapes import Code, code
 from phongbench.targets.webgpu.measure import LANGUAGE, GpuTimes, measure
 from phongbench.targets.webgpu.programs import CONTEXTS
 from phongbench.targets.webgpu.session import Adapter, Session
+from phongbench.timing.statistics import Interval
 
 #: dearest first; exact Phong, which all are compared with, is before them, and the bare dot product after
 ORDER = ("gaussian:dot", "lyon:dot:8")
@@ -19,6 +22,8 @@ UNROLLED, WITHIN = (8, 4, 16), 0.05
 #: what of the twins may be told apart
 ALARMS = 0.01
 SECONDS = 4.0
+#: of what took no longer than its carrier by the device's clock
+UNTIMED = Interval(math.nan, -math.inf, math.inf)
 #: measures codes: (codes, seconds, seed, calls)
 Measure = Callable[[Sequence[Code], float, int, int | None], GpuTimes]
 
@@ -47,28 +52,42 @@ def soak(runs: int, twins: int, taken: Measure, step: Callable[[int], None] = la
     found = Found()
     codes = [code(Formula.parse(name), 50.0, LANGUAGE) for name in ORDER]
     for seed in range(runs):
-        times = taken(codes, SECONDS, seed, None)
-        found.adapter, found.clock = times.adapter.title, times.clock
-        ordered(found, times, [one.name for one in codes])
+        if times := told(found, taken, codes, SECONDS, seed):
+            found.adapter, found.clock = times.adapter.title, times.clock
+            ordered(found, times, [one.name for one in codes])
         step(1)
     for seed in range(twins):
-        found.twins += 1
-        found.twins_resolved += taken([], 0.0, 1000 + seed, None).twin != "unresolved"
+        if times := told(found, taken, [], 0.0, 1000 + seed):
+            found.twins += 1
+            found.twins_resolved += times.twin != "unresolved"
         step(1)
     if found.twins_resolved > ALARMS * found.twins:
         found.faults.append(f"{found.twins_resolved} of {found.twins} twins were told apart")
     for calls in UNROLLED:
-        times = taken(codes, SECONDS, 1, calls)
-        for name in ("phong", DOT, *(one.name for one in codes)):
-            found.unrolled.setdefault(name, {})[calls] = times.rows[name, CONTEXTS[0]].ns
+        times = told(found, taken, codes, SECONDS, 1, calls)
+        for name in ("phong", DOT, *(one.name for one in codes)) if times else ():
+            timed = times.rows.get((name, CONTEXTS[0]))
+            found.unrolled.setdefault(name, {})[calls] = math.nan if timed is None else timed.ns
         step(1)
     found.faults += moved(found.unrolled)
     return found
 
 
+def told(
+    found: Found, taken: Measure, codes: Sequence[Code], seconds: float, seed: int, calls: int | None = None
+) -> GpuTimes | None:
+    """The times; None, and a fault, where the device gives none: an hour's findings are not lost for one failure."""
+    try:
+        return taken(codes, seconds, seed, calls)
+    except MeasurementError as failure:
+        found.faults.append(f"seed {seed}: {failure}")
+        return None
+
+
 def ordered(found: Found, times: GpuTimes, names: Sequence[str]) -> None:
     """Whether exact Phong, these and the dot product cost ever less, their intervals apart."""
-    each = {name: times.rows[name, CONTEXTS[0]].ratio for name in ("phong", *names, DOT)}
+    rows = {name: times.rows.get((name, CONTEXTS[0])) for name in ("phong", *names, DOT)}
+    each = {name: UNTIMED if row is None else row.ratio for name, row in rows.items()}
     found.ratios.append({name: (ratio.low, ratio.middle, ratio.high) for name, ratio in each.items()})
     dear = list(each.values())
     found.runs += 1
@@ -81,9 +100,9 @@ def ordered(found: Found, times: GpuTimes, names: Sequence[str]) -> None:
 def moved(unrolled: dict[str, dict[int, float]]) -> Iterable[str]:
     """Costs that the unrolling moves by more than WITHIN."""
     for name, costs in unrolled.items():
-        first = costs[UNROLLED[0]]
+        first = costs.get(UNROLLED[0], math.nan)
         for calls, cost in costs.items():
-            if abs(cost / first - 1) > WITHIN:
+            if not abs(cost / first - 1) <= WITHIN:  # so is a cost that could not be read
                 yield f"{name}: {cost:.4g} ns by {calls} calls, {first:.4g} by {UNROLLED[0]}"
 
 
