@@ -188,7 +188,8 @@ def passing(kernel: Kernel, a: Array, b: Array, out: Array) -> Callable[[], Arra
 def calibrating(unit: str, a: Array, b: Array, out: Array) -> Callable[[], Array]:
     """A pass of the loop that asks for this one of UNITS, over float32 arrays, whose memory it takes as its numbers."""
     loop, kind = _busy(unit)
-    row, table = np.zeros(MAX_COEFFICIENTS, kind), np.zeros(1, kind)
+    row: Array = np.zeros(MAX_COEFFICIENTS, kind)
+    table: Array = np.zeros(1, kind)
     row[:2] = (0x9E3779B9, 0x7F4A7C15) if unit == VECTORS else (0.75, 0.5)
     return passing(Kernel(loop, row, table), a.view(kind), b.view(kind), out.view(kind))
 

@@ -78,15 +78,15 @@ def test_each_squaring_is_one_more_multiplication_and_not_a_byte() -> None:
 @on_x86
 @pytest.mark.parametrize("unit", UNITS)
 def test_a_calibrating_loop_asks_for_its_unit(unit: str) -> None:
-    arrays = [np.linspace(0.1, 0.9, 3 * 256, dtype=np.float32).reshape(3, 256) for _ in range(2)]
+    a = np.linspace(0.1, 0.9, 3 * 256, dtype=np.float32).reshape(3, 256)
     out = np.full(256, np.nan, np.float32)
-    bounds.calibrating(unit, *arrays, out)()
+    bounds.calibrating(unit, a, a, out)()
     assert not np.isnan(out).all()
     work = bounds.of_loop(bounds._busy(unit)[0], 8 if unit == VECTORS else 4)
     assert work is not None
     if unit == BYTES:
         assert work.bytes == 28
-        np.testing.assert_allclose(out, sum(arrays).sum(axis=0), rtol=1e-6)
+        np.testing.assert_allclose(out, 2 * a.sum(axis=0), rtol=1e-6)
     else:  # nothing but its unit, and little that is moved for it
         assert work.of(unit) == work.vectors >= work.bytes / 8
         assert (work.multiply_adds > 0) == (unit == PORTS)
