@@ -42,9 +42,7 @@ from phongbench.errors import InputError
 @click.option("--timing-budget", type=float, metavar="SECONDS", help="How long the timing may take.")
 @click.option("--jobs", type=click.IntRange(min=1), help="Threads.  [default: all cores]")
 @click.option(
-    "--cluster",
-    metavar="ADDRESS|local:N",
-    help="Sweep on a Dask cluster: its scheduler, its file, or N processes.",
+    "--cluster", metavar="ADDRESS|local:N", help="Sweep on a Dask cluster: its scheduler, its file, or N processes."
 )
 @click.option("--shard", metavar="I/N", help="Measure one of N parts of the sweep; `phongbench merge` joins them.")
 @CPU_NAME

@@ -10,6 +10,8 @@ import re
 import time
 from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import contextmanager
+from copy import deepcopy
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -72,8 +74,9 @@ class Cluster:
 
 
 def _joined(blocks: dict[int, Measured]) -> Measured:
-    """A batch of its blocks, in the order of the slabs."""
+    """A batch of its blocks, in the order of the slabs; the blocks stay as they are, since they may be compared."""
     first, *later = (blocks[start] for start in sorted(blocks))
+    first = replace(first, errors=deepcopy(first.errors))
     for block in later:
         first.errors.merge(block.errors)
     return first
@@ -88,6 +91,7 @@ class _Work:
         self.client, self.pieces, self.ahead, self.progress = client, pieces, ahead, progress
         self.job = client.scatter(job, broadcast=False, hash=False)
         self.flying: dict[Any, tuple[int, Tally | None]] = {}
+        self.others: dict[Any, list[str]] = {}
         self.workers: set[str] = set()
         self.failed: dict[int, str] = {}
         self.compared = 0
@@ -122,11 +126,13 @@ class _Work:
         more: dict[str, Any] = {"retries": TRIES - 1, "pure": False}
         if before:
             more["workers"] = [name for name in self.client.scheduler_info(-1)["workers"] if name != before.worker]
-        self.flying[self.client.submit(measure, self.job, blocks, **more)] = index, before
+        future = self.client.submit(measure, self.job, blocks, **more)
+        self.flying[future], self.others[future] = (index, before), more.get("workers", [])
 
     def _gathered(self, future: Any) -> Tally | None:
         """What a shard gave that has not been there before; failures are noted."""
         index, before = self.flying.pop(future)
+        del self.others[future]
         if future.status in ("cancelled", "lost"):
             raise self._lost("the scheduler forgot its work")
         try:
@@ -162,7 +168,13 @@ class _Work:
         if self.client.status != "running":
             raise self._lost("the connection to the scheduler is lost")
         now = time.monotonic()
-        if self.client.scheduler_info(-1)["workers"]:
+        if present := self.client.scheduler_info(-1)["workers"].keys():
+            for future in [one for one, names in self.others.items() if names and not present & set(names)]:
+                index, before = self.flying.pop(future)
+                del self.others[future]
+                future.release()  # who should have compared is gone: another does, or nobody
+                if before and present - {before.worker}:
+                    self._submit(index, before)
             return now
         if now - seen > PATIENCE:
             raise self._lost(f"there was no worker for {PATIENCE:.0f} seconds")
