@@ -5,6 +5,9 @@ VENV   := .venv
 # Tools are run as modules: the scripts in bin/ name a folder that may have moved.
 PY     := $(VENV)/bin/python
 PIP    := $(PY) -m pip --disable-pip-version-check --no-input
+# Two thirds of pip's work were byte-compiling what nothing imports: Python compiles what it imports, once, if it may.
+INSTALL = $(PIP) install --quiet --no-compile -c constraints.txt
+export PYTHONDONTWRITEBYTECODE =
 RUN    := $(VENV)/.installed-run
 TEST   := $(VENV)/.installed-test
 DEV    := $(VENV)/.installed-dev
@@ -17,7 +20,7 @@ BEGAN  := $(shell date +%s)
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help run test soak check bench bench-api targets docs lock clean
+.PHONY: help run test soak mutate check bench bench-api targets docs lock clean
 
 # An editable install points at the folder it was made in: in a moved or copied checkout the stamps do not count.
 $(shell test "$$(cat $(VENV)/.checkout 2>/dev/null)" = "$$(pwd -P)" || rm -f $(RUN) $(TEST) $(DEV))
@@ -38,6 +41,9 @@ soak: $(TEST) ## for hours: attacked budgets, devices at their worst, random lin
 	PYTHONPATH=tests/soak $(PY) -m soaking disk --docs
 	PYTHONPATH=tests/soak $(PY) -m soaking kills --count $(KILLS) --docs
 	PYTHONPATH=tests/soak $(PY) -m soaking gpu
+
+mutate: $(TEST) ## 200 single changes of the product, each against the tests of its room; goes on where it stopped
+	PYTHONPATH=tests/mutate $(PY) -m mutating --docs
 
 check: $(DEV) ## lint, format, types, layers
 	$(PY) -m ruff check .
@@ -77,14 +83,15 @@ clean: ## remove the environment, caches and build output (runs are kept)
 $(RUN): pyproject.toml constraints.txt
 	@$(PY) -c 'import sys, pip; sys.exit(sys.version_info < (3, 11))' 2>/dev/null || \
 	    { $(RECENT) && $(PYTHON) -m venv --clear $(VENV); }
-	$(PIP) install --quiet -c constraints.txt -e ".[certify]"
+	$(INSTALL) -e ".[certify]"
 	@pwd -P >$(VENV)/.checkout
 	@touch $@
 
 $(TEST): $(RUN)
-	$(PIP) install --quiet -c constraints.txt -e ".[test]"
+	$(INSTALL) -e ".[test]"
+	@$(PY) -m compileall -qq -j 0 $(VENV)/lib || : # by all cores; else pytest takes warnings of others' sources for errors
 	@touch $@
 
 $(DEV): $(TEST)
-	$(PIP) install --quiet -c constraints.txt -e ".[test,dev]"
+	$(INSTALL) -e ".[test,dev]"
 	@touch $@

@@ -16,6 +16,7 @@ from phongbench.analysis.kernel_times import multiplications
 from phongbench.compiler.precisions import precision_named
 from phongbench.errors import InputError
 from phongbench.formulas import error_laws
+from phongbench.formulas.rounding_law import rounding_bound
 from phongbench.results.schema import CELL, RAW
 
 #: without times, work is counted: operations from vectors to each coordinate (the gate on a.b > 0 included), what a
@@ -24,20 +25,6 @@ _FORM_WORK = {"none": 3, "dot": 4, "difference": 11, "cross": 17}
 _TRANSCENDENTAL = 12
 #: the wrong lengths of one or both vectors, relative to the largest allowed one
 _LENGTHS = ((1, 0), (-1, 0), (1, 1), (-1, -1), (1, -1))
-
-
-def rounding_bound(gamma: int | None, alpha: float, precision: str, space: str = "reflect") -> float:
-    """How far rounding may move a highlight's value, at most, on vectors normalised as v * (1 / sqrt(v.v)).
-
-    In units of eps, the step from 1 to the next number: each vector's length errs by up to 2.25, the dot product by 1.5
-    and what is subtracted from it by 0.5, which a slope of at most alpha turns into 6.5 alpha; an exact power by
-    squaring adds 0.5 alpha. Lyon's chain adds 2 gamma: the quotient and the difference from 1 half a step each and its
-    coefficient another, all to the power gamma, and gamma / 2 by its own squarings. Exponentials and logarithms add 8.
-    With fused multiply-adds fewer operations round. In half space the slope is 4 alpha.
-    """
-    eps = precision_named(precision).eps
-    slope = alpha * (4 if space == "half" else 1)
-    return math.expm1(min(8 * slope * eps, 30.0)) + (2 * (gamma or 1) + 8) * eps  # beyond any use, but finite
 
 
 def cells(budget: Budget, notes: list[str]) -> pd.DataFrame:

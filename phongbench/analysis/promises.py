@@ -21,12 +21,12 @@ from phongbench.accuracy.enclosures.bounds import NotEnclosedError, largest
 from phongbench.accuracy.enclosures.coordinates import normalised
 from phongbench.accuracy.enclosures.devices import LARGEST_PRODUCT
 from phongbench.analysis.error_budget import Budget
-from phongbench.analysis.law_bounds import rounding_bound
 from phongbench.compiler.precisions import precision_named
 from phongbench.errors import InputError
 from phongbench.formulas.formula import Formula
 from phongbench.formulas.recipes import PAIR
 from phongbench.formulas.registry import REGISTRY
+from phongbench.formulas.rounding_law import rounding_bound
 from phongbench.formulas.spec import Approximation
 
 #: of a range of exponents the bound is proven at some, each at most so many times the one before

@@ -4,12 +4,12 @@ On a compiled one costs are counted from machine code, without an interval; on o
 they are times, with one.
 """
 
+from __future__ import annotations
+
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Any
-
-import pandas as pd
+from typing import TYPE_CHECKING, Any
 
 from phongbench.errors import InputError, UnknownNameError
 from phongbench.formulas.formula import Formula
@@ -23,6 +23,9 @@ from phongbench.targets.code_shapes import Code, shipped_code
 from phongbench.targets.costs import CostTable, shipped
 from phongbench.targets.measured import MeasuredTable, Shelf
 from phongbench.targets.target import UNITS
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 #: in which code of the adapter is compared with another's
 _WRITTEN = "wgsl"
@@ -102,8 +105,8 @@ def own_prices(
 
 def _gpu_prices(costs: pd.DataFrame | None, notes: list[str]) -> dict[Formula, Price]:
     """The prices of formulas whose times have an interval."""
-    rows = pd.DataFrame() if costs is None or costs.empty else costs[costs["target"] == GPU]
-    if rows.empty:
+    rows = None if costs is None or costs.empty else costs[costs["target"] == GPU]
+    if rows is None or rows.empty:
         raise InputError("the run has no times of an adapter", "target", "measure one: phongbench run --target gpu")
     notes.append(f"gpu: {rows['tool'].iloc[0]}")
     rows = rows[(rows["context"] == 0) & (rows["reads"] == 0) & ~rows["approximation"].isin(NO_FORMULAS)]
@@ -137,6 +140,8 @@ def priced(
     own       prices of formulas that no table knows
     Raises InputError for a precision that no costs on the target are of, and what `checked` and `shipped` raise.
     """
+    import pandas as pd  # `phongbench shader` comes here without rows
+
     precision = next(iter(cells["precision"].astype(str)), FLOAT32)
     table, every = table_of(target, root, precision), tuple(alphas)
     rows: list[dict[Any, Any]] = cells.to_dict("records")

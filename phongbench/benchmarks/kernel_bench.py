@@ -20,14 +20,12 @@ from typing import Any
 import numpy as np
 
 from phongbench import __version__
-from phongbench.benchmarks import kernel_peers, numpy_sweep, subnormals
+from phongbench.benchmarks import bounds, kernel_peers, numpy_sweep, subnormals
 from phongbench.benchmarks.kernel_peers import ALL_WORKS, ALPHA, FORMULAS, GAMMA, WORKS, Peer, exact_values
 from phongbench.compiler import jit
 from phongbench.compiler.lowering import FLOAT32
 from phongbench.compiler.precisions import Array
 from phongbench.errors import InputError
-from phongbench.formulas import pair_kernels
-from phongbench.formulas.kernel import read_only
 from phongbench.results.machine import machine
 from phongbench.support.progress import Progress
 from phongbench.timing import statistics, timed_kernels
@@ -41,6 +39,8 @@ from phongbench.timing.statistics import LEVEL_TEXT, MIN_ROUNDS
 from phongbench.timing.timed_kernels import TimedFormula, TimedKernel
 
 OURS, TWIN = "phongbench", "phongbench again"
+#: who runs the loops that show what the machine gives
+_MACHINE = "machine"
 #: in cache, yet large enough for the cost of a call from Python not to decide; and beyond cache
 WORKING_SETS = ("l2", "memory")
 #: an epoch of a call from Python: longer than a compiled one, since the clock is read by Python too
@@ -121,8 +121,8 @@ def bench(
 
     names           peers, or None for all
     budget_seconds  for the rounds; compiling and the sweep come on top
-    returns         machine, alpha, gamma, the level of intervals, `rows`, `absent` {peer: why}, `notes`, `subnormals`,
-                    `sweep`, as plain data
+    returns         machine, alpha, gamma, the level of intervals, `rows`, `bounds` of our own loops, `absent`
+                    {peer: why}, `notes`, `subnormals`, `sweep`, as plain data
     Raises UnknownNameError for an unknown peer, InputError where the budget is too short, saying what it takes,
     LockedError while another timing runs.
     """
@@ -135,13 +135,16 @@ def bench(
     with machine_lock():
         progress.stage("compiling")
         ours = {work: timed_kernels.compiled(TimedFormula.of(spelling, FLOAT32)) for work, spelling in FORMULAS.items()}
+        asked = {work: bounds.of_loop(kernel.kernel.loop) for work, kernel in ours.items()}
         contests = [_Contest(name, ours, names, seed, absent, notes) for name in working_sets]
         rounds = _affordable(budget_seconds, sum(contest.round_seconds for contest in contests))
         progress.stage("timing", rounds * len(contests))
         rows = [row for contest in contests for row in contest.measured(rounds, seed, progress)]
         progress.stage("timing subnormal numbers")
+        limits = [row for contest in contests for row in bounds.rows(contest.working_set, contest.least, asked)]
         slow = subnormals.measure(seed=seed)
     progress.stage("sweeping")
+    notes += bounds.excuses(limits) if limits else ["no bounds of our loops: they are counted in x86's code of vectors"]
     if rounds < GOOD_ROUNDS:
         notes.append(f"{rounds} rounds only, so intervals are wide: a larger --budget narrows them")
     return {
@@ -150,6 +153,7 @@ def bench(
         "machine": machine().cpu,
         "interval": LEVEL_TEXT,
         "rows": rows,
+        "bounds": limits,
         "absent": absent,
         "notes": notes,
         "subnormals": slow,
@@ -169,19 +173,8 @@ def _affordable(budget_seconds: float, round_seconds: float) -> int:
 
 
 def _as_peer(ours: dict[str, TimedKernel], arena: Arena) -> Peer:
-    a, b = read_only(arena.a), read_only(arena.b)
-
-    def passing(work: str) -> Callable[[], Array]:
-        kernel = ours[work].kernel
-        address, row, table, out = kernel.address, kernel.coefficients, kernel.table, arena.out
-
-        def once() -> Array:
-            pair_kernels.fill_pairs(address, a, b, row, table, out)
-            return out
-
-        return once
-
-    return Peer(__version__, {work: passing(work) for work in ours})
+    arrays = arena.a, arena.b, arena.out
+    return Peer(__version__, {work: bounds.passing(timed.kernel, *arrays) for work, timed in ours.items()})
 
 
 class _Contest:
@@ -217,6 +210,8 @@ class _Contest:
             if work in peer.passes and (work in others or work in WORKS)
         ]
         self.entrants = [entrant for entrant in entrants if self._right(entrant)]
+        arrays = self.arena.a, self.arena.b, self.arena.out
+        self.entrants += [Entrant(unit, _MACHINE, "", bounds.calibrating(unit, *arrays)) for unit in bounds.UNITS]
         step = tick()
         for entrant in self.entrants:
             entrant.calibrate(step)
@@ -253,7 +248,10 @@ class _Contest:
                 repeat=lambda: time.perf_counter() < end,
                 after_round=lambda done: progress.advance(),
             )
-        rows = [self._row(i, readings) for i, entrant in enumerate(self.entrants) if self._right(entrant)]
+        shown = [(e.work, readings.least(i)) for i, e in enumerate(self.entrants) if e.by in (OURS, _MACHINE)]
+        self.least = {work: ns / self.arena.elements for work, ns in shown}
+        competing = [(i, entrant) for i, entrant in enumerate(self.entrants) if entrant.by != _MACHINE]
+        rows = [self._row(i, readings) for i, entrant in competing if self._right(entrant)]
         twins = [row for row in rows if row["by"] == TWIN]
         if any(row["verdict"] != "unresolved" for row in twins):
             self.notes.append(f"{self.working_set}: identical code was told apart, so no verdict is given here")

@@ -197,6 +197,8 @@ def bench_tables(answer: Mapping[str, Any]) -> None:
         ]
         title = f"{work[0]}, float32, {work[2]:,} elements ({work[1]}), ns per element"
         table(title, columns, rows, right=columns[2:7])
+    for working_set in dict.fromkeys(r["working_set"] for r in answer.get("bounds", ())):
+        _bounds(working_set, [r for r in answer["bounds"] if r["working_set"] == working_set])
     for name, why in answer["absent"].items():
         say(f"{name} is absent: {why}")
     for note in answer["notes"]:
@@ -212,6 +214,18 @@ def bench_tables(answer: Mapping[str, Any]) -> None:
     say(
         f"accuracy sweep: {sweep['evaluations_per_second'] / 1e9:.2f} billion evaluations a second and core, "
         f"{sweep['ratio']:.0f} times plain NumPy over the same cells"
+    )
+
+
+def _bounds(working_set: str, bounds: Sequence[Mapping[str, Any]]) -> None:
+    """Our loops beside the least time that their code can take."""
+    heads = ("work", "ns", "bound", "ns / bound", "bound by", "multiply-adds", "vector operations", "bytes")
+    rows = [
+        (r["work"], r["ns"], r["bound"], r["over_bound"], r["bound_by"], r["multiply_adds"], r["vectors"], r["bytes"])
+        for r in bounds
+    ]
+    table(
+        f"Our loops and their bounds, float32, {working_set}, for an element", heads, rows, right=heads[1:4] + heads[5:]
     )
 
 

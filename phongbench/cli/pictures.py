@@ -1,5 +1,6 @@
 """Pictures of scenes: `render`."""
 
+import math
 import re
 from pathlib import Path
 from typing import Any
@@ -105,7 +106,37 @@ def _show(answer: dict[str, Any], as_json: bool) -> None:
     tables = [
         lambda name=name, rows=rows: table(name, *grid(rows)) for name in _TABLES if (rows := readable(answer, name))
     ]
-    show(answer, as_json, lambda: facts({k: v for k, v in answer.items() if not isinstance(v, list)}), *tables)
+    show(answer, as_json, lambda: facts(labelled(answer)), *tables)
+
+
+#: of a picture compared with exact Phong: what each measure is called, and how it is written
+_ERRORS: dict[str, tuple[str, str]] = {
+    "max_codes": ("largest error", "{} codes of 255"),
+    "visible": ("pixels off by a code", "{:.2%}"),
+    "max_abs": ("largest, linear light", "{:.3g}"),
+    "mean_abs": ("mean, linear light", "{:.2g}"),
+    "rms": ("root mean square", "{:.2g}"),
+    "psnr": ("PSNR", "{:.1f} dB"),
+    "flip": ("FLIP", "{:.2g}"),
+    "energy": ("light / exact", "{:.3f}"),
+    "highlight_area": ("highlight's area / exact", "{:.3f}"),
+}
+
+
+def labelled(answer: dict[str, Any]) -> dict[str, Any]:
+    """The facts of an answer as people read them: a line for each, rounded, with its unit; tables left out."""
+    lines = {name.replace("_", " "): value for name, value in answer.items() if not isinstance(value, list)}
+    if "width" in lines:
+        lines["size"] = f"{lines.pop('width')} x {lines.pop('height')} pixels"
+    if "mrays per second" in lines:
+        lines["rays per second"] = f"{lines.pop('mrays per second'):.3g} million"
+    if isinstance(seconds := lines.get("seconds"), dict):
+        lines["seconds"] = ", ".join(f"{name} {value:.2g}" for name, value in seconds.items())
+    errors = lines.pop("error", {})
+    if errors and errors["psnr"] is None:  # no error at all
+        errors = errors | {"psnr": math.inf}
+    told = [(label, form, errors.get(name)) for name, (label, form) in _ERRORS.items()]
+    return lines | {label: form.format(value) for label, form, value in told if value is not None}
 
 
 #: columns that a line has room for, of tables with more

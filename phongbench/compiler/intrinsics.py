@@ -4,21 +4,18 @@ Each is a plain Python function, which says what it means, with a few LLVM instr
 """
 
 import inspect
-import sys
-import time
 from collections.abc import Callable
 from typing import Any, TypeVar
 
-from phongbench.compiler import jit
-
-# isort: split
-# only now: jit chooses the vector width, which must happen before numba is imported
 import numpy as np
-from llvmlite import ir
-from numba import types
-from numba.core import cgutils
-from numba.core.typing import signature as typing_signature
-from numba.extending import lower_builtin, type_callable
+
+from phongbench.compiler import jit
+from phongbench.compiler.late_numba import Late, when_loaded
+
+types: Any = Late("numba.types")
+ir: Any = Late("llvmlite.ir")
+cgutils: Any = Late("numba.core.cgutils")
+numba: Any = Late("numba")
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -36,13 +33,17 @@ def _operation(answer: Callable[..., Any], generate: Callable[..., Any]) -> Call
             return plain
 
         def typed(result: Any, wanted: Any) -> Any:
-            return typing_signature(result, *wanted)
+            return numba.core.typing.signature(result, *wanted)
 
         # numba reads the argument names off the typer, so it must spell them out
         names = ", ".join(inspect.signature(plain).parameters)
         typer = eval(f"lambda {names}: typed(*answer({names}))", {"typed": typed, "answer": answer})
-        type_callable(plain)(lambda context: typer)
-        lower_builtin(plain, types.VarArg(types.Any))(generate)
+
+        def register() -> None:
+            numba.extending.type_callable(plain)(lambda context: typer)
+            numba.extending.lower_builtin(plain, types.VarArg(types.Any))(generate)
+
+        when_loaded(register)
         return plain
 
     return mark
@@ -232,18 +233,18 @@ def on_stack(table: Any) -> Any:
     return table
 
 
-def _bit_cast(source: Any, target: Any, plain: Callable[[Any], Any]) -> Callable[[Any], Any]:
-    """A function reinterpreting the bits of `source` as `target`, in compiled code and in plain Python."""
+def _bit_cast(source: str, target: str, plain: Callable[[Any], Any]) -> Callable[[Any], Any]:
+    """A function reinterpreting the bits of type `source` as `target`, in compiled code and in plain Python."""
     return _operation(
-        lambda x: (target, (source,)),
-        lambda context, builder, sig, a: builder.bitcast(a[0], context.get_value_type(target)),
+        lambda x: (getattr(types, target), (getattr(types, source),)),
+        lambda context, builder, sig, a: builder.bitcast(a[0], context.get_value_type(sig.return_type)),
     )(plain)
 
 
-float32_bits = _bit_cast(types.float32, types.int32, lambda x: np.float32(x).view(np.int32))
-float32_from_bits = _bit_cast(types.int32, types.float32, lambda i: np.int32(i).view(np.float32))
-float64_bits = _bit_cast(types.float64, types.int64, lambda x: np.float64(x).view(np.int64))
-float64_from_bits = _bit_cast(types.int64, types.float64, lambda i: np.int64(i).view(np.float64))
+float32_bits = _bit_cast("float32", "int32", lambda x: np.float32(x).view(np.int32))
+float32_from_bits = _bit_cast("int32", "float32", lambda i: np.int32(i).view(np.float32))
+float64_bits = _bit_cast("float64", "int64", lambda x: np.float64(x).view(np.int64))
+float64_from_bits = _bit_cast("int64", "float64", lambda i: np.int64(i).view(np.float64))
 
 
 def function_at(signature_of: Callable[[Any], Any]) -> Callable[[Any, Any], Any]:
@@ -261,40 +262,3 @@ def function_at(signature_of: Callable[[Any], Any]) -> Callable[[Any, Any], Any]
     return _operation(
         lambda address, like: (types.FunctionType(signature_of(like.dtype)), (types.intp, like)), generate
     )(plain)
-
-
-_CLOCK = int(getattr(time, "CLOCK_MONOTONIC", 1))
-_clock_gettime = types.ExternalFunction("clock_gettime", types.int32(types.int32, types.intp))
-
-
-def _nanoseconds(stamp: Any) -> Any:
-    """Nanoseconds of the monotonic clock, read inside compiled code so that no Python lies between clock and loop.
-
-    stamp  int64 (2,)  scratch that the clock writes its seconds and nanoseconds to
-    """
-    _clock_gettime(_CLOCK, stamp.ctypes.data)
-    return stamp[0] * 1_000_000_000 + stamp[1]
-
-
-if sys.version_info >= (3, 13):
-    _perf_counter = types.ExternalFunction("PyTime_PerfCounterRaw", types.int32(types.intp))
-
-    def python_clock(stamp: Any) -> Any:
-        """`nanoseconds` by the clock of Python's C interface, for systems without clock_gettime, as Windows."""
-        _perf_counter(stamp.ctypes.data)
-        return stamp[0]
-else:
-    _perf_counter = types.ExternalFunction("_PyTime_GetPerfCounter", types.int64())
-
-    def python_clock(stamp: Any) -> Any:
-        """`nanoseconds` by the clock of Python's C interface, for systems without clock_gettime, as Windows."""
-        return _perf_counter()
-
-
-def _clock() -> Callable[[Any], Any]:
-    if jit.DISABLED:
-        return lambda stamp: time.monotonic_ns()
-    return jit.inline(_nanoseconds if hasattr(time, "clock_gettime") else python_clock)
-
-
-nanoseconds: Callable[[Any], Any] = _clock()

@@ -8,10 +8,11 @@ driver     a loop over chunks and cells, free of the GIL
 reduction  a loop that sums and maximises; the only place where additions may be reordered
 
 Setting NUMBA_DISABLE_JIT=1 runs everything as plain Python, which is slow and exactly what the tests of the bodies
-want.
+want. numba itself is imported when it is first needed (`late_numba`).
 """
 
 import hashlib
+import importlib
 import os
 import platform
 import shutil
@@ -22,42 +23,22 @@ import time
 import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from functools import cache
+from functools import cache, partial, update_wrapper
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
+import filelock
+import numpy as np
+import platformdirs
 
-def _prefer_wide_vectors() -> None:
-    """Let LLVM use 512-bit vectors where the CPU has them; it prefers 256 bits by default.
+from phongbench.compiler import late_numba
 
-    Must happen before numba is imported. Measured on a Sapphire Rapids core: float64 loops 1.05 to 1.3 times faster,
-    nothing slower. A user's own NUMBA_CPU_NAME wins.
-    """
-    if "numba" in sys.modules or "NUMBA_CPU_NAME" in os.environ:
-        return
-    import llvmlite.binding as llvm
+numba: Any = late_numba.Late("numba")
+types: Any = late_numba.Late("numba.types")
+llvm: Any = late_numba.Late("llvmlite.binding")
 
-    features = llvm.get_host_cpu_features()
-    if features.get("avx512f") and features.get("avx512vl"):
-        features["prefer-256-bit"] = False
-        os.environ["NUMBA_CPU_NAME"] = llvm.get_host_cpu_name()
-        os.environ["NUMBA_CPU_FEATURES"] = features.flatten()
-
-
-_prefer_wide_vectors()
-
-import filelock  # noqa: E402  the vector width must be chosen first
-import llvmlite  # noqa: E402
-import llvmlite.binding as llvm  # noqa: E402
-import numba  # noqa: E402
-import numpy as np  # noqa: E402
-import platformdirs  # noqa: E402
-from numba import types  # noqa: E402
-from numba.core import caching, event  # noqa: E402
-from numba.core.compiler_lock import global_compiler_lock  # noqa: E402
-from numba.extending import register_jitable  # noqa: E402
-
-DISABLED = bool(numba.config.DISABLE_JIT)
+#: as numba will read it
+DISABLED = bool(int(os.environ.get("NUMBA_DISABLE_JIT") or 0))
 #: whether there is an instruction that estimates reciprocal roots, of 12 bits or a little more
 ESTIMATES_ROOTS = platform.machine().lower() in ("x86_64", "amd64")
 #: Fused multiply-adds are what every target has; nothing else may change the arithmetic of a formula.
@@ -72,10 +53,6 @@ INTERLEAVE = 4
 _BODIES = {"compiler/kernel_source.py", "compiler/polynomials.py", "compiler/elementary.py", "formulas/lambda_forms.py"}
 _KEEP_SECONDS = 30 * 86400
 _ONE_AT_A_TIME = threading.RLock()
-_NUMBAS_FILE = caching.IndexDataCacheFile
-
-#: what numba raises where it cannot compile
-CompileError = numba.core.errors.NumbaError
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -100,7 +77,7 @@ def cache_folder() -> Path:
     for fact in (
         sys.version,
         numba.__version__,
-        llvmlite.__version__,
+        importlib.import_module("llvmlite").__version__,
         np.__version__,
         os.environ.get("NUMBA_CPU_NAME", "host"),
     ):
@@ -127,13 +104,15 @@ def _forget_old(current: Path) -> None:
             shutil.rmtree(other, ignore_errors=True)
 
 
-def _shared_file(cache_path: str, filename_base: str, source_stamp: Any) -> Any:
+def _shared_file(numbas_file: Callable[..., Any], cache_path: str, filename_base: str, source_stamp: Any) -> Any:
     """numba's file of compiled code, to which one process at a time adds.
 
     numba reads the index, picks the next free name, and writes index and code; two processes that do so at once pick
     the same name, and the kernel listed under it may be the other one. Ours are many to an index.
+
+    numbas_file  numba's class of such files
     """
-    file = _NUMBAS_FILE(cache_path, filename_base, source_stamp)
+    file = numbas_file(cache_path, filename_base, source_stamp)
     add, lock = file.save, Path(cache_path, f"{filename_base}.lock")
 
     def save(key: Any, data: Any) -> None:
@@ -147,22 +126,49 @@ def _shared_file(cache_path: str, filename_base: str, source_stamp: Any) -> Any:
 def _cached(decorate: Callable[[], Any]) -> Any:
     """Run a decorator with numba's cache in our folder, safe among processes, and leave numba as it was."""
     with _ONE_AT_A_TIME:  # the setting is the process's: another thread would take or restore the wrong one
-        before = numba.config.CACHE_DIR
-        numba.config.CACHE_DIR, caching.IndexDataCacheFile = str(cache_folder()), _shared_file
+        caching = numba.core.caching
+        before, file = numba.config.CACHE_DIR, caching.IndexDataCacheFile
+        numba.config.CACHE_DIR, caching.IndexDataCacheFile = str(cache_folder()), partial(_shared_file, file)
         try:
             return decorate()
         finally:
-            numba.config.CACHE_DIR, caching.IndexDataCacheFile = before, _NUMBAS_FILE
+            numba.config.CACHE_DIR, caching.IndexDataCacheFile = before, file
 
 
 def inline(function: F) -> F:
     """Make a scalar function callable from compiled code; LLVM inlines it."""
-    return function if DISABLED else register_jitable(function)
+    if not DISABLED:
+        late_numba.when_loaded(lambda: numba.extending.register_jitable(function))
+    return function
+
+
+class Loop:
+    """A loop that is compiled for the types of each first call; compiled code may call it too.
+
+    What numba's own compiled functions offer, `signatures` and others, it has as well.
+    """
+
+    def __init__(self, function: Callable[..., Any], flags: set[str]) -> None:
+        update_wrapper(self, function)
+        self._function, self._flags = function, flags
+
+    def __call__(self, *arguments: Any) -> Any:
+        """Run it, compiled for these arguments' types now if it is not yet."""
+        return self._compiled(*arguments)
+
+    def __getattr__(self, name: str) -> Any:  # numba finds its type of a loop so: `_numba_type_`
+        if name != "_compiled":
+            return getattr(self._compiled, name)
+        with _ONE_AT_A_TIME:  # one for all threads, or each would compile its own
+            if name not in self.__dict__:
+                options = {"nogil": True, "cache": True, "error_model": "numpy", "fastmath": self._flags}
+                self.__dict__[name] = _cached(lambda: numba.njit(**options)(self._function))
+            return self.__dict__[name]
 
 
 def _looped(function: F, flags: set[str]) -> F:
-    compiled: F = _cached(lambda: numba.njit(nogil=True, cache=True, error_model="numpy", fastmath=flags)(function))
-    return compiled
+    loop: Any = Loop(function, flags)
+    return cast("F", loop)
 
 
 def driver(function: F) -> F:
@@ -186,7 +192,7 @@ def _interleaved() -> Iterator[None]:
     By itself it does so for the shortest loops only. The option belongs to the process: hence the lock, and the way
     back.
     """
-    with global_compiler_lock:
+    with numba.core.compiler_lock.global_compiler_lock:
         llvm.set_option("phongbench", f"-force-vector-interleave={INTERLEAVE}")
         try:
             yield
@@ -251,8 +257,14 @@ def uncompiled(address: int) -> Callable[..., Any]:
     return _PLAIN[address]
 
 
+def compile_error() -> type[Exception]:
+    """What numba raises where it cannot compile."""
+    kind: type[Exception] = numba.core.errors.NumbaError
+    return kind
+
+
 @contextmanager
 def compilations() -> Iterator[list[Any]]:
     """Collects everything numba compiles while the context lasts: an empty list proves that nothing was."""
-    with event.install_recorder("numba:compile") as recorder:
+    with numba.core.event.install_recorder("numba:compile") as recorder:
         yield recorder.buffer

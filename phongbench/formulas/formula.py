@@ -9,8 +9,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
-import pandas as pd
-
 from phongbench.errors import InputError, UnknownNameError
 from phongbench.formulas.lambda_forms import LAMBDA_FORMS
 from phongbench.formulas.normalising import NORMALISE
@@ -123,6 +121,8 @@ class Formula:
         """The formula of a row of a table: columns approximation, lambda_form, gamma, beta_policy and space, and recipe
         and normalise where there are such.
         """
+        import pandas as pd  # who has rows has it already; who writes code can spare its third of a second
+
         gamma = row["gamma"]
         slope, space = str(row["beta_policy"]), str(row["space"])
         raw = {name: str(row[name]) for name in ("recipe", "normalise") if name in row}

@@ -3,21 +3,25 @@
 A killed run is resumed from them. A shard keeps single blocks, too, of the batches that it shares with another.
 """
 
+from __future__ import annotations
+
 import hashlib
 import json
 import re
 from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 from zipfile import BadZipFile
 
 import numpy as np
-import pandas as pd
 from numpy.typing import NDArray
 
 from phongbench.errors import CorruptRunError
 from phongbench.support.atomic_files import write_text, write_whole
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 #: folder of the parts, in that of the run
 PARTS = "parts"
@@ -30,6 +34,8 @@ def append_part(path: Path, number: int, frame: pd.DataFrame) -> None:
 
 def read_parts(path: Path) -> list[pd.DataFrame]:
     """The parts written so far, in order. CorruptRunError names one that cannot be read."""
+    import pandas as pd
+
     frames = []
     for file in sorted((path / PARTS).glob("[0-9]*.parquet")):
         try:
@@ -54,6 +60,8 @@ def write_probe(path: Path, probe: str, tables: Mapping[str, pd.DataFrame], fact
 
 def read_probe(path: Path, probe: str) -> tuple[dict[str, pd.DataFrame], dict[str, Any]] | None:
     """The tables and facts that `write_probe` wrote; None if the probe has not finished."""
+    import pandas as pd
+
     note = path / PARTS / f"{probe}.json"
     if not note.is_file():
         return None

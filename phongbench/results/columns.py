@@ -1,10 +1,13 @@
 """What a table of a run is: its columns, each with type, unit and meaning."""
 
+from __future__ import annotations
+
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import pandas as pd
+if TYPE_CHECKING:
+    import pandas as pd
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,6 +54,8 @@ class Table:
 
     def frame(self, rows: Iterable[Mapping[str, Any]] = ()) -> pd.DataFrame:
         """The table of these rows, typed even where there are none; what a row lacks is missing."""
+        import pandas as pd
+
         return pd.DataFrame(list(rows), columns=self.names).astype(self.types)
 
 

@@ -1,8 +1,10 @@
 """The one on-disk form of a run: a folder with a manifest and Parquet tables; created, loaded and verified here.
 
 Files appear whole or not at all. While a study runs, what is finished is kept apart (checkpoints.py); a complete run
-is its tables alone.
+is its tables alone. pandas is imported where a table is: names and folders of runs can be had without.
 """
+
+from __future__ import annotations
 
 import json
 import re
@@ -13,9 +15,7 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from functools import cached_property
 from pathlib import Path
-from typing import Any
-
-import pandas as pd
+from typing import TYPE_CHECKING, Any
 
 from phongbench.errors import CorruptRunError, InputError
 from phongbench.inputs.plan import Plan
@@ -25,6 +25,8 @@ from phongbench.results.schema import CASE, COVERAGES, CPU, RAW, TABLES, UNSAID
 from phongbench.support.atomic_files import write_text, write_whole
 from phongbench.support.user_paths import is_file, is_folder, reading, writing
 
+if TYPE_CHECKING:
+    import pandas as pd
 SCHEMA = 1
 #: what to do about a partial run
 FINISH = "finish it: phongbench run --resume --out FOLDER, with this folder"
@@ -101,6 +103,8 @@ class Run:
 
     def read(self, name: str) -> pd.DataFrame:
         """A table, read anew. CorruptRunError if it cannot be read or lacks columns."""
+        import pandas as pd
+
         path = self.path / f"{name}.parquet"
         if path.name not in self.manifest["files"]:
             return TABLES[name].frame()
@@ -110,9 +114,8 @@ class Run:
             raise CorruptRunError(f"cannot be read: {problem}", str(path), REMEDY) from problem
         if RAW.keys() <= set(TABLES[name].names):
             frame = with_raw(frame)
-        for column, value in UNSAID.get(name, {}).items():
-            if column not in frame:
-                frame[column] = value
+        unsaid = {column: value for column, value in UNSAID.get(name, {}).items() if column not in frame}
+        frame = frame.assign(**unsaid) if unsaid else frame
         missing = [column for column in TABLES[name].required if column not in frame.columns]
         if missing:
             raise CorruptRunError(f"lacks the columns {', '.join(missing)}", str(path), REMEDY)
@@ -133,6 +136,8 @@ def strongest(rows: pd.DataFrame) -> pd.DataFrame:
 
 def with_raw(rows: pd.DataFrame) -> pd.DataFrame:
     """The rows with the columns recipe and normalise, which older ones lack: of these every formula took its pair."""
+    import pandas as pd
+
     missing = {name: pd.array([value] * len(rows), dtype="str") for name, value in RAW.items() if name not in rows}
     return rows.assign(**missing) if missing else rows
 
@@ -213,6 +218,8 @@ def _fault(run: Run, name: str) -> str | None:
 
 def _rows_in(path: Path) -> int:
     """How many rows a table of a run has, by reading one of its columns."""
+    import pandas as pd
+
     first = TABLES[path.stem].names[:1] if path.stem in TABLES else None  # another version may have more tables
     return len(pd.read_parquet(path, columns=first))
 

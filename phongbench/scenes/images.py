@@ -5,7 +5,6 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from phongbench.compiler.precisions import Array
 from phongbench.errors import InputError
@@ -13,8 +12,6 @@ from phongbench.support.image_files import codes, encoded, refuse_pixels
 
 #: weights of luminance (ITU-R BT.709)
 _LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
-#: gap between the pictures of a triple, in pixels, and its grey
-_GAP, _GREY = 8, 128
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,24 +82,6 @@ def flip_error(exact: Array, other: Array) -> float | None:
     shown = [np.ascontiguousarray(encoded(picture), np.float32) for picture in (exact, other)]
     _, mean, _ = flip_evaluator.evaluate(*shown, "LDR", applyMagma=False)
     return float(mean)
-
-
-def amplification(exact: Array, other: Array) -> float:
-    """The power of two that makes the largest difference of shown values as bright as it can be without being cut."""
-    largest = float(np.abs(encoded(other) - encoded(exact)).max())
-    return 2.0 ** math.floor(-math.log2(largest)) if largest else 1.0
-
-
-def triple(exact: Array, other: Array, factor: float | None = None) -> NDArray[np.uint8]:
-    """Side by side: the exact picture, the other, and how far apart their shown values are, times `factor`.
-
-    The difference is black where there is none; without a factor, `amplification` tells it.
-    """
-    factor = amplification(exact, other) if factor is None else factor
-    difference = np.clip(factor * np.abs(encoded(other) - encoded(exact)), 0, 1)
-    gap = np.full((exact.shape[0], _GAP, 3), _GREY, np.uint8)
-    apart = (255 * difference + 0.5).astype(np.uint8)
-    return np.concatenate([codes(exact), gap, codes(other), gap, apart], axis=1)
 
 
 def _highlight_area(exact: Array, other: Array) -> float:

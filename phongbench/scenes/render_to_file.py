@@ -9,7 +9,7 @@ from phongbench.errors import InputError
 from phongbench.formulas.formula import Formula
 from phongbench.formulas.registry import REGISTRY
 from phongbench.formulas.spec import Approximation
-from phongbench.scenes import images
+from phongbench.scenes import images, triples
 from phongbench.scenes.render import render
 from phongbench.scenes.scene import Scene
 from phongbench.scenes.scene_files import examples, read_scene
@@ -110,6 +110,6 @@ def draw(options: RenderOptions, progress: Progress = _SILENT) -> dict[str, Any]
         return facts
     exact = render(scene.exact(), skips=options.skips, progress=progress, **options.arguments())
     facts["error"] = images.compare(exact.picture, done.picture).as_dict()
-    facts["amplification"] = images.amplification(exact.picture, done.picture)
-    image_files.save(out, images.triple(exact.picture, done.picture))
+    names = triples.names(scene, formula or EXACT, options.model, options.registry)
+    image_files.save(out, triples.triple(exact.picture, done.picture, names))
     return facts

@@ -14,7 +14,7 @@ from typing import Any
 from phongbench.compiler.precisions import Array
 from phongbench.errors import InputError, UnknownNameError
 from phongbench.formulas.formula import MODELS, Formula
-from phongbench.scenes import images
+from phongbench.scenes import images, triples
 from phongbench.scenes.render import TILE, Rendered, render
 from phongbench.scenes.scene import MOST_DEPTH, MOST_SUPERSAMPLING, MOST_TRIANGLES, Mesh, Scene
 from phongbench.scenes.scene_files import examples, read_scene, scene_of, wanted_size
@@ -30,19 +30,22 @@ SKIPS: Mapping[str, SceneSkips] = {"all": SceneSkips(), "exact": SceneSkips.exac
 
 @dataclass(frozen=True, eq=False)
 class Drawn:
-    """A picture, and exact Phong's where they are compared."""
+    """A picture and, where they are compared, exact Phong's and what the two are called."""
 
     scene: str
     done: Rendered
     exact: Rendered | None = None
+    names: tuple[str, str] = ("", "")
 
     @property
     def picture(self) -> Array:
         """Linear light; or, compared, the codes of exact Phong, this formula and their difference side by side."""
-        return self.done.picture if self.exact is None else images.triple(self.exact.picture, self.done.picture)
+        if self.exact is None:
+            return self.done.picture
+        return triples.triple(self.exact.picture, self.done.picture, self.names)
 
     def as_dict(self) -> dict[str, Any]:
-        """Size, rays, seconds and ledger; compared, the picture's error and how much the difference is amplified.
+        """Size, rays, seconds and ledger; compared, the picture's error.
 
         FLIP is left out (None): it takes longer than the pictures.
         """
@@ -50,7 +53,6 @@ class Drawn:
         if self.exact is not None:
             both = self.exact.picture, self.done.picture
             result["error"] = images.compare(*both, flip=False).as_dict()
-            result["amplification"] = images.amplification(*both)
         return result
 
 
@@ -102,7 +104,7 @@ class RenderRequest:
         }
         done = render(self.scene, specular=self.specular, **options)
         exact = render(self.scene.exact(), specular=EXACT, **options) if self.compare else None
-        return Drawn(self.scene.name, done, exact)
+        return Drawn(self.scene.name, done, exact, triples.names(self.scene, self.specular, self.model))
 
 
 def render_request(document: Any, most_triangles: int = MOST_TRIANGLES) -> RenderRequest:

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from phongbench.compiler import intrinsics, jit
+from phongbench.compiler import clock, jit
 from phongbench.timing import rounds
 
 _SPINS = 2000
@@ -19,7 +19,7 @@ _PATIENCE_NS = 100_000_000
 @jit.driver
 def _read_clock(readings: Any, scratch: Any) -> None:
     for i in range(len(readings)):
-        readings[i] = intrinsics.nanoseconds(scratch)
+        readings[i] = clock.nanoseconds(scratch)
 
 
 def tick() -> float:
@@ -32,14 +32,14 @@ def tick() -> float:
 @jit.driver
 def spin(scratch: Any) -> Any:
     """Nanoseconds that a fixed chain of dependent instructions takes: longer when something else uses the core."""
-    started = intrinsics.nanoseconds(scratch)
+    started = clock.nanoseconds(scratch)
     x = scratch[2] | 1
     for _ in range(_SPINS):
         x ^= x << 13
         x ^= x >> 7
         x ^= x << 17
     scratch[2] = x
-    return intrinsics.nanoseconds(scratch) - started
+    return clock.nanoseconds(scratch) - started
 
 
 # eleven arguments: compiled code takes arrays and numbers, no objects that hold them
@@ -71,14 +71,14 @@ def run(
     for _ in range(warm):
         kernel(a, b, coefficients, table, out)
     meeting[me * STRIDE] = 1
-    limit = intrinsics.nanoseconds(scratch) + _PATIENCE_NS
+    limit = clock.nanoseconds(scratch) + _PATIENCE_NS
     for other in range(len(meeting) // STRIDE):
-        while meeting[other * STRIDE] == 0 and intrinsics.nanoseconds(scratch) < limit:
+        while meeting[other * STRIDE] == 0 and clock.nanoseconds(scratch) < limit:
             pass
-    started = intrinsics.nanoseconds(scratch)
+    started = clock.nanoseconds(scratch)
     for _ in range(repeats):
         kernel(a, b, coefficients, table, out)
-    scratch[5] = intrinsics.nanoseconds(scratch)
+    scratch[5] = clock.nanoseconds(scratch)
     scratch[4] = started
     spin(scratch)
     scratch[6] = spin(scratch)

@@ -175,7 +175,7 @@ def compiled(timed: TimedFormula) -> TimedKernel:
         raw: dict[str, Any] = {"normalise": formula.normalise, "recipe": formula.recipe, "uniform": timed.far}
         kernel = Kernel.of_pairs(spec, formula.lambda_form, setting, precision, timed=True, **raw)
         took = 1e3 * (time.perf_counter() - started)
-    except (KernelError, jit.CompileError, ArithmeticError, LookupError, ValueError) as problem:
+    except (KernelError, jit.compile_error(), ArithmeticError, LookupError, ValueError) as problem:
         raise MeasurementError(
             f"cannot be compiled: {problem}".splitlines()[0], timed.name, "fix its kernel"
         ) from problem

@@ -10,7 +10,7 @@ import numba
 import numpy as np
 import pytest
 
-from phongbench.compiler import intrinsics, jit
+from phongbench.compiler import clock, jit
 
 #: modules of the standard library that Windows lacks, and functions of `os` and `time` likewise
 MODULES = ("crypt", "curses", "fcntl", "grp", "pty", "pwd", "readline", "resource", "syslog", "termios", "tty")
@@ -84,7 +84,7 @@ def test_a_small_study_runs_with_its_timing(tmp_path: Path) -> None:
 
 @pytest.mark.skipif(jit.DISABLED, reason="nothing is compiled")
 def test_compiled_code_reads_pythons_clock_where_the_c_library_has_none() -> None:
-    read = jit.inline(intrinsics.python_clock)
+    read = jit.inline(clock.python_clock)
 
     @numba.njit
     def twice(stamp):  # type: ignore[no-untyped-def]

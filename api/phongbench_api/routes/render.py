@@ -160,10 +160,10 @@ REQUEST_BODY = {"required": True, "content": {media.JSON: {"schema": _REQUEST, "
 async def render(request: Request) -> Response:
     """A scene, shipped or sent, drawn with any registered formula, and what was left out on the way.
 
-    As image/png 8-bit sRGB; with `compare` exact Phong, this formula and their amplified difference side by side. As
-    application/x-npy linear light, float32 (height, width, 3), of this formula alone. As application/json no picture
-    but the ledger, and with `compare` the picture's error against exact Phong. A scene that is sent names no files:
-    its meshes are tessellated surfaces.
+    As image/png 8-bit sRGB; with `compare` exact Phong, this formula and their difference side by side, with captions
+    and a scale. As application/x-npy linear light, float32 (height, width, 3), of this formula alone. As
+    application/json no picture but the ledger, and with `compare` the picture's error against exact Phong. A scene
+    that is sent names no files: its meshes are tessellated surfaces.
     """
     spans, here = media.Spans(), service(request)
     rendering = await _read(request, here)

@@ -203,6 +203,9 @@ class BodyWriter:
                     if not smaller and isinstance(yes, float):
                         return writer.largest(no, yes)
                     return writer.function("min" if smaller else "max", [yes, no])
+                if pair == (no, yes) and isinstance(yes, float) and writer.term(no).text in writer.numbers_where_lit:
+                    # what keeps NaN, which the gate makes dark anyway, costs more than a maximum
+                    return writer.chosen_end(no, "<" if isinstance(op, ast.Gt | ast.GtE) else ">", yes)
         condition = writer.within(self.value(test), OR)
         text = writer.language.chosen(condition, writer.within(yes, OR), writer.within(no, OR))
         low, high = min(low_of(yes), low_of(no)), max(high_of(yes), high_of(no))

@@ -123,11 +123,14 @@ def _body(
     return writer, writer.call(spec.kernel, [coordinate, *rest], dict(known_values(spec, setting)))
 
 
-def _cosine(writer: Writer, value: Value, *, limit: Limit | None) -> Term:
-    """The statement of the cosine, limited if it is to be."""
+def _cosine(writer: Writer, value: Value, *, gated: bool, limit: Limit | None) -> Term:
+    """The statement of the cosine, limited if it is to be, and what leaves the function early where it is dark."""
     writer.reserve("cosine")
     limited = writer.term(limit(writer, value) if limit else value)
     writer.lines.append(writer.language.declared(writer.language.float_type, "cosine", limited.text))
+    if gated:
+        writer.numbers_where_lit.add("cosine")
+        writer.lines += writer.language.leaving("cosine", writer.term(0.0).text)
     return Term("cosine", low=limited.low, high=limited.high)
 
 
@@ -142,6 +145,7 @@ def _coordinate(writer: Writer, formula: Formula, pair: Pair, *, gated: bool, li
         cosine = _cosine(
             writer,
             Term("{dot}({a}, {b})".format(**ab) + scale),
+            gated=gated,
             limit=None if formula.normalise == "squared" else limit,
         )
     if formula.normalise == "squared":
@@ -163,11 +167,13 @@ def _coordinate_in_components(
     form, bodies = formula.lambda_form, dict(NORMALISE[formula.normalise].forms)
     once = limit is not None and formula.normalise == "once"
     if (gated and not once) or (form in ("none", "dot") and not bodies):
-        cosine = _cosine(writer, writer.call(lambda_forms.dot, pair.parts), limit=None if bodies else limit)
+        cosine = _cosine(
+            writer, writer.call(lambda_forms.dot, pair.parts), gated=gated, limit=None if bodies else limit
+        )
     if form in ("none", "dot") and not bodies:
         return cosine if form == "none" else Affine(cosine, -1.0, 1.0)
     if form in ("none", "dot") and once:
-        cosine = _cosine(writer, writer.call(bodies["none"], pair.parts), limit=limit)
+        cosine = _cosine(writer, writer.call(bodies["none"], pair.parts), gated=gated, limit=limit)
         return cosine if form == "none" else Affine(cosine, -1.0, 1.0)
     value = writer.call(bodies.get(form) or lambda_forms.LAMBDA_FORMS[form], pair.parts)
     if form in ("none", "dot") or not isinstance(value, Affine):

@@ -37,7 +37,8 @@ HELD: Mapping[str, type[np.floating[Any]]] = {FLOAT32: np.float32, FLOAT16: np.f
 
 def braced(header: str, lines: list[str]) -> str:
     """A function between braces."""
-    return "\n".join([f"{header} {{", *(f"    {line}" for line in lines), "}"])
+    body = (line if line.startswith("#") else f"    {line}" for line in lines)  # a directive stands at the margin
+    return "\n".join([f"{header} {{", *body, "}"])
 
 
 def c_declared(kind: str, name: str, value: str) -> str:
@@ -90,6 +91,8 @@ class Language:
     saturated_sum  name of the helper of a multiply-add that is limited to 0..1, (factor, factor, summand), where it is
                   one instruction which the compiler does not make of `saturated`; "" elsewhere
     fused         whether multiply-adds are calls of `multiply_add`; elsewhere compilers decide
+    leaving       (cosine, 0) -> lines that return 0 at once for a cosine that is not positive, NaN included, on the
+                  processors where that is cheaper than to choose at the end
     returned      an expression -> the statement that returns it
     function      (header, statements) -> a function
     logic         its words for and, or, not, true and false
@@ -120,6 +123,7 @@ class Language:
     saturated: Callable[[str], str] = "clamp({}, 0.0, 1.0)".format
     saturated_sum: str = ""
     fused: bool = False
+    leaving: Callable[[str, str], list[str]] = lambda cosine, dark: []
     returned: Callable[[str], str] = "return {};".format
     function: Callable[[str, list[str]], str] = braced
     logic: Mapping[str, str] = field(

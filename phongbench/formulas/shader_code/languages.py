@@ -126,6 +126,8 @@ _C_HELPERS = {
     "#if defined(__x86_64__) || defined(_M_X64)\n    return x > least ? x * x : 0;\n#else\n    (void)least;\n"
     "    {0} above = x > 0 ? x : 0;\n    return above * above;\n#endif\n}}",
 }
+#: microcontrollers without vectors, where a branch is less than a choice and spares the rest
+_SCALAR = "#if defined(__ARM_ARCH_PROFILE) && __ARM_ARCH_PROFILE == 'M' && !defined(__ARM_FEATURE_MVE)"
 C = Language(
     "c", "float", "int", ("const float", "{}[3]"), suffixes=("h",),
     literal="{}f".format, declared=c_declared,
@@ -142,6 +144,7 @@ C = Language(
     preamble="#include <math.h>\n#include <string.h>",
     components=("[0]", "[1]", "[2]"),
     gpu=False,
+    leaving=lambda cosine, dark: [_SCALAR, f"if (!({cosine} > {dark})) return {dark};", "#endif"],
     precisions={
         FLOAT16: {  # its functions are those of float, which are rounded
             "float_type": "_Float16", "direction": ("const _Float16", "{}[3]"), "literal": "{}f16".format,

@@ -48,6 +48,7 @@ class Writer:
     lines     statements so far
     called    functions of the language that they call, in GLSL's words
     helpers   text of functions that the language lacks and that were called
+    numbers_where_lit  names that are numbers wherever the gate lets light through: of the cosine and its multiples
     """
 
     def __init__(self, language: Language, table: Any = None, *, limited: bool = True) -> None:
@@ -55,6 +56,7 @@ class Writer:
         self.lines: list[str] = []
         self.called: set[str] = set()
         self.helpers: dict[str, str] = {}
+        self.numbers_where_lit: set[str] = set()
         self._names = {"highlight", "TABLE", *BUILT_IN}
 
     # bodies
@@ -126,16 +128,19 @@ class Writer:
         """min(value, most)."""
         if high_of(value) <= most:
             return value
-        return self.function("min", [value, most]) if self.language.gpu else self._chosen_end(value, "<", most)
+        return self.function("min", [value, most]) if self.language.gpu else self.chosen_end(value, "<", most)
 
     def positive(self, value: Value) -> Value:
         """max(value, 0)."""
         if self.language.gpu or low_of(value) >= 0.0:
             return self.largest(value, 0.0)
-        return self._chosen_end(value, ">", 0.0)
+        return self.chosen_end(value, ">", 0.0)
 
-    def _chosen_end(self, value: Value, order: str, end: float) -> Term:
-        """A maximum or minimum by a choice, which compilers of processors know better than their libraries' calls."""
+    def chosen_end(self, value: Value, order: str, end: float) -> Term:
+        """A maximum or minimum by a choice, which compilers of processors know better than their libraries' calls.
+
+        NaN gives the end: only such a choice is one instruction everywhere.
+        """
         text, other = self.within(self.named("x", value), SUM), self.term(end).text
         low, high = low_of(value), high_of(value)
         low, high = (max(low, end), high) if order == ">" else (low, min(high, end))
@@ -163,6 +168,8 @@ class Writer:
         term, name = self.term(value), self.name(hint)
         kind = {"float": self.language.float_type, "int": self.language.integer_type}.get(term.kind, "bool")
         self.lines.append(self.language.declared(kind, name, term.text))
+        if isinstance(value, Affine) and value.base.text in self.numbers_where_lit:
+            self.numbers_where_lit.add(name)
         return Term(name, ATOM, term.kind, term.low, term.high, whole=value.whole)
 
     def term(self, value: Value) -> Term:

@@ -38,7 +38,7 @@ def errors_of(study: Rows) -> pd.DataFrame:
 
 
 def differences(study: Rows) -> Plate | Absent:
-    """The test card by three formulas, and the difference of each to exact Phong, amplified."""
+    """The test card by three formulas, and the difference of each to exact Phong, on one scale."""
     if errors_of(study).empty:
         return MISSING
     shown = scene_images.formulas(size=SIZE)
@@ -46,8 +46,8 @@ def differences(study: Rows) -> Plate | Absent:
     errors = [f"{row['formula']} is off by {row['max_codes']} codes at most" for row in records(data)]
     sentence = f"On a card of spheres from α\u00a0=\u00a02 to 4096, {listed(errors)}."
     alt = (
-        "Pictures of twelve spheres of growing shininess, drawn by three formulas, each beside its amplified "
-        f"difference to exact Phong. {sentence}"
+        "Pictures of twelve spheres of growing shininess, drawn by three formulas, each beside its difference to "
+        f"exact Phong, all on one scale. {sentence}"
     )
     return Plate(scene_images.figure_of(shown, native=True), data, sentence, alt, shown.note, COMMAND)
 

@@ -17,7 +17,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from phongbench.formulas.formula import Formula
-from phongbench.scenes import images
+from phongbench.scenes import images, triples
 from phongbench.scenes.render import render
 from phongbench.scenes.scene import Mesh, Scene
 from phongbench.scenes.scene_files import read_scene
@@ -42,6 +42,7 @@ class Sheet:
     note     what they show, for the foot
     facts    a record for each picture, for a table
     height   inches of a row
+    scale    whether the scale of differences stands below
     """
 
     pictures: Sequence[Codes]
@@ -50,6 +51,7 @@ class Sheet:
     note: str
     facts: Sequence[dict[str, Any]] = ()
     height: float = 2.7
+    scale: bool = False
 
 
 def depths(scene_name: str = "chequerboard", deepest: int = 3, size: tuple[int, int] = SIZE) -> Sheet:
@@ -83,21 +85,20 @@ def interpolation(degrees: Sequence[float] = (44.0, 21.0, 5.0)) -> Sheet:
 
 
 def formulas(scene_name: str = "test-card", size: tuple[int, int] = SIZE) -> Sheet:
-    """Exact Phong, some formulas, and the difference of each, enlarged."""
+    """Some formulas, and the difference of each to exact Phong, all on one scale."""
     scene = read_scene(scene_name)
     exact = render(scene, size=size, specular=Formula()).picture
     pictures, titles = [], []
     facts: list[dict[str, Any]] = []
     for formula in SHOWN:
         other = render(scene, size=size, specular=formula).picture
-        factor, error = images.amplification(exact, other), images.compare(exact, other, flip=False)
-        shown = np.clip(factor * np.abs(image_files.encoded(other) - image_files.encoded(exact)), 0, 1)
+        error = images.compare(exact, other, flip=False)
         name = str(formula)
-        facts.append({"scene": scene.name, "formula": name, "amplification": factor, **error.as_dict()})
-        pictures += [image_files.codes(other), (255 * shown + 0.5).astype(np.uint8)]
-        titles += [name, f"difference to exact Phong × {factor:g}; at most {error.max_codes} codes"]
-    note = f"scene {scene.name}: α doubles from 2 to 4096 in reading order; differences of sRGB values as shown"
-    return Sheet(pictures, titles, 2, note, facts)
+        facts.append({"scene": scene.name, "formula": name, **error.as_dict()})
+        pictures += [image_files.codes(other), triples.shades(triples.difference(exact, other))]
+        titles += [name, f"difference to exact Phong: at most {error.max_codes} codes"]
+    note = f"scene {scene.name}: α doubles from 2 to 4096 in reading order; differences of sRGB values, in codes of 255"
+    return Sheet(pictures, titles, 2, note, facts, scale=True)
 
 
 #: file name -> what draws it
@@ -123,7 +124,7 @@ def figure_of(sheet_of: Sheet, *, native: bool = False) -> Figure:
     native  for a page: the pixels as they are, which a reader's screen scales, and no note, which the page has itself
     """
     columns, rows = sheet_of.columns, -(-len(sheet_of.pictures) // sheet_of.columns)
-    below = 0.05 if native else 0.35
+    below = (0.05 if native else 0.35) + 0.45 * sheet_of.scale
     tall = sheet_of.height * rows + below - 0.05
     figure, axes = sheet(
         tall, rows, columns, left=0.01, right=0.99, top=1 - 0.3 / tall, bottom=below / tall, wspace=0.03, hspace=0.14
@@ -132,9 +133,26 @@ def figure_of(sheet_of: Sheet, *, native: bool = False) -> Figure:
         one.imshow(picture, interpolation="none" if columns == 3 or native else "antialiased")
         one.set_title(title, fontsize=9)
         one.set_axis_off()
+    if sheet_of.scale:
+        _scale(figure, tall, below)
     if not native:
         footnote(figure, sheet_of.note)
     return figure
+
+
+def _scale(figure: Figure, tall: float, below: float) -> None:
+    """The scale of differences below the pictures, as wide as they are.
+
+    tall, below  inches of the figure, and of what lies below the pictures
+    """
+    axes = figure.add_axes((0.01, (below - 0.17) / tall, 0.98, 0.1 / tall))
+    axes.imshow(triples.bar(512), aspect="auto", extent=(0.0, 1.0, 0.0, 1.0))
+    axes.set_yticks([])
+    axes.grid(visible=False)
+    places = np.linspace(0.0, 1.0, len(triples.TICKS))
+    axes.set_xticks(places, [*triples.TICKS[:-1], f"{triples.TICKS[-1]} codes"], fontsize=7.5)
+    for label, place in zip(axes.get_xticklabels(), places, strict=True):
+        label.set_horizontalalignment("left" if place == 0 else "right" if place == 1 else "center")
 
 
 def png(sheet_of: Sheet) -> bytes:

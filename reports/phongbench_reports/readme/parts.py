@@ -12,8 +12,9 @@ from phongbench.errors import InputError
 
 README = "README.md"
 DOCS = "reports/docs"
-#: the parts that `make soak` writes; `make docs` writes all others
-SOAKED = ("disk_faults", "kills")
+#: the parts that `make soak` and `make mutate` write, by page; `make docs` writes all others
+SOAKED, MUTATED = ("disk_faults", "kills"), ("mutations", "survivors")
+ATTACKED = dict.fromkeys(SOAKED, "soak") | dict.fromkeys(MUTATED, "mutate")
 #: page -> its generated parts
 PAGES: Mapping[str, tuple[str, ...]] = {
     README: ("pictures", "targets", "raw_answer", "glossary"),
@@ -23,6 +24,7 @@ PAGES: Mapping[str, tuple[str, ...]] = {
     f"{DOCS}/speed.md": ("verdict", "speed", "raw", "peers", "alarms", "throughput", "times", "machine"),
     f"{DOCS}/claims.md": ("claims",),
     f"{DOCS}/studies.md": SOAKED,
+    f"{DOCS}/soaks.md": MUTATED,
     f"{DOCS}/pictures.md": ("scenes",),
     f"{DOCS}/service.md": ("service",),
 }
@@ -72,7 +74,7 @@ def problems(root: Path) -> list[str]:
     """What pages and pictures lack: empty parts, and pictures that are absent or too large."""
     texts = read(root)
     empty = [name for name, body in parts_of(texts).items() if not body]
-    lacking = [f"the part {name} is empty; `make {'soak' if name in SOAKED else 'docs'}` fills it" for name in empty]
+    lacking = [f"the part {name} is empty; `make {ATTACKED.get(name, 'docs')}` fills it" for name in empty]
     for page, text in texts.items():
         for name in sorted(set(re.findall(r'(?:src|srcset)="([^"]+)"', text))):
             file = Path(os.path.normpath((root / page).parent / name))

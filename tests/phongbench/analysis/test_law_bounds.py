@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from phongbench.analysis.law_bounds import rounding_bound
 from phongbench.analysis.recommend import recommend
 from phongbench.errors import InputError
+from phongbench.formulas.rounding_law import rounding_bound
 
 CODE = 1 / 255
 

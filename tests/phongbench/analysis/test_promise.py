@@ -14,13 +14,13 @@ import pytest
 from adversary import FORMULAS, WAYS, Attack, Machine, raw_pairs, worst
 
 from phongbench.analysis.error_budget import Budget
-from phongbench.analysis.law_bounds import rounding_bound
 from phongbench.analysis.promises import promise
 from phongbench.analysis.recommend import recommend
 from phongbench.compiler import elementary
 from phongbench.formulas.citations import Source
 from phongbench.formulas.formula import Formula
 from phongbench.formulas.registry import REGISTRY
+from phongbench.formulas.rounding_law import rounding_bound
 from phongbench.formulas.spec import Approximation, Cost
 from phongbench.inputs.plan import Plan, preset
 from phongbench.results import runs

@@ -40,6 +40,23 @@ def test_compiled_it_gives_what_the_kernel_gives(
     np.testing.assert_allclose(values, expected, rtol=1e-4, atol=4 * setting.exponent * 2.0**-24)
 
 
+@pytest.mark.parametrize("spelling", ["gaussian:dot", "gaussian-quadratic:dot", "lyon:cross:8", "phong/squared"])
+def test_what_leaves_early_on_cores_without_vectors_changes_nothing(spelling: str, tmp_path: Path) -> None:
+    a, b = pairs(ALPHA)
+    a, b = np.concatenate([a, a, -a, a[:9]]), np.concatenate([b, 1.3 * b, b, b[:9]]).astype(np.float32)
+    a[-9:-6, 0], b[-6:-3, 1], a[-3:] = np.nan, np.inf, 0.0
+    text = shader(Formula.parse(spelling), ALPHA, Options("c")).text
+    texts = {"vectors": text, "scalar": f"#define __ARM_ARCH_PROFILE 'M'\n{text}"}
+    for name in texts:
+        (tmp_path / name).mkdir()
+    both = [built("c", text, tmp_path / name)(a, b) for name, text in texts.items()]
+    np.testing.assert_array_equal(*both)
+    behind = (a[:-9].astype(np.float64) * b[:-9]).sum(axis=1) < -1e-6
+    assert behind.any()
+    assert (both[0][:-9][behind] == 0).all()
+    assert (both[0][-9:-6] == 0).all(), "NaN is dark"
+
+
 @pytest.mark.parametrize("language", LANGUAGES)
 @pytest.mark.parametrize(("name", "form", "space"), CASES)
 def test_nothing_of_python_is_left(name: str, form: str, space: str, language: str) -> None:

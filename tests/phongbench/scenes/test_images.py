@@ -82,19 +82,6 @@ def test_pictures_of_different_size_are_refused() -> None:
         images.compare(grey(0, 1), grey(0, 1, 1))
 
 
-def test_a_triple_shows_both_and_their_difference_enlarged() -> None:
-    exact, other = grey(0.0, 0.5), grey(0.0, 0.48)
-    factor = images.amplification(exact, other)
-    largest = float(np.abs(image_files.encoded(exact) - image_files.encoded(other)).max())
-    assert 0.5 < factor * largest <= 1
-    assert math.log2(factor) == int(math.log2(factor))
-    row = images.triple(exact, other)[0]
-    assert (row[:2] == image_files.codes(exact)[0]).all()
-    assert (row[10:12] == image_files.codes(other)[0]).all()
-    assert row[20, 0] == 0
-    assert row[21, 0] == int(255 * factor * largest + 0.5)
-
-
 def test_files_hold_what_was_drawn(tmp_path: Path) -> None:
     picture = np.random.default_rng(1).random((4, 6, 3), np.float32) * 1.5
     image_files.save(tmp_path / "new" / "a.png", picture)

@@ -1,6 +1,7 @@
 """`phongbench render`: a picture, and what was left out of the work."""
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -57,7 +58,19 @@ def test_a_formula_is_compared_with_exact_phong(tmp_path: Path) -> None:
     told = json.loads(done.stdout)
     assert told["specular"] == "lyon:dot:8"
     assert 0 < told["error"]["max_abs"] < 0.5
-    assert size(tmp_path / "t.png") == (3 * 64 + 2 * 8, 36)
+    width, height = size(tmp_path / "t.png")
+    assert width > 3 * 64
+    assert height > 36
+
+
+def test_people_read_a_line_for_each_error_rounded_and_with_its_unit(tmp_path: Path) -> None:
+    small = ("--size", "64x36", "--compare", "--out", tmp_path / "t.png")
+    shown, told = (render("test-card", "--specular", "lyon:dot:8", *small, *more) for more in ((), ("--json",)))
+    lines, error = shown.stdout.splitlines(), json.loads(told.stdout)["error"]
+    assert any(re.fullmatch(rf"largest error +{error['max_codes']} codes of 255", line) for line in lines)
+    assert any(re.fullmatch(rf"pixels off by a code +{error['visible']:.2%}", line) for line in lines)
+    assert any(re.fullmatch(r"size +64 x 36 pixels", line) for line in lines)
+    assert any(re.fullmatch(r"PSNR +inf dB", line) for line in render("test-card", *small).stdout.splitlines())
 
 
 def test_the_bench_tells_what_each_skip_saves() -> None:

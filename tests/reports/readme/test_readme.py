@@ -60,7 +60,7 @@ def made_is_found(made: Any, monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.usefixtures("made_is_found")
 def test_every_part_is_filled_and_the_rest_stays(measured: Path) -> None:
-    write(measured, {"times": bench_parts.times(WALLS), **dict.fromkeys(parts.SOAKED, "counted by make soak")})
+    write(measured, {"times": bench_parts.times(WALLS), **dict.fromkeys(parts.ATTACKED, "counted by make soak")})
     found = CliRunner().invoke(main, ["--run", "latest", "--root", str(measured)])
     assert found.exit_code == 0, found.output
     assert found.stderr.split() == list(program.STEPS)
