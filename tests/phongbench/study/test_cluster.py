@@ -13,11 +13,10 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from phongbench.errors import InputError, MeasurementError
+from phongbench.errors import InputError
 from phongbench.inputs.plan import Plan, preset
 from phongbench.results import runs
 from phongbench.study import run as study
-from phongbench.study.cluster import engine
 from phongbench.study.cluster.engine import Cluster
 from phongbench.support.progress import Progress
 
@@ -105,16 +104,6 @@ def test_two_workers_one_killed_give_the_rows_of_one_machine(plan: Plan, whole: 
     assert found.manifest["cluster"]["shards"] > 1
 
 
-def test_a_killed_scheduler_is_told_and_what_is_done_is_kept(plan: Plan, whole: runs.Run, tmp_path: Path) -> None:
-    with (
-        cluster(tmp_path, 1) as (address, processes),
-        pytest.raises(MeasurementError, match="the cluster is lost") as caught,
-    ):
-        study.run_study(plan, tmp_path / "run", engine=Cluster(address), progress=Kill(processes[0]))
-    assert "--resume" in str(caught.value)
-    _same(study.run_study(plan, tmp_path / "run", resume=True).run, whole)
-
-
 def test_a_worker_with_other_arithmetic_is_refused_by_name(plan: Plan, tmp_path: Path) -> None:
     with cluster(tmp_path, 1, NUMBA_CPU_NAME="x86-64", NUMBA_CPU_FEATURES="") as (address, _):
         refused = pytest.raises(InputError, match=r"tcp://.*would not give this machine's bits: cpu x86-64 instead of")
@@ -133,11 +122,3 @@ def test_two_processes_here_are_compared_with_each_other(plan: Plan, whole: runs
 def test_what_is_no_cluster_is_refused(address: str) -> None:
     with pytest.raises(InputError, match="is no cluster"):
         Cluster(address)
-
-
-def test_where_no_scheduler_answers_it_is_said(plan: Plan, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    with pytest.raises(InputError, match="no scheduler answers"):
-        study.run_study(plan, tmp_path / "run", engine=Cluster("tcp://127.0.0.1:9"))
-    monkeypatch.setattr(engine, "PATIENCE", 1.0)
-    with cluster(tmp_path, 0) as (address, _), pytest.raises(MeasurementError, match="no worker came"):
-        study.run_study(plan, tmp_path / "run", resume=True, engine=Cluster(address))
