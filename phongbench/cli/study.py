@@ -106,13 +106,12 @@ def run(
     given["command"] = ("phongbench", *sys.argv[1:])
     if dry_run:
         _forecast(wanted, registry, cores or jobs, as_json)
-        return
-    if shard and not cluster:
+    elif shard and not cluster:
         measure_shard(wanted, shard, out, files, given, as_json)
-        return
-    given["engine"] = cluster_engine(cluster, shard, files)
-    given |= {"build_report": None if no_report else build_report, "files": names}
-    _measure(wanted, out, given, as_json, verbose)
+    else:
+        given["engine"] = cluster_engine(cluster, shard, files)
+        given |= {"build_report": None if no_report else build_report, "files": names}
+        _measure(wanted, out, given, as_json, verbose)
 
 
 def _measure(plan: Any, out: Path | None, given: dict[str, Any], as_json: bool, verbose: bool) -> None:

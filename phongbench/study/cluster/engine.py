@@ -197,7 +197,7 @@ def _checked(address: str) -> str:
 
     if find_spec("distributed") is None:
         raise InputError("Dask is not installed", "--cluster", "pip install 'phongbench[cluster]'")
-    known = re.fullmatch(r"local:[1-9][0-9]{0,3}|(tcp|tls|ws|wss|ucx)://\S+|[\w.-]+:[0-9]+", address)
+    known = re.fullmatch(r"local:[1-9][0-9]{0,3}|(tcp|tls|ws|wss|ucx)://\S+|(?!local:)[\w.-]+:[0-9]+", address)
     if not known and not Path(address).is_file():
         fix = "give tcp://host:8786, the file of `dask scheduler --scheduler-file`, or local:4"
         raise InputError(f"{address!r} is no cluster", "--cluster", fix)
