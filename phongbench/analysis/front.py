@@ -19,7 +19,7 @@ from phongbench.formulas.formula import Formula
 from phongbench.inputs.strata import CONFIGURATIONS
 from phongbench.results.provenance import fingerprint_machine
 from phongbench.results.runs import DEFAULT_ROOT, Run, as_given, intact, strongest
-from phongbench.results.schema import CELL, CPU, ERROR_METRICS, INPUT, KERNEL
+from phongbench.results.schema import CASE, CELL, CPU, ERROR_METRICS, INPUT, KERNEL
 from phongbench.targets.measured import Shelf
 
 COLUMNS = [*CELL, "error", "ns", "ratio", "ratio_low", "ratio_high", "state"]
@@ -53,7 +53,9 @@ def errors_at(
     alphas = exponents.measured(accuracy["alpha"].unique())
     unit = (accuracy["perturbation"] == "none") & (accuracy["length_error"] == 0.0) & accuracy["gated"].astype(bool)
     meant = (accuracy["stratum"] == stratum) & (accuracy["precision"] == precision) & (accuracy["truth"] == "angle")
-    rows = strongest(accuracy.loc[unit & meant & accuracy["alpha"].isin(alphas)])[[*CELL, *INPUT, metric]]
+    told = [*CELL, *INPUT, metric]
+    needed = [name for name in accuracy.columns if name in {*told, *CASE, "coverage"}]  # a third of what there is
+    rows = strongest(accuracy.loc[unit & meant & accuracy["alpha"].isin(alphas), needed])[told]
     return worst_of(whole_or_any(rows, exponents).rename(columns={metric: "error"}))
 
 

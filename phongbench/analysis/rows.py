@@ -201,8 +201,9 @@ class Rows:
         """
         key = (alpha, precision)
         if key not in self._fronts:
-            rows = at(self.highlight, space="reflect")
-            self._fronts[key] = front(rows, self.timing, alpha=alpha, precision=precision, working_set=self.working_set)
+            self._fronts[key] = front(
+                self._mirrored, self.timing, alpha=alpha, precision=precision, working_set=self.working_set
+            )
         return self._fronts[key]
 
     def choice(self, alpha: float, precision: str, max_error: float) -> Choice:
@@ -212,6 +213,11 @@ class Rows:
             judge = promised(Budget.of(alpha, max_error, precision=precision), installed())
             self._choices[key] = choose(self.front(alpha, precision), max_error, judge)
         return self._choices[key]
+
+    @cached_property
+    def _mirrored(self) -> pd.DataFrame:
+        """Of `highlight`, the formulas of (R, V)."""
+        return at(self.highlight, space="reflect")
 
     @cached_property
     def _choices(self) -> dict[tuple[float, str, float], Choice]:

@@ -9,6 +9,7 @@ from importlib.metadata import version
 import llvmlite.binding as llvm
 
 from phongbench.compiler import jit
+from phongbench.compiler.late_numba import prefer_wide_vectors
 from phongbench.results.provenance import fingerprint_code, versions
 
 #: the largest difference of features that is told in full
@@ -21,6 +22,7 @@ def arithmetic() -> Mapping[str, str]:
 
     cpu, features  that kernels are compiled for: the machine's own, or what NUMBA_CPU_NAME and NUMBA_CPU_FEATURES say
     """
+    prefer_wide_vectors()
     known = versions()
     return {
         "code": fingerprint_code(),

@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from phongbench.compiler import jit
+from phongbench.compiler.late_numba import prefer_wide_vectors
 from phongbench.results.machine import Machine, cpu_words, machine
 
 _PACKAGES = ("numpy", "numba", "llvmlite", "pandas", "pyarrow", "phongbench")
@@ -149,6 +150,7 @@ def versions() -> Versions:
 
 def flags() -> Flags:
     """How kernels are compiled in this process."""
+    prefer_wide_vectors()
     words, features = cpu_words("flags"), os.environ.get("NUMBA_CPU_FEATURES", "")
     wide = "avx512f" in words and "-prefer-256-bit" in features
     bits = 512 if wide else 256 if "avx" in words else 128

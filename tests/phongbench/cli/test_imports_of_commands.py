@@ -9,7 +9,8 @@ from typing import Any
 
 import pytest
 
-COMPILER = {"llvmlite", "numba", "scipy"}
+#: not llvmlite: its list of the processor's features tells whether two machines are of one kind
+COMPILER = {"numba", "scipy"}
 TABLES = {"pandas", "pyarrow"}
 OTHERS = {"fastapi", "jinja2", "matplotlib", "mpmath"}
 WITHOUT = [
@@ -44,6 +45,22 @@ def test_a_command_imports_what_its_answer_needs(
     imported = {name.partition(".")[0] for name in done.stderr.rpartition("modules:")[2].split()}
     assert "phongbench" in imported
     assert not spared & imported
+
+
+def test_the_machine_is_the_same_before_and_after_numba_is_loaded() -> None:
+    """Or a run's times would be another machine's to whoever reads them without compiling anything."""
+    code = (
+        "import sys\n"
+        "from phongbench.compiler import late_numba\n"
+        "from phongbench.results.arithmetic import arithmetic\n"
+        "from phongbench.results.provenance import flags\n"
+        "before = flags(), dict(arithmetic())\n"
+        "assert 'numba' not in sys.modules\n"
+        "late_numba.load()\n"
+        "arithmetic.cache_clear()\n"
+        "assert before == (flags(), dict(arithmetic()))\n"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)
 
 
 def test_what_waits_for_numba_is_told_once_and_later_things_at_once() -> None:
