@@ -6,9 +6,8 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from click.testing import CliRunner, Result
 
-from phongbench.cli.main import EXIT_CODES, main
+from phongbench.cli.main import EXIT_CODES
 from phongbench.formulas import approximations
 from phongbench.formulas.registry import specs_of
 from phongbench.formulas.spec import Approximation
@@ -19,8 +18,6 @@ from phongbench_reports.readme import column_parts, parts
 ROOT = Path(__file__).resolve().parents[2]
 README, CONTRIBUTING = ROOT / "README.md", ROOT / "CONTRIBUTING.md"
 GUIDE = sorted((ROOT / "reports" / "docs").glob("*.md"))
-STUDIES = ROOT / "reports" / "docs" / "studies.md"
-TINY = ("--alpha", "10", "--gamma", "8", "--precision", "float32", "--samples", "2000")
 
 
 def blocks(file: Path, language: str) -> list[str]:
@@ -32,14 +29,6 @@ def commands(program: str, *files: Path) -> list[str]:
     """The commands of that program shown in console blocks."""
     lines = [line for file in files for block in blocks(file, "console") for line in block.splitlines()]
     return [line.removeprefix("$ ") for line in lines if line.startswith(f"$ {program} ")]
-
-
-@pytest.mark.parametrize("command", sorted(set(commands("phongbench", README, *GUIDE))))
-def test_a_command_shown_is_understood(command: str) -> None:
-    # --help is answered only after every command and option of the line was found, and before anything runs.
-    arguments = shlex.split(command, comments=True)[1:]
-    result = CliRunner().invoke(main, [*arguments, "--help"])
-    assert result.exit_code == 0, result.output
 
 
 @pytest.mark.parametrize("command", sorted(set(commands("make", README, CONTRIBUTING, *GUIDE))))
@@ -115,50 +104,22 @@ def test_the_table_of_exit_codes_is_that_of_the_command() -> None:
 
 
 @pytest.fixture
-def call(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., Result]:
-    """Run a command in an empty folder that holds the file shown in CONTRIBUTING as rational.py."""
-    (tmp_path / "rational.py").write_text(blocks(CONTRIBUTING, "python")[0])
-    monkeypatch.chdir(tmp_path)
-    return lambda *words: CliRunner().invoke(main, list(words))
-
-
-def test_the_commands_of_the_readme_for_an_own_formula_run(call: Callable[..., Result], tmp_path: Path) -> None:
-    listed, measured = [shlex.split(c, comments=True)[1:] for c in commands("phongbench", README) if "--with" in c]
-    assert "rational" in call(*listed).stdout
-    found = call(*measured, *TINY, "--timing-budget", "2", "--out", "study")
-    assert found.exit_code == 0, found.stderr
-    assert "rational" in (tmp_path / "study" / "report" / "index.html").read_text()
-    [script] = [block for block in blocks(STUDIES, "python") if "read_parquet" in block]
-    exec(compile(script, "studies.md", "exec"), {})
-
-
-def test_the_plan_file_of_the_guide_is_taken(call: Callable[..., Result], tmp_path: Path) -> None:
-    (tmp_path / "plan.toml").write_text(blocks(STUDIES, "toml")[0] + 'approximations = ["lyon"]\n')
-    found = call("run", "plan.toml", *TINY, "--dry-run")
-    assert found.exit_code == 0, found.stderr
-
-
-def test_materials_give_the_exponents_of_a_study(call: Callable[..., Result], tmp_path: Path) -> None:
-    (tmp_path / "scene.mtl").write_text("newmtl gold\nNs 51.2\nnewmtl chalk\nNs 0\n")
-    bare = ("--no-timing", "--no-report", "--probe", "none")
-    found = call("run", "--materials", "scene.mtl", "--only", "lyon", *TINY[2:], *bare, "--out", "study")
-    assert found.exit_code == 0, found.stderr
-    assert "51.2" in call("show", "study").stdout
+def rational(tmp_path: Path) -> Path:
+    """The file shown in CONTRIBUTING, in a folder of its own."""
+    file = tmp_path / "rational.py"
+    file.write_text(blocks(CONTRIBUTING, "python")[0])
+    return file
 
 
 @pytest.mark.parametrize("check", CHECKS, ids=lambda check: check.__name__.removeprefix("check_"))
-def test_the_example_of_contributing_passes_every_check(
-    call: Callable[..., Result], check: Callable[[Approximation], None]
-) -> None:
-    (spec,) = load_file("rational.py")
+def test_the_example_of_contributing_passes_every_check(rational: Path, check: Callable[[Approximation], None]) -> None:
+    (spec,) = load_file(rational)
     check(spec)
 
 
-def test_the_example_of_contributing_is_taken_as_one_of_ours(
-    call: Callable[..., Result], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_example_of_contributing_is_taken_as_one_of_ours(rational: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     # One file in the folder and one name in FAMILIES: the rest is what the package does with each of its own.
-    monkeypatch.setattr(approximations, "__path__", [*approximations.__path__, str(tmp_path)])
+    monkeypatch.setattr(approximations, "__path__", [*approximations.__path__, str(rational.parent)])
     (spec,) = specs_of("rational")
     assert spec.name == "rational"
     assert spec.kernel.__module__ == "phongbench.formulas.approximations.rational"

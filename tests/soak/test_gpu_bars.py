@@ -60,4 +60,5 @@ def test_what_a_device_does_not_tell_is_a_fault_and_the_rest_is_kept() -> None:
 
     found = soak(2, 2, failing)
     assert (found.ordered, found.twins) == (2, 2)
-    assert len(found.faults) == 1 and "the device is lost" in found.faults[0]
+    assert len(found.faults) == 1
+    assert "the device is lost" in found.faults[0]
