@@ -96,7 +96,8 @@ def bench(names: tuple[str, ...] | None, budget: float, as_json: bool) -> None:
 
     All run interleaved on one thread over the same vectors, one Python call a pass, and their results are checked.
     Peers that are not installed are said to be absent; the extra `peers` brings them. The sweep's throughput against
-    plain NumPy is measured too.
+    plain NumPy is measured too. Beside the time of our loops stands the least that their code can take on this machine,
+    by its multiply-adds, its vector operations and its bytes.
     """
     from phongbench.benchmarks.kernel_bench import bench
     from phongbench.cli.answer_tables import bench_tables

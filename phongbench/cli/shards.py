@@ -9,6 +9,7 @@ import click
 
 from phongbench.cli.common import JSON, PATH, WITH, facts, say, show
 from phongbench.cli.study_answers import SOME_CELLS_FAILED, build_report, exit_on_failures, summary
+from phongbench.errors import InputError
 
 #: the option of commands whose rows must be those of other machines
 CPU_NAME = click.option(
@@ -22,6 +23,17 @@ def pin_processor(name: str | None) -> None:
         from phongbench.support.processor import pin
 
         pin(name)
+
+
+def cluster_engine(address: str | None, shard: str | None, files: Sequence[Path]) -> Any:
+    """What measures a sweep on the cluster at an address; None without one."""
+    if address is None:
+        return None
+    if shard:
+        raise InputError("a shard is measured by one machine", "--cluster", "leave out --shard or --cluster")
+    from phongbench.study.cluster.engine import Cluster
+
+    return Cluster(address, files)
 
 
 def shard_in(folder: Path) -> str | None:

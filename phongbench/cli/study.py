@@ -8,7 +8,7 @@ from typing import Any
 import click
 
 from phongbench.cli.common import JSON, PATH, ROOT, WITH, CommaList, ExponentList, facts, notes, show
-from phongbench.cli.shards import CPU_NAME, measure_shard, pin_processor, shard_in
+from phongbench.cli.shards import CPU_NAME, cluster_engine, measure_shard, pin_processor, shard_in
 from phongbench.cli.study_answers import build_report, exit_on_failures, summary
 from phongbench.errors import InputError
 
@@ -41,6 +41,9 @@ from phongbench.errors import InputError
 @click.option("--no-report", is_flag=True, help="Do not draw the report.")
 @click.option("--timing-budget", type=float, metavar="SECONDS", help="How long the timing may take.")
 @click.option("--jobs", type=click.IntRange(min=1), help="Threads.  [default: all cores]")
+@click.option(
+    "--cluster", metavar="ADDRESS|local:N", help="Sweep on a Dask cluster: its scheduler, its file, or N processes."
+)
 @click.option("--shard", metavar="I/N", help="Measure one of N parts of the sweep; `phongbench merge` joins them.")
 @CPU_NAME
 @click.option("--resume", is_flag=True, help="Go on with the interrupted run in --out, by the plan it keeps.")
@@ -58,6 +61,7 @@ def run(
     no_timing: bool,
     no_report: bool,
     jobs: int | None,
+    cluster: str | None,
     shard: str | None,
     cpu_name: str | None,
     resume: bool,
@@ -102,12 +106,12 @@ def run(
     given["command"] = ("phongbench", *sys.argv[1:])
     if dry_run:
         _forecast(wanted, registry, cores or jobs, as_json)
-        return
-    if shard:
+    elif shard and not cluster:
         measure_shard(wanted, shard, out, files, given, as_json)
-        return
-    given |= {"build_report": None if no_report else build_report, "files": names}
-    _measure(wanted, out, given, as_json, verbose)
+    else:
+        given["engine"] = cluster_engine(cluster, shard, files)
+        given |= {"build_report": None if no_report else build_report, "files": names}
+        _measure(wanted, out, given, as_json, verbose)
 
 
 def _measure(plan: Any, out: Path | None, given: dict[str, Any], as_json: bool, verbose: bool) -> None:

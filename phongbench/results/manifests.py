@@ -126,6 +126,7 @@ _OPTIONAL: Mapping[str, Callable[[Any], bool]] = {
     "failures": _table,
     "probes": _table,
     "shard": _shard,
+    "cluster": lambda value: isinstance(value, dict) and all(map(_whole, value.values())),
     "merged": lambda value: isinstance(value, list) and all(map(_table, value)),
     "seconds": lambda value: isinstance(value, dict) and all(type(v) in _NUMBER for v in value.values()),
 }

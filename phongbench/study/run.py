@@ -32,8 +32,9 @@ from phongbench.support import process
 from phongbench.support.process import seldom_collected
 from phongbench.support.progress import Progress, Reached
 
-#: what measures the batches of a sweep that are not done, called as `sweep.run` is; in any order of the batches
-Engine = Callable[..., Iterator[Measured]]
+#: what measures the batches of a sweep that are not done, called as `sweep.run` is; in any order of the batches.
+#: What it knows of a cluster is its attribute `facts`
+Engine = Callable[..., Iterator[Measured | pd.DataFrame]]
 
 
 @dataclass
@@ -198,6 +199,8 @@ class _Study:
         engine = self.engine or sweep.run
         measured = engine(self.sweep, jobs=self.jobs, done=done, progress=self.progress.advance)
         sweep_parts.keep(self.path, parts, measured)
+        if facts := getattr(engine, "facts", None):
+            self.manifest["cluster"] = facts
         self.progress.stage("making the accuracy rows")
         accuracy, worst = tables.accuracy(self.sweep, parts), tables.worst(self.sweep, parts)
         note, detail = self.progress.note, self.progress.detail

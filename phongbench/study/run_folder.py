@@ -92,12 +92,12 @@ def begin(
 ) -> dict[str, Any]:
     """What the folder says of a run that begins, or goes on under the name that it has: its manifest, written.
 
-    more  further keys of the manifest; of a run that goes on, `merged` stays
+    more  further keys of the manifest; of a run that goes on, `merged` and `cluster` stay
     """
     if (path / runs.MANIFEST).exists():
         before = runs.load(path)
         run_id = before.id
-        more = {key: before.manifest[key] for key in ("merged",) if key in before.manifest} | more
+        more = {key: before.manifest[key] for key in ("merged", "cluster") if key in before.manifest} | more
     elif runs.RUN_ID.match(path.name):
         run_id = path.name
     manifest: dict[str, Any] = {

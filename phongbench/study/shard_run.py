@@ -94,7 +94,7 @@ def run_shard(
     path = out or runs.DEFAULT_ROOT / f"{run_id}-{name.index}-{name.count}"
     with locked(path), run_folder.resumable(path), process.heeded() as check:
         prepared = sweep.prepare(plan, registry)
-        blocks = shards.cut(prepared, name.count)[name.index - 1]
+        blocks = shards.cut(prepared.batches, name.count)[name.index - 1]
         parts = run_folder.prepare(path, plan, fresh=fresh, resume=resume, shard=str(name))
         mine = own_arithmetic(own)
         told = runs.load(path).manifest["shard"] if (path / runs.MANIFEST).exists() else None

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from itertools import accumulate, pairwise
 
 from phongbench.accuracy.batches import Batch
-from phongbench.accuracy.sweep import SLAB, Sweep, slabs
+from phongbench.accuracy.sweep import SLAB, slabs
 from phongbench.errors import InputError
 
 #: picoseconds, in whole numbers so that every machine cuts alike: of a pair with its coordinates and exact value, and
@@ -52,12 +52,12 @@ def cost(batch: Batch, start: int) -> int:
     return (min(start + SLAB, batch.samples) - start) * (PAIR_COST + cell * len(batch.cells))
 
 
-def cut(sweep: Sweep, count: int) -> list[list[Block]]:
-    """The blocks of a sweep in `count` runs of about equal cost, none of them empty.
+def cut(batches: Sequence[Batch], count: int) -> list[list[Block]]:
+    """The blocks of these batches in `count` runs of about equal cost, none of them empty.
 
     Raises InputError where there are fewer blocks than shards.
     """
-    blocks: list[Block] = [(batch, start) for batch in sweep.batches for start in slabs(batch)]
+    blocks: list[Block] = [(batch, start) for batch in batches for start in slabs(batch)]
     if count > len(blocks):
         fix = f"at most {len(blocks)}"
         raise InputError(f"{count} shards are more than the plan has blocks of work", "--shard", fix)

@@ -14,7 +14,7 @@ from phongbench.results import checkpoints
 CHECKPOINT_SECONDS, CHECKPOINT_ROWS = 5.0, 10_000
 
 
-def keep(path: Path, parts: list[pd.DataFrame], measured: Iterable[Measured]) -> None:
+def keep(path: Path, parts: list[pd.DataFrame], measured: Iterable[Measured | pd.DataFrame]) -> None:
     """Write finished batches into a run's folder as they come, and add them to `parts`; what is done when an error ends
     the sweep is kept, too.
     """
@@ -22,6 +22,9 @@ def keep(path: Path, parts: list[pd.DataFrame], measured: Iterable[Measured]) ->
     written, rows = time.monotonic(), 0
     try:
         for batch in measured:
+            if isinstance(batch, pd.DataFrame):  # a part already
+                _write(path, parts, batch)
+                continue
             fresh.append(batch)
             rows += batch.rows
             if time.monotonic() - written > CHECKPOINT_SECONDS or rows > CHECKPOINT_ROWS:
@@ -34,7 +37,10 @@ def keep(path: Path, parts: list[pd.DataFrame], measured: Iterable[Measured]) ->
 def append(path: Path, parts: list[pd.DataFrame], fresh: list[Measured]) -> None:
     """Write these batches as the next part, and forget them."""
     if fresh:
-        frame = tables.part(fresh)
-        checkpoints.append_part(path, len(list((path / checkpoints.PARTS).glob("[0-9]*"))), frame)
-        parts.append(frame)
+        _write(path, parts, tables.part(fresh))
         fresh.clear()
+
+
+def _write(path: Path, parts: list[pd.DataFrame], frame: pd.DataFrame) -> None:
+    checkpoints.append_part(path, len(list((path / checkpoints.PARTS).glob("[0-9]*"))), frame)
+    parts.append(frame)

@@ -78,7 +78,7 @@ def copies(measured: Path, tmp_path: Path) -> list[Path]:
 @pytest.mark.parametrize("count", [1, 2, 3, 7, 30])
 def test_shards_are_the_sweep_cut_in_pieces_of_like_cost(plan: Plan, count: int) -> None:
     prepared = sweep.prepare(plan)
-    pieces = shards.cut(prepared, count)
+    pieces = shards.cut(prepared.batches, count)
     everything = [(batch, start) for batch in prepared.batches for start in sweep.slabs(batch)]
     assert [block for piece in pieces for block in piece] == everything
     assert len(pieces) == count
@@ -91,9 +91,9 @@ def test_shards_are_the_sweep_cut_in_pieces_of_like_cost(plan: Plan, count: int)
 def test_as_many_shards_as_blocks_have_one_each_and_more_are_refused(plan: Plan) -> None:
     prepared = sweep.prepare(plan)
     blocks = sum(len(sweep.slabs(batch)) for batch in prepared.batches)
-    assert [len(piece) for piece in shards.cut(prepared, blocks)] == [1] * blocks
+    assert [len(piece) for piece in shards.cut(prepared.batches, blocks)] == [1] * blocks
     with pytest.raises(InputError, match="more than the plan has blocks"):
-        shards.cut(prepared, blocks + 1)
+        shards.cut(prepared.batches, blocks + 1)
 
 
 @pytest.mark.parametrize("text", ["", "0/3", "4/3", "1", "1/0", "-1/3", "1/3/5", "a/b", "1.0/3", "١/3"])
