@@ -64,10 +64,10 @@ def soak(runs: int, twins: int, taken: Measure, step: Callable[[int], None] = la
     if found.twins_resolved > ALARMS * found.twins:
         found.faults.append(f"{found.twins_resolved} of {found.twins} twins were told apart")
     for calls in UNROLLED:
-        times = told(found, taken, codes, SECONDS, 1, calls)
-        for name in ("phong", DOT, *(one.name for one in codes)) if times else ():
-            timed = times.rows.get((name, CONTEXTS[0]))
-            found.unrolled.setdefault(name, {})[calls] = math.nan if timed is None else timed.ns
+        if unrolled := told(found, taken, codes, SECONDS, 1, calls):
+            for name in ("phong", DOT, *(one.name for one in codes)):
+                timed = unrolled.rows.get((name, CONTEXTS[0]))
+                found.unrolled.setdefault(name, {})[calls] = math.nan if timed is None else timed.ns
         step(1)
     found.faults += moved(found.unrolled)
     return found
