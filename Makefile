@@ -31,8 +31,9 @@ help: ## show this list
 run: $(RUN) ## a quick study on this machine; prints what to ship, where the time went and where its report is
 	PHONGBENCH_STARTED=$(BEGAN) $(PY) -m phongbench run
 
+# Tests start many processes that import all packages: what is compiled for one is kept for the others, always.
 test: $(TEST) ## the tests, on all cores
-	$(PY) -m pytest --numprocesses=auto
+	PYTHONDONTWRITEBYTECODE= $(PY) -m pytest --numprocesses=auto
 
 soak: $(TEST) ## for hours: attacked budgets, devices at their worst, random lines and pictures, disk faults, KILLS=1000
 	PHONGBENCH_SOAK=1000 $(PY) -m pytest --numprocesses=auto tests/phongbench/analysis/test_promise.py tests/phongbench/analysis/test_raw_promise.py \

@@ -1,11 +1,17 @@
 """What holds for all tests: nothing of theirs depends on time or on other processes, and how they share the cores."""
 
+import gc
+import importlib
 import os
+import pickle
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager
+from pathlib import Path
 from typing import Any
 
 import pytest
+from filelock import FileLock
 from hypothesis import HealthCheck, settings
 
 #: Folders whose tests share something dear, a warm application, a browser, a report: one process runs all of them.
@@ -39,6 +45,46 @@ def own_temporary_folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[N
         patch.setenv("TMPDIR", folder)
         patch.setattr(tempfile, "tempdir", None)
         yield
+
+
+@pytest.fixture(scope="session")
+def common_folder(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder that all processes of this session of pytest share."""
+    folder = tmp_path_factory.getbasetemp()
+    return folder.parent if hasattr(request.config, "workerinput") else folder
+
+
+@pytest.fixture(scope="session")
+def once(common_folder: Path) -> Callable[[str, Callable[[], Any]], Any]:
+    """Make something dear once for all processes, by (name, make): the first makes and pickles it, others load it."""
+
+    def made(name: str, make: Callable[[], Any]) -> Any:
+        file = common_folder / f"{name}.pickle"
+        with FileLock(f"{file}.lock"):
+            if not file.exists():
+                file.write_bytes(pickle.dumps(make()))
+            return pickle.loads(file.read_bytes())
+
+    return made
+
+
+@pytest.fixture(scope="session")
+def only_figures() -> Callable[..., AbstractContextManager[None]]:
+    """Reports that are built meanwhile have no figures but these, by default two: figures are most of their work.
+
+    For tests that need a report, or look at the rest of its page.
+    """
+
+    @contextmanager
+    def only(*names: str) -> Iterator[None]:
+        build = importlib.import_module("phongbench_reports.build")
+        chosen = tuple(entry for entry in build.FIGURES if entry.name in (names or ("front", "speed")))
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(build, "FIGURES", chosen)
+            patch.setattr(build, "LONG", ())
+            yield
+
+    return only
 
 
 def unit_of(nodeid: str) -> str:
@@ -75,3 +121,10 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 
     if hasattr(config, "workerinput"):
         items.sort(key=place)
+
+
+def pytest_collection_finish() -> None:
+    """Python need not look for garbage among thousands of tests and what they import, nor as often as it does."""
+    gc.collect()
+    gc.freeze()
+    gc.set_threshold(10_000, *gc.get_threshold()[1:])

@@ -5,7 +5,7 @@ import signal
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -65,7 +65,7 @@ def _store(folder: Path, tables: dict[str, pd.DataFrame], plan: dict[str, Any], 
 
 
 @pytest.fixture(scope="session")
-def runs(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def runs(tmp_path_factory: pytest.TempPathFactory, only_figures: Callable[..., AbstractContextManager[None]]) -> Path:
     """A folder with one good run, its report drawn, and one whose accuracy rows have a flipped byte."""
     root = tmp_path_factory.mktemp("service") / "phongbench-runs"
     plan = replace(
@@ -85,7 +85,8 @@ def runs(tmp_path_factory: pytest.TempPathFactory) -> Path:
     stored = {"accuracy": accuracy, "timing": _timing(accuracy)}
     _store(root / RUN, stored, plan.as_dict())
     _store(root / CORRUPT, stored, plan.as_dict())
-    build(results.load(root / RUN), root / RUN / "report")
+    with only_figures():
+        build(results.load(root / RUN), root / RUN / "report")
     flipped = root / CORRUPT / "accuracy.parquet"
     data = bytearray(flipped.read_bytes())
     data[len(data) // 2] ^= 1

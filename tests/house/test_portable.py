@@ -53,7 +53,7 @@ from phongbench.study.run import run_study
 plan = replace(
     preset("quick"), approximations=("phong", "lyon"), alphas=(10.0,), gammas=(8,), lambda_forms=("dot",),
     slopes=("taylor",), spaces=("reflect",), precisions=("float32",), strata=("highlight",), samples=1000, probes=(),
-    timing_budget=1.0,
+    raw=("phong/each",), timing_budget=1.0,
 ).validated()
 run = run_study(plan, Path(sys.argv[1])).run
 print(json.dumps({"damaged": runs.verify(run), "accuracy": len(run.accuracy), "timing": len(run.timing)}))

@@ -43,13 +43,13 @@ def small_plan() -> Plan:
 
 
 @pytest.fixture(scope="session")
-def small_rows(small_plan: Plan) -> pd.DataFrame:
+def small_rows(small_plan: Plan, once: Callable[..., pd.DataFrame]) -> pd.DataFrame:
     """The rows of `small_plan`."""
-    return _swept(small_plan)
+    return once("small_rows", lambda: _swept(small_plan))
 
 
 @pytest.fixture(scope="session")
-def law_rows() -> pd.DataFrame:
+def law_rows(once: Callable[..., pd.DataFrame]) -> pd.DataFrame:
     """Lyon on unit and on wrongly scaled vectors in float64, over the quick preset's exponents.
 
     What the laws speak about.
@@ -66,7 +66,7 @@ def law_rows() -> pd.DataFrame:
         timing=False,
         raw=(),
     ).validated()
-    return _swept(plan)
+    return once("law_rows", lambda: _swept(plan))
 
 
 @pytest.fixture(scope="session")

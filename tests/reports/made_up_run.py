@@ -52,6 +52,12 @@ class MadeUpRun:
         return *first, self.moments, self.cuts, self.incidence, self.incidence_times, self.inverse
 
 
+def categories(rows: pd.DataFrame) -> pd.DataFrame:
+    """The rows, their text as categories."""
+    strings = [name for name in rows.columns if isinstance(rows[name].dtype, pd.StringDtype)]
+    return rows.astype(dict.fromkeys(strings, "category"))
+
+
 def make_run(
     path: Path,
     *,

@@ -41,8 +41,9 @@ def test_help_opens_with_examples(call):
     assert "Examples:" in call("run", "--help").stdout
 
 
-def test_a_run_is_made_listed_shown_verified_and_reported(call, tmp_path):
-    made = call("run", *QUICKLY, "--json")
+def test_a_run_is_made_listed_shown_verified_and_reported(call, tmp_path, only_figures):
+    with only_figures():
+        made = call("run", *QUICKLY, "--json")
     assert made.exit_code == 0, made.stderr
     told = json.loads(made.stdout)
     assert set(told) == {"run", "path", "cells", "evaluations", "seconds", "failed_cells", "violations", "report"}
@@ -53,7 +54,8 @@ def test_a_run_is_made_listed_shown_verified_and_reported(call, tmp_path):
     assert json.loads(call("show", "latest", "--json").stdout)["facts"]["state"] == "complete"
     assert "accuracy rows" in call("show", told["run"]).stdout
     assert call("verify", "latest").exit_code == 0
-    report = call("report", "latest", "--out", "elsewhere", "--single-file")
+    with only_figures():
+        report = call("report", "latest", "--out", "elsewhere", "--single-file")
     assert report.exit_code == 0, report.stderr
     again = call("compare", "latest", told["run"])
     assert again.exit_code == 0
@@ -215,9 +217,11 @@ SPEC = Approximation(
 """
 
 
-def test_the_users_own_approximation_is_measured_like_ours(call, tmp_path):
+def test_the_users_own_approximation_is_measured_like_ours(call, tmp_path, only_figures):
     (tmp_path / "tent.py").write_text(MINE.replace("{BODY}", '{"beta": s.alpha}'))
-    found = call("run", "--with", "tent.py", *QUICKLY[:4], "--only", "tent", *QUICKLY[6:], "--out", "mine", "--json")
+    words = ["--with", "tent.py", *QUICKLY[:4], "--only", "tent", *QUICKLY[6:], "--out", "mine", "--json"]
+    with only_figures():
+        found = call("run", *words)
     assert found.exit_code == 0, found.stderr
     listed = json.loads(call("approximations", "--with", "tent.py", "--json").stdout)
     assert listed[-1]["name"] == "tent"

@@ -129,6 +129,7 @@ def test_a_run_has_tables_and_answers(here: Path) -> None:
 
 
 def test_a_report_is_drawn(here: Path, tmp_path: Path) -> None:
+    # The one report of a measured run that has all figures: other tests draw a few, those of reports a made-up run.
     page = pb.load().report(tmp_path / "report", single_file=True)
     assert page.parent == tmp_path / "report"
     assert page.read_text().startswith("<!DOCTYPE html>")

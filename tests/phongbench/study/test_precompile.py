@@ -19,6 +19,7 @@ PLAN = replace(
     strata=("highlight",),
     probes=(),
     spaces=("reflect",),
+    raw=("phong/each",),
     precisions=("float32",),
     samples=1000,
 ).validated()

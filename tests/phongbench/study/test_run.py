@@ -5,12 +5,15 @@ import signal
 import subprocess
 import sys
 import time
+from contextlib import suppress
 from dataclasses import replace
 
 import pandas as pd
 import pytest
+from click.testing import CliRunner
 
 from phongbench.accuracy import sweep
+from phongbench.cli.main import main
 from phongbench.errors import InputError, InterruptedStudyError
 from phongbench.inputs.plan import preset
 from phongbench.results import checkpoints, runs
@@ -31,6 +34,7 @@ def plan():
         spaces=("reflect",),
         probes=(),
         precisions=("float32",),
+        raw=("phong/each", "lyon:dot:8:minimax/once"),
         samples=4000,
         timing=False,
     ).validated()
@@ -95,7 +99,7 @@ def test_an_interrupted_study_is_resumed_with_the_same_rows(whole, plan, tmp_pat
     pd.testing.assert_frame_equal(resumed.run.worst, whole.run.worst, check_exact=True)
 
 
-def test_a_killed_process_is_resumed_with_the_same_rows(tmp_path):
+def test_a_killed_process_is_resumed_with_the_same_rows(tmp_path, monkeypatch):
     """SIGKILL in the middle of the real command, then --resume: the rows of a run that was never killed."""
     options = [
         "--alpha",
@@ -110,8 +114,8 @@ def test_a_killed_process_is_resumed_with_the_same_rows(tmp_path):
         "150000",
     ]
     options += ["--gamma", "4,8", "--probe", "hostile,smoothness"]
-    command = [sys.executable, "-m", "phongbench", "run", *options]
-    subprocess.run([*command, "--out", "whole", "--json"], cwd=tmp_path, check=True, capture_output=True)
+    monkeypatch.chdir(tmp_path)
+    assert CliRunner().invoke(main, ["run", *options, "--out", "whole"]).exit_code == 0
     code = "from phongbench.study import sweep_parts; sweep_parts.CHECKPOINT_SECONDS = 0.0"
     code += "; from phongbench.cli.main import main; main()"
     process = subprocess.Popen(
@@ -122,12 +126,14 @@ def test_a_killed_process_is_resumed_with_the_same_rows(tmp_path):
     )
     parts = tmp_path / "killed" / "parts"
     deadline = time.monotonic() + 600
-    while process.poll() is None and time.monotonic() < deadline and len(list(parts.glob("0*.parquet"))) < 5:
-        pass
+    while time.monotonic() < deadline and len(list(parts.glob("0*.parquet"))) < 5:
+        with suppress(subprocess.TimeoutExpired):
+            process.wait(0.01)
+            break
     os.kill(process.pid, signal.SIGKILL)
     process.wait()
     assert not runs.load(tmp_path / "killed").complete
-    subprocess.run([*command, "--out", "killed", "--resume", "--json"], cwd=tmp_path, check=True, capture_output=True)
+    assert CliRunner().invoke(main, ["run", *options, "--out", "killed", "--resume"]).exit_code == 0
     whole, resumed = (runs.load(tmp_path / name).accuracy for name in ("whole", "killed"))
     pd.testing.assert_frame_equal(resumed, whole, check_exact=True)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Any
 
@@ -72,9 +73,10 @@ def test_a_run_of_samples_alone_says_how_to_know_more(run: Any) -> None:
 
 
 def test_contradictions_stand_in_red_at_the_top_and_are_escaped(
-    proven: Callable[..., Any], report: Path, tmp_path: Path
+    proven: Callable[..., Any], report: Path, tmp_path: Path, only_figures: Callable[..., AbstractContextManager[None]]
 ) -> None:
-    page = build(proven(violations=[SENTENCE]), tmp_path / "report").read_text(encoding="utf-8")
+    with only_figures():
+        page = build(proven(violations=[SENTENCE]), tmp_path / "report").read_text(encoding="utf-8")
     head = page[: page.index("<main>")]
     assert 'class="warning violation"' in head
     assert "sampled &lt;max_abs&gt; 0.9" in head

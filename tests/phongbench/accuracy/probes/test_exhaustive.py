@@ -25,6 +25,7 @@ def plan():
         approximations=("phong", "lyon", "schlick"),
         slopes=("taylor",),
         timing=False,
+        raw=(),
         probes=("cosines",),
         precisions=("q1.10", "q1.23", "float16", "bfloat16", "float32", "float64"),
         samples=5000,
@@ -33,9 +34,7 @@ def plan():
 
 @pytest.fixture(scope="module")
 def context(plan):
-    prepared = sweep.prepare(plan)
-    sweep.compile_kernels(prepared)
-    return ProbeContext(prepared, pd.DataFrame(), pd.DataFrame(), 2)
+    return ProbeContext(sweep.prepare(plan), pd.DataFrame(), pd.DataFrame(), 2)
 
 
 @pytest.fixture(scope="module")

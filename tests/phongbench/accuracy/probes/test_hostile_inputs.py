@@ -66,9 +66,7 @@ def context():
         lambda_forms=tuple(lambda_forms.LAMBDA_FORMS),
         precisions=("float32", "float16", "q1.15", "bfloat16", "float64"),
     ).validated()
-    prepared = sweep.prepare(plan)
-    sweep.compile_kernels(prepared)
-    return ProbeContext(prepared, None, None)
+    return ProbeContext(sweep.prepare(plan), None, None)
 
 
 @pytest.fixture(scope="module")
