@@ -212,7 +212,8 @@ def _client(address: str, jobs: int) -> Iterator[Any]:
     import dask
     from distributed import Client, LocalCluster
 
-    logging.getLogger("distributed").setLevel(logging.CRITICAL)  # what matters is told by our own errors
+    for name in ("distributed", "distributed.client"):  # what matters is told by our own errors
+        logging.getLogger(name).setLevel(logging.CRITICAL)
     dask.config.set({"distributed.comm.timeouts.connect": "10s"})
     if address.startswith("local:"):
         count = int(address.removeprefix("local:"))
