@@ -3,6 +3,7 @@
 import json
 import re
 import tomllib
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 #: keys and indices, outermost first
@@ -52,16 +53,26 @@ def line_of(text: str, steps: Steps) -> int:
     for number, line in enumerate(text.split("\n"), 1):
         here = prefix
         if header := _HEADER.match(line):
-            prefix = name = _steps(header[2])
+            *around, last = _steps(header[2])
+            name = (*_latest(around, counted), last)
             if header[1] == "[[":
                 counted[name] = counted.get(name, -1) + 1
-                prefix = (*name, counted[name])
-            here = prefix
+                name = (*name, counted[name])
+            prefix = here = name
         elif key := _KEY.match(line):
             here = (*prefix, *_steps(key[1]))
         if here == steps[: len(here)] and len(here) > best:
             best, found = len(here), number
     return found
+
+
+def _latest(names: Iterable[str | int], counted: Mapping[Steps, int]) -> Steps:
+    """The steps to what a header's names mean: of lists of tables the last one so far."""
+    steps: Steps = ()
+    for name in names:
+        steps = (*steps, name)
+        steps = (*steps, counted[steps]) if steps in counted else steps
+    return steps
 
 
 def _steps(name: str) -> Steps:

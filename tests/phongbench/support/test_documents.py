@@ -1,0 +1,51 @@
+"""Tables of documents: what is missing, what is unknown, and where."""
+
+from pathlib import Path
+
+import pytest
+
+from phongbench.errors import InputError, UnknownNameError
+from phongbench.support.document_paths import line_of
+from phongbench.support.documents import Table, load
+
+TEXT = '[[light]]\nname = "a"\n[light.place]\nx = 1\n[[light]]\nname = "b"\n[light.place]\nx = "two"\n'
+
+
+@pytest.fixture
+def document(tmp_path: Path) -> Table:
+    path = tmp_path / "d.toml"
+    path.write_text(TEXT)
+    return load(path, "scene")
+
+
+def test_a_value_that_is_missing_is_named_and_a_default_stands_in_for_it(document: Table) -> None:
+    assert document.value("size", 7) == 7
+    assert document.number("width", 0.0) == 0.0
+    with pytest.raises(InputError, match="depth is missing"):
+        document.value("depth")
+    with pytest.raises(InputError, match="light"):
+        document.value("lights")  # the fix names what is meant by it
+
+
+def test_a_key_that_nobody_read_is_refused_by_name(document: Table) -> None:
+    document.has("colour")
+    with pytest.raises(UnknownNameError, match="light"):
+        document.finish()
+    document.has("light")
+    document.finish()
+
+
+def test_a_name_that_the_document_does_not_have_is_refused_with_those_it_has(document: Table) -> None:
+    assert isinstance(document.unknown("material", "gold", ["golden"], "light"), UnknownNameError)
+    assert "nor any other" in document.unknown("material", "gold", [], "light").what
+
+
+def test_every_value_has_its_line_those_inside_lists_of_tables_too() -> None:
+    assert line_of(TEXT, ("light", 0, "name")) == 2
+    assert line_of(TEXT, ("light", 0, "place", "x")) == 4
+    assert line_of(TEXT, ("light", 1, "name")) == 6
+    assert line_of(TEXT, ("light", 1, "place", "x")) == 8
+    assert line_of(TEXT, ("light", 1, "place", "y")) == 7  # the nearest thing around what is missing
+    nested = "[[a]]\n[[a.b]]\n[[a.b]]\nx = 1\n[[a]]\n[[a.b]]\nx = 1\n"
+    assert line_of(nested, ("a", 0, "b", 1, "x")) == 4
+    assert line_of(nested, ("a", 1, "b", 0, "x")) == 7
