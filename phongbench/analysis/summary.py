@@ -1,7 +1,7 @@
 """What a stored run holds, in short, as plain data."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -57,6 +57,7 @@ def summarise(run: Run, targets: Sequence[str] = (), root: Path = DEFAULT_ROOT) 
         "timing rows": len(run.timing),
         "seconds": manifest.get("seconds", {}),
     }
+    facts |= {"swept": swept} if (swept := _swept(manifest)) else {}
     facts |= {"gpu": manifest["gpu"]["adapter"]} if "gpu" in manifest else {}
     facts |= {"note": f"{lacking}; {remedy(run)}"} if (lacking := unfinished(run)) else {}
     edges = [] if run.meshes.empty else records(reaches(run.meshes))
@@ -69,6 +70,15 @@ def summarise(run: Run, targets: Sequence[str] = (), root: Path = DEFAULT_ROOT) 
         "mesh_edges": edges,
         "lobes": beside_phong(run.moments),
     } | ({"answers": _answers(run, wanted, root)} if wanted else {})
+
+
+def _swept(manifest: Mapping[str, Any]) -> str | None:
+    """By how many the sweep was measured, and how sure it is that they agree; None of one machine's."""
+    if "cluster" in manifest:
+        of = manifest["cluster"]
+        again = f"{of['compared']} measured again by another, the same bits"
+        return f"in {of['shards']} shards by {of['workers']} workers; {again}"
+    return f"in {len(manifest['merged'])} shards, joined" if "merged" in manifest else None
 
 
 def listed(run: Run) -> dict[str, Any]:

@@ -13,6 +13,7 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
+from phongbench.analysis.summary import summarise
 from phongbench.errors import InputError
 from phongbench.inputs.plan import Plan, preset
 from phongbench.results import runs
@@ -116,6 +117,8 @@ def test_two_processes_here_are_compared_with_each_other(plan: Plan, whole: runs
     _same(found, whole)
     assert found.manifest["cluster"]["workers"] == 2
     assert found.manifest["cluster"]["compared"] >= 1
+    told = summarise(found)["facts"]["swept"]
+    assert re.fullmatch(r"in \d+ shards by 2 workers; [1-9]\d* measured again by another, the same bits", told)
 
 
 @pytest.mark.parametrize("address", ["", "local:0", "local:x", "no such file", "http://x:1", "local:-1"])
