@@ -128,7 +128,9 @@ def _cached(decorate: Callable[[], Any]) -> Any:
     with _ONE_AT_A_TIME:  # the setting is the process's: another thread would take or restore the wrong one
         caching = numba.core.caching
         before, file = numba.config.CACHE_DIR, caching.IndexDataCacheFile
-        numba.config.CACHE_DIR, caching.IndexDataCacheFile = str(cache_folder()), partial(_shared_file, file)
+        # a loop that is compiled for another comes here again; shared twice, the file would wait for its own lock
+        shared = file if isinstance(file, partial) else partial(_shared_file, file)
+        numba.config.CACHE_DIR, caching.IndexDataCacheFile = str(cache_folder()), shared
         try:
             return decorate()
         finally:

@@ -59,6 +59,8 @@ ELSEWHERE = {
     r"phongbench serve": "serves until it is stopped: tests/api/test_serve.py starts and stops it",
     r"phongbench render \S+ --bench": "measures for seconds: tests/phongbench/scenes/test_render_command.py, small",
     r"make (?:run|test|check|docs|bench|bench-api|soak|help)": "make itself, installing: CI runs check and test",
+    r"phongbench (?:run --shard|merge)": "two studies and a third: tests/phongbench/study/test_shards.py",
+    r"phongbench run --cluster": "needs workers: tests/phongbench/study/test_cluster.py starts them",
     r"curl": "tests/api/test_guide.py sends them to a server",
 }
 

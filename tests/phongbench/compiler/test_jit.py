@@ -149,3 +149,11 @@ def test_every_kernel_is_added_to_the_cache_that_way(tmp_path):
     environment = os.environ | {"PHONGBENCH_CACHE": str(tmp_path / "cache")}
     found = subprocess.run([sys.executable, "here.py"], cwd=tmp_path, env=environment, capture_output=True, check=True)
     assert found.stdout.split() == [b".lock"] * 2 + [b".nbc"] * 2 + [b".nbi"] * 2
+
+
+def test_a_loop_compiled_for_another_one_is_kept_in_a_file_shared_once():
+    """Shared twice, it would wait for the lock that it holds itself: a service never became ready on a cold cache."""
+    inner = jit._cached(lambda: jit._cached(lambda: caching.IndexDataCacheFile))
+    assert inner.func is jit._shared_file
+    assert inner.args == (caching.IndexDataCacheFile,)
+    assert not hasattr(caching.IndexDataCacheFile, "func")  # numba's own again
