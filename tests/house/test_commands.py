@@ -100,6 +100,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     normals = dome(48)
     for name, light in LIGHTS.items():
         save(here / f"{name}.png", 0.8 * normals @ (np.array(light) / np.linalg.norm(light)))
+    normals = dome(64)  # as large as the heads that `inverse learn` draws
     save(here / "face.png", 0.1 + 0.7 * normals @ (np.array([0.3, 0.2, 1.0]) / np.linalg.norm([0.3, 0.2, 1.0])))
     angles = np.linspace(-1.2, 1.2, 60)
     (here / "scan.csv").write_text("\n".join(f"{0.1 + 0.7 * max(0, np.cos(a - 0.785)):.4f}" for a in angles))
