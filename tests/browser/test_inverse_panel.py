@@ -90,7 +90,8 @@ def test_a_line_is_typed_pasted_or_drawn(opened: Any) -> None:
     page.mouse.down()
     page.mouse.move(box["x"] + box["width"] - 3, middle, steps=4)
     page.mouse.up()
-    page.wait_for_function("() => !document.getElementById('inverse-text').value.includes('150')")
+    # the middle one is drawn before the last: a busy browser tells of a move in several frames
+    page.wait_for_function("() => !/150|160/.test(document.getElementById('inverse-text').value)")
     drawn = [float(line) for line in page.locator("#inverse-text").input_value().split("\n")]
     assert drawn == pytest.approx([127.5] * 3, abs=4)
 
