@@ -11,8 +11,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-#: the rooms of the product that hold no compiled loop, or few: where something is changed
-ROOMS = ("support", "results", "inputs", "analysis", "study", "cli", "face")
+#: where something is changed: rooms that hold no compiled loop, or few, and whose own tests are no whole studies
+ROOMS = ("support", "results", "inputs", "analysis", "cli", "face")
 #: what shows that a source is compiled, or that the key of compiled kernels is made of it: all would compile anew
 _COMPILED = (b"jit", b"intrinsics")
 _COMPARISONS: Mapping[type[ast.cmpop], type[ast.cmpop]] = {

@@ -18,9 +18,15 @@ from typing import Any
 import pytest
 from mutating.tracing import Tracer
 
-#: plugins that no session needs, and what each is told: equal examples for all
-_WITHOUT = ("cacheprovider", "xdist", "schemathesis", "anyio")
-_OPTIONS = ("-q", "--tb=line", *(f"-pno:{plugin}" for plugin in _WITHOUT), "--hypothesis-seed=1")
+#: what every session is told: no plugin but one, and equal examples for all
+_OPTIONS = (
+    "-q",
+    "--tb=line",
+    "--disable-plugin-autoload",
+    "-p_hypothesis_pytestplugin",
+    "-pno:cacheprovider",
+    "--hypothesis-seed=1",
+)
 
 
 @dataclass(frozen=True)

@@ -15,6 +15,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+import click
 from mutating import choice, session
 from mutating.changes import Change
 from mutating.session import Ended, read, write
@@ -22,11 +23,11 @@ from mutating.session import Ended, read, write
 #: what a copy holds
 _PARTS = ("phongbench", "api", "reports", "tests", "pyproject.toml", "constraints.txt", "Makefile", ".gitignore", ".ci")
 _PAGES = ("README.md", "CONTRIBUTING.md", "DECISIONS.md", "CHANGELOG.md", "LICENSE")
-#: folders of tests below tests/, ring after ring: near rooms, those above them, then who else reads what they make
+#: folders and files of tests below tests/, ring after ring: near rooms, then who reads what they make
 RINGS: Sequence[Sequence[str]] = (
     ("phongbench/support", "phongbench/results", "phongbench/inputs", "phongbench/analysis", "phongbench/cli"),
-    ("phongbench/face", "phongbench/study", "api/routes"),
-    ("phongbench/scenes", "reports/tables", "house"),
+    ("house/test_values.py", "phongbench/face", "api/routes", "reports/tables"),
+    ("phongbench/study/test_run.py", "phongbench/scenes/test_scene_files.py", "phongbench/accuracy/test_sweep.py"),
 )
 #: how long the tests of one change take together in its own room, and in each ring, where nothing is wrong
 MOST_SECONDS = 40.0
@@ -79,7 +80,8 @@ class Bench:
         if folders not in self._known:
             told: list[Mapping[str, Any]] = []
             for folder in folders:
-                for path in sorted((self.copy / "tests" / folder).rglob("test_*.py")):
+                place = self.copy / "tests" / folder
+                for path in [place] if place.is_file() else sorted(place.rglob("test_*.py")):
                     told += self._told(path.relative_to(self.copy).as_posix())
             self._known[folders] = choice.Traces.of(told)
         return self._known[folders]
@@ -98,6 +100,8 @@ class Bench:
         ended = session.run(self.copy, [name], _TRACED_SECONDS, told, sorted(self.traced.glob("*.pickle")))
         lines = [json.loads(line) for line in told.read_text().splitlines()] if told.exists() else []
         told.unlink(missing_ok=True)
+        if ended.code not in (0, 1, 5, None):
+            raise click.ClickException(f"{name} cannot be traced: {ended.said[-2000:]}")
         made = read(self.state / "pickles.json")
         for one in lines:
             if "fixture" in one and one["fixture"] in made:
