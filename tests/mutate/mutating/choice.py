@@ -11,8 +11,8 @@ from mutating.changes import FUNCTIONS, Change, bound, head
 
 #: file of the product -> lines
 Lines = Mapping[str, Collection[int]]
-#: tests that run no statement of the product but read its sources: asked about every change
-READERS = ("tests/house/test_values.py",)
+#: tests that run no statement of the product but read its sources, or the declarations of its commands
+READERS = ("tests/house/test_values.py", "tests/phongbench/cli/test_options.py")
 _PRODUCT = ("phongbench", "api/phongbench_api", "reports/phongbench_reports")
 #: what is made of a constant may be made into something else: so many steps are followed
 _STEPS = 3

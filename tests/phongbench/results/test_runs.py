@@ -75,6 +75,16 @@ def test_runs_are_found_by_path_by_id_and_as_latest(run):
         runs.find("latest", root / "empty")
 
 
+def test_of_many_runs_the_newest_five_are_named(run):
+    names = [f"20260101-00000{second}-abcdef01" for second in range(7)]
+    for name in names[1:]:
+        run.path.with_name(name).mkdir()
+        runs.write_manifest(run.path.with_name(name), dict(run.manifest) | {"run": name})
+    with pytest.raises(InputError) as error:
+        runs.find("nope", run.path.parent)
+    assert [name in str(error.value.fix) for name in names] == 2 * [False] + 5 * [True]
+
+
 @pytest.mark.parametrize("text", ["", "{", "[]", '{"schema": 1}', "{}", "\x00"])
 def test_a_broken_manifest_is_refused(run, text):
     (run.path / "manifest.json").write_text(text)
