@@ -162,6 +162,15 @@ def test_a_table_that_is_no_parquet_is_refused(run):
         _ = runs.load(run.path).accuracy
 
 
+def test_columns_that_older_runs_lack_are_known_and_no_others():
+    lacking = {name: [c.name for c in table.columns if c.optional] for name, table in schema.TABLES.items()}
+    assert {name: columns for name, columns in lacking.items() if columns} == {
+        "accuracy": ["device"],
+        "timing": ["repeats", "compile_ms", "lit", "processes"],
+        "costs": ["reads"],
+    }
+
+
 def test_a_corrupt_run_does_not_hide_the_others(run):
     other = run.path.with_name("20260101-000001-abcdef01")
     other.mkdir()
