@@ -20,14 +20,14 @@ def trial(plan: Plan, work: float, longest: float) -> Trial:
 
 
 def test_threads_and_cores_share_the_sweep_but_not_its_longest_block(tiny: Tiny) -> None:
-    found = trial(tiny(samples=300_000), 1000.0, 2.0)
+    found = trial(tiny(samples=300_000), 1000.0, 20.0)
     assert found.on(1).seconds["accuracy"] == pytest.approx(1000, rel=0.01)
     assert found.on(4).seconds["accuracy"] == pytest.approx(250, rel=0.01)
-    cores = (1, 8, 64, 512, 4096)
+    cores = (1, 8, 32, 512, 4096)
     swept = [found.on(2, count).seconds["accuracy"] for count in cores]
     assert swept == sorted(swept, reverse=True)
     assert swept[1] == pytest.approx(125, rel=0.01)
-    assert min(swept) >= 2.0
+    assert min(swept) >= 20.0
     assert [found.on(2, count).limited_by for count in cores] == ["measuring"] * 3 + ["the longest block"] * 2
 
 
@@ -53,7 +53,7 @@ def test_more_threads_get_more_shards_but_none_without_work(tiny: Tiny, samples:
     blocks = sum(len(sweep.slabs(batch)) for batch in batches)
     found = [shards.number(batches, threads) for threads in (1, 2, 16, 1000)]
     assert found == sorted(found)
-    assert found[-1] == blocks
+    assert found[-1] == min(blocks, shards.EACH * 1000)
     assert found[0] >= min(blocks, shards.EACH)
     assert found[0] <= max(shards.EACH, shards.LEAST)
 
