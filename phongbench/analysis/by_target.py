@@ -103,7 +103,7 @@ def cheapest(
 
 def errors_of(rows: Rows, alpha: float) -> pd.DataFrame:
     """Formulas of (R, V) with their largest sampled error at an exponent."""
-    return errors_at(at(rows.highlight, space="reflect"), alpha=alpha, precision=PRECISION)
+    return errors_at(rows.mirrored, alpha=alpha, precision=PRECISION)
 
 
 def front_on(rows: Rows, target: str, alpha: float, cells: pd.DataFrame) -> pd.DataFrame:

@@ -23,6 +23,7 @@ from phongbench.analysis.target_costs import checked, own_prices, priced, prices
 from phongbench.compiler.precisions import precision_named
 from phongbench.errors import InputError, UnknownNameError
 from phongbench.formulas.formula import Formula
+from phongbench.formulas.registry import REGISTRY
 from phongbench.formulas.user_files import installed
 from phongbench.results import runs
 from phongbench.results.runs import DEFAULT_ROOT, Run
@@ -226,9 +227,10 @@ def elsewhere(
     cells = records(known)
     formulas = [Formula.of_row(row) for row in cells]
     judge, told = remembered(_judge(run, budget, search=False)), answer["choices"]
+    kept = None if run is None else run.costs[~run.costs["approximation"].isin(list(REGISTRY))]
     best = []
     for target in TARGETS:
-        own = own_prices(None if run is None else run.costs, target, None)
+        own = own_prices(kept, target, None)
         costs = prices(formulas, budget.alpha.values, table_of(target, root), own=own)
         row = cheapest(zip(costs, cells, strict=True), judge, budget.max_error, unit_of(target, root))
         if row is not None and (not told or str(Formula.of_row(row)) != told[0]["name"]):

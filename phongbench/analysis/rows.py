@@ -204,9 +204,9 @@ class Rows:
         """
         question = {"precision": precision, "working_set": self.working_set}
         if ("fronts", precision) not in self._kept:
-            self._kept["fronts", precision] = fronts(self._mirrored, self.timing, **question)
+            self._kept["fronts", precision] = fronts(self.mirrored, self.timing, **question)
         known: pd.DataFrame | None = self._kept["fronts", precision].get(alpha)
-        return front(self._mirrored, self.timing, alpha=alpha, **question) if known is None else known
+        return front(self.mirrored, self.timing, alpha=alpha, **question) if known is None else known
 
     def choice(self, alpha: float, precision: str, max_error: float) -> Choice:
         """The cheapest formula of that front for an error budget, by the promise that `recommend` decides by."""
@@ -218,7 +218,7 @@ class Rows:
         return kept
 
     @cached_property
-    def _mirrored(self) -> pd.DataFrame:
+    def mirrored(self) -> pd.DataFrame:
         """Of `highlight`, the formulas of (R, V)."""
         return at(self.highlight, space="reflect")
 
