@@ -12,6 +12,7 @@ import click
 from soaking import cluster_bars, cluster_kills, disk_tries, faulty_disk, tables
 from soaking import gpu as gpus
 from soaking import inverse as inverses
+from soaking import page as pages
 
 from phongbench.targets.webgpu.session import Session, found
 from phongbench_reports.readme.fill import write
@@ -121,6 +122,14 @@ def gpu(runs: int, twins: int) -> None:
         click.progressbar(length=runs + twins + 3, hidden=not sys.stderr.isatty(), file=sys.stderr) as bar,
     ):
         seen = gpus.soak(runs, twins, gpus.here(session, adapter), bar.update)
+    _tell(seen.as_dict(), seen.faults)
+
+
+@main.command()
+def page() -> None:
+    """The page's measurement of its device, by WebGPU and by WebGL 2, against its bars; let nothing else run."""
+    with tempfile.TemporaryDirectory(prefix="phongbench-soak-") as folder:
+        seen = pages.measured(Path(folder))
     _tell(seen.as_dict(), seen.faults)
 
 
