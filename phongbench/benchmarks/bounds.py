@@ -207,6 +207,21 @@ def of_loop(loop: Any, itemsize: int = 4) -> Work | None:
     return counted(jit.code(loop)[1], itemsize)
 
 
+def rates(least: Mapping[str, float]) -> dict[str, float]:
+    """What each of UNITS does in a nanosecond: whole vectors, or bytes; nothing where code is not counted.
+
+    least  nanoseconds an element, at best, of the calibrating loop of each of UNITS, and maybe of others
+    """
+    given = {unit: found for unit in UNITS if (found := rate(unit, least[unit])) is not None}
+    return given if len(given) == len(UNITS) else {}
+
+
+def lanes() -> int:
+    """float32 numbers of a whole vector, as the calibrating loop of multiply-adds has them."""
+    work = of_loop(_busy(PORTS)[0])
+    return 1 if work is None else work.lanes
+
+
 def rows(working_set: str, least: Mapping[str, float], asked: Mapping[str, Work | None]) -> list[dict[str, Any]]:
     """Loops beside their bounds in one working set; none where code is not counted.
 
@@ -215,8 +230,8 @@ def rows(working_set: str, least: Mapping[str, float], asked: Mapping[str, Work 
     serial                         nanoseconds if computing and moving bytes never overlapped
     multiply_adds, vectors, bytes  of an element alone, vectors aside
     """
-    given = {unit: found for unit in UNITS if (found := rate(unit, least[unit])) is not None}
-    if len(given) < len(UNITS):
+    given = rates(least)
+    if not given:
         return []
     return [
         _row(work, asks, least[work], given) | {"working_set": working_set}
