@@ -25,7 +25,6 @@ from phongbench.benchmarks.arena import Arena
 from phongbench.benchmarks.kernel_peers import ALL_WORKS, ALPHA, FORMULAS, GAMMA, WORKS, Peer, exact_values
 from phongbench.compiler import jit
 from phongbench.compiler.lowering import FLOAT32
-from phongbench.compiler.precisions import Array
 from phongbench.errors import InputError
 from phongbench.results.machine import machine
 from phongbench.support.progress import Progress
@@ -198,7 +197,7 @@ class _Contest:
         ]
         self.entrants = [entrant for entrant in entrants if self._right(entrant)]
         arrays = self.arena.a, self.arena.b, self.arena.out
-        self.entrants += [Entrant(unit, _MACHINE, "", bounds.calibrating(unit, *arrays)) for unit in bounds.UNITS]
+        self.entrants += [Entrant(unit, _MACHINE, "", bounds.calibrating(unit, *arrays)) for unit in bounds.CALIBRATED]
         step = tick()
         for entrant in self.entrants:
             entrant.calibrate(step)

@@ -54,10 +54,14 @@ def _entry(row: Mapping[str, Any], unit: str, over: str) -> Entry:
     return Entry(**same, value=row[unit], unit=unit, over=over)
 
 
-def ceilings(answer: Mapping[str, Any]) -> list[tuple[str, float, float, float]]:
-    """What the machine does in a nanosecond, by working set: float32 multiply-adds, vector operations, bytes."""
+def ceilings(answer: Mapping[str, Any]) -> list[tuple[Any, ...]]:
+    """What one core does in a nanosecond, by working set: float32 multiply-adds, vector operations, roots, bytes."""
     return [
-        (place, rates[bounds.PORTS] * bounds.lanes(), rates[bounds.VECTORS], rates[bounds.BYTES])
+        (
+            place,
+            rates[bounds.PORTS] * bounds.lanes(),
+            *(rates[unit] for unit in (bounds.VECTORS, bounds.ROOTS, bounds.BYTES)),
+        )
         for place, rates in answer["ceilings"].items()
         if rates
     ]

@@ -83,5 +83,3 @@ def claims(run_name: str, verbose: bool, as_json: bool) -> None:
 
     judged = answer(runs.find(run_name, ROOT))
     show(judged, as_json, lambda: claims_table(judged, verbose=verbose))
-
-

@@ -42,7 +42,7 @@ def _ceilings(answer: Mapping[str, Any]) -> None:
     """What one core gives at best in each working set."""
     from phongbench.benchmarks.ledger import ceilings
 
-    heads = ("in", "multiply-adds", "vector operations", "bytes")
+    heads = ("in", "multiply-adds", "vector operations", "roots", "bytes")
     if rows := ceilings(answer):
         table("What one core does in a nanosecond, float32", heads, rows, right=heads[1:])
 
@@ -61,7 +61,7 @@ def _bounds(working_set: str, bounds: Sequence[Mapping[str, Any]]) -> None:
 
 def _calls(calls: Sequence[Mapping[str, Any]]) -> None:
     """Shading and pictures beside their rooflines."""
-    heads = ("call", "of", "ms", "roofline", "ms / roofline", "bound by", "million multiply-adds", "MB")
+    heads = ("call", "of", "ms", "roofline", "ms / roofline", "bound by", "million multiply-adds", "roots", "MB")
     rows = [
         (
             r["name"],
@@ -71,6 +71,7 @@ def _calls(calls: Sequence[Mapping[str, Any]]) -> None:
             r["over_bound"],
             r["bound_by"],
             r["multiply_adds"] / 1e6,
+            r["roots"] / 1e6,
             r["bytes"] / 1e6,
         )
         for r in calls

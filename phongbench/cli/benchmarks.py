@@ -1,4 +1,4 @@
-"""The command that measures phongbench itself: beside other tools, beside its bounds, and beside itself of another day."""
+"""The command that measures phongbench: beside other tools, beside its bounds, and beside itself of another day."""
 
 import sys
 from pathlib import Path
@@ -20,10 +20,7 @@ from phongbench.errors import InputError
     help="Quick studies whose stages are timed, after one that warms up; 8 give intervals.",
 )
 @click.option(
-    "--out",
-    type=PATH,
-    metavar="FILE.json",
-    help="The ledger.  [default: phongbench-runs/ledgers/<time>-<digest>.json]",
+    "--out", type=PATH, metavar="FILE.json", help="The ledger.  [default: phongbench-runs/ledgers/<time>-<digest>.json]"
 )
 @JSON
 def bench(names: tuple[str, ...] | None, budget: float, studies: int, out: Path | None, as_json: bool) -> None:

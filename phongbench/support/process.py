@@ -23,7 +23,6 @@ def cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-
 def peak_mib() -> float | None:
     """The most memory that this process has held at once, in MiB; None where the system does not tell."""
     if sys.platform == "win32":

@@ -26,8 +26,14 @@ def rooflines(answer: Mapping[str, Any]) -> str:
     if not answer["bounds"]:
         return "Bounds are counted in x86's code of vectors, which this machine does not run."
     gives = [(place, *map(number, rates)) for place, *rates in ceilings(answer)]
-    heads = ("one core, in a nanosecond", "float32 multiply-adds", "vector operations", "bytes")
-    parts = [table(heads, gives, right=(1, 2, 3)), _loops(answer["bounds"]), _calls(answer["calls"])]
+    heads = (
+        "one core, in a nanosecond",
+        "float32 multiply-adds",
+        "vector operations",
+        "roots with a quotient",
+        "bytes",
+    )
+    parts = [table(heads, gives, right=(1, 2, 3, 4)), _loops(answer["bounds"]), _calls(answer["calls"])]
     why = "\n".join(f"- {note}." for note in answer["notes"] if "bound" in note or "roofline" in note)
     reasons = f"What takes more than {ROOM} times its bound:\n\n{why}" if why else f"None takes {ROOM} times its bound."
     return "\n\n".join([*parts, reasons])

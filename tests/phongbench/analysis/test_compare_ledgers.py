@@ -83,10 +83,7 @@ def test_another_yardstick_is_another_entry() -> None:
 
 @pytest.mark.parametrize(
     ("there", "told"),
-    [
-        ({"machine": {"cpu": "another"}}, "a processor and another"),
-        ({}, "of other cores, caches or vectors"),
-    ],
+    [({"machine": {"cpu": "another"}}, "a processor and another"), ({}, "of other cores, caches or vectors")],
 )
 def test_ledgers_of_other_machines_are_refused(there: dict[str, object], told: str) -> None:
     elsewhere = replace(LEDGER, provenance={**HERE, **there, "machine_fingerprint": "n"})

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from phongbench.benchmarks import rooflines
-from phongbench.benchmarks.bounds import BYTES, PORTS, VECTORS
+from phongbench.benchmarks.bounds import BYTES, PORTS, ROOTS, VECTORS
 from phongbench.benchmarks.rooflines import Asked
 from phongbench.scenes.render import render
 from phongbench.scenes.scene_files import read_scene
@@ -67,31 +67,39 @@ def test_steps_multiply_as_often_as_they_are_counted() -> None:
     for name, step in steps.items():
         Counting.multiplied = 0
         step()
-        assert Counting.multiplied == getattr(rooflines, name), name
+        assert Counting.multiplied == getattr(rooflines, name).multiply_adds, name
+
+
+def shaded(skipped: dict[str, int], *, placed: bool = False) -> Asked:
+    return rooflines.of_pairs(100, {"pairs": 800, **skipped}, 20.0, unit=rooflines.UNIT * 2, placed=placed)
 
 
 def test_a_pair_that_is_left_out_asks_nothing() -> None:
-    whole = rooflines.of_pairs(100, {"pairs": 800}, 20.0)
-    none = rooflines.of_pairs(100, {"pairs": 800, "lights_behind": 300, "out_of_reach": 500}, 20.0)
-    assert none == 2 * rooflines.UNIT * 100
-    dark = rooflines.of_pairs(100, {"pairs": 800, "dark_tail": 800}, 20.0)
-    assert none < dark < whole
-    assert whole - dark == 800 * (rooflines.REFLECTED + 20.0 + rooflines.COLOURED)
-    assert rooflines.of_pairs(100, {"pairs": 800}, 20.0, placed=True) - whole == 800 * rooflines.UNIT
+    whole, none = shaded({}), shaded({"lights_behind": 300, "out_of_reach": 500})
+    assert none == rooflines.UNIT * 200
+    dark = shaded({"dark_tail": 800})
+    assert none.multiply_adds < dark.multiply_adds < whole.multiply_adds
+    assert dark + (rooflines.REFLECTED + Asked(20.0) + rooflines.COLOURED) * 800 == whole
+    assert whole + rooflines.UNIT * 800 == shaded({}, placed=True)
 
 
 def test_the_scarcer_of_multiply_adds_and_bytes_decides(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("phongbench.benchmarks.bounds.lanes", lambda: 16)
-    ceilings = {"l2": {PORTS: 2.0, VECTORS: 2.0, BYTES: 100.0}, "memory": {PORTS: 1.0, VECTORS: 1.0, BYTES: 10.0}}
-    computing = rooflines.columns(Asked(32e9, 1e9), 4.0, ceilings)
+    ceilings = {
+        "l2": {PORTS: 2.0, VECTORS: 2.0, BYTES: 100.0, ROOTS: 4.0},
+        "memory": {PORTS: 1.0, VECTORS: 1.0, BYTES: 10.0, ROOTS: 1.0},
+    }
+    computing = rooflines.columns(Asked(32e9, 1e9, 1e9), 4.0, ceilings)
     assert (computing["bound"], computing["over_bound"], computing["bound_by"]) == (1.0, 4.0, PORTS)
-    moving = rooflines.columns(Asked(32e9, 20e9), 2.0, ceilings)
+    moving = rooflines.columns(Asked(32e9, 1e9, 20e9), 2.0, ceilings)
     assert (moving["bound"], moving["over_bound"], moving["bound_by"]) == (2.0, 1.0, BYTES)
+    rooting = rooflines.columns(Asked(32e9, 16e9, 20e9), 4.0, ceilings)
+    assert (rooting["bound"], rooting["over_bound"], rooting["bound_by"]) == (4.0, 1.0, ROOTS)
 
 
 @pytest.mark.parametrize("ceilings", [{}, {"l2": {}, "memory": {}}, {"l2": {PORTS: 1.0}}])
 def test_without_ceilings_there_is_no_roofline(ceilings: dict[str, dict[str, float]]) -> None:
-    told = rooflines.columns(Asked(1.0, 1.0), 1.0, ceilings)
+    told = rooflines.columns(Asked(1.0, 1.0, 1.0), 1.0, ceilings)
     assert (told["bound"], told["over_bound"], told["bound_by"]) == (None, None, None)
     assert rooflines.excuse({"name": "x", **told}) is None
 
@@ -99,7 +107,7 @@ def test_without_ceilings_there_is_no_roofline(ceilings: dict[str, dict[str, flo
 def test_only_what_is_far_above_its_roofline_is_explained() -> None:
     row = {"name": "shade", "over_bound": 1.3}
     assert rooflines.excuse(row) is None
-    assert "2.0 times its roofline" in str(rooflines.excuse(row | {"over_bound": 2.0}))
+    assert "2 times its roofline" in str(rooflines.excuse(row | {"over_bound": 2.0}))
 
 
 def test_a_picture_asks_for_what_was_not_left_out() -> None:
@@ -110,3 +118,4 @@ def test_a_picture_asks_for_what_was_not_left_out() -> None:
     much, little = (rooflines.of_picture(scene, done) for done in (all_of_it, less))
     assert much.bytes == little.bytes == 32 * 18 * rooflines.VECTOR
     assert 0 < little.multiply_adds < much.multiply_adds
+    assert 0 < little.roots < much.roots

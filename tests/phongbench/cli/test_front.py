@@ -152,5 +152,3 @@ def test_a_changed_byte_is_refused(call: Call, stored: Callable[..., Run]) -> No
         found = call(*words)
         assert found.exit_code == 6
         assert "bytes have changed" in found.stderr
-
-
