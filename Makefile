@@ -43,7 +43,7 @@ soak: $(TEST) ## for hours: attacked budgets, devices at their worst, random lin
 	PYTHONPATH=tests/soak $(PY) -m soaking kills --count $(KILLS) --docs
 	PYTHONPATH=tests/soak $(PY) -m soaking gpu
 
-mutate: $(TEST) ## 200 single changes of the product, each against the tests of its room; goes on where it stopped
+mutate: $(TEST) ## 200 single changes of the product, each against the tests that run it; goes on where it stopped
 	PYTHONPATH=tests/mutate $(PY) -m mutating --docs
 
 check: $(DEV) ## lint, format, types, layers
