@@ -6,9 +6,6 @@ precision, space, stratum and scale). Within a block every piece of pairs is mad
 once, the exact value once per alpha, and then every cell passes over it while it lies in the cache.
 """
 
-import math
-import sys
-import time
 from collections import deque
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -25,13 +22,12 @@ from phongbench.formulas.kernel import Kernel, known_values, table_row
 from phongbench.formulas.registry import REGISTRY
 from phongbench.formulas.spec import Approximation
 from phongbench.inputs.plan import Cell, Plan
+from phongbench.timing.interleaved import THREAD_CLOCK, clocked
 
 #: pairs made and measured together; their coordinates stay in the second-level cache
 PIECE = 8192
 #: pairs in a block; sums are merged in slab order, so the bits do not depend on who computed which slab
 SLAB = 1 << 18
-#: of trials: this thread's processor time where it is told finely
-_CLOCK = time.perf_counter if sys.platform == "win32" else time.thread_time
 
 
 @dataclass
@@ -215,13 +211,10 @@ def _costs(sweep: Sweep, alike: list[Batch], samples: int) -> tuple[float, float
 
 def _tried(sweep: Sweep, batch: Batch, samples: int) -> float:
     """Seconds that a pair takes with all cells of a batch."""
-    batch, took = replace(batch, samples=samples), math.inf
+    batch = replace(batch, samples=samples)
     _block(sweep, batch, 0)  # compiles, and fills the caches
-    for _ in range(2):
-        started = _CLOCK()
-        _block(sweep, batch, 0)
-        took = min(took, _CLOCK() - started)
-    return took / samples
+    once = clocked(lambda: _block(sweep, batch, 0), THREAD_CLOCK)
+    return min(once(), once()) / samples
 
 
 def _block(sweep: Sweep, batch: Batch, start: int) -> Measured:

@@ -1,8 +1,10 @@
 """Whole calls beside their rooflines: shading as the service computes it, and pictures of the shipped scenes.
 
-On one thread, interleaved with plain NumPy's sweep as the yardstick, which no change of our loops moves.
+On one thread, by its processor time, interleaved with plain NumPy's sweep as the yardstick, which no change of our
+loops moves.
 """
 
+import time
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
@@ -19,7 +21,7 @@ from phongbench.shading.lighting import Light, Material, Viewer
 from phongbench.shading.shade import Shaded, shade
 from phongbench.shading.specular_term import EXACT
 from phongbench.support.progress import Progress
-from phongbench.timing.interleaved import Times, clocked, interleaved
+from phongbench.timing.interleaved import THREAD_CLOCK, Times, clocked, interleaved
 from phongbench.timing.machine_lock import machine_lock
 from phongbench.timing.statistics import MIN_ROUNDS
 
@@ -34,10 +36,10 @@ _MATERIAL = Material((0.1, 0.1, 0.1), (0.6, 0.5, 0.4), (0.5, 0.5, 0.5), 50.0)
 _SILENT = Progress()
 
 
-def yardstick() -> Callable[[], float]:
-    """A call of the yardstick, and its seconds."""
+def yardstick(clock: Callable[[], float] = time.perf_counter) -> Callable[[], float]:
+    """A call of the yardstick, and its seconds by this clock."""
     prepared = sweep.prepare(numpy_sweep.plan_of_bench(FEW))
-    return clocked(lambda: numpy_sweep.numpy_sweep(prepared))
+    return clocked(lambda: numpy_sweep.numpy_sweep(prepared), clock)
 
 
 def measure(
@@ -60,7 +62,7 @@ def measure(
     calls: dict[str, Any] = {f"shade, {n} light{'s' * (n > 1)}": _Shading(n, points) for n in LIGHTS}
     calls |= {f"picture of {name}": _Drawing(name, size) for name in examples()}
     progress.stage("shading and drawing", (1 + len(calls)) * (rounds + 1))
-    timed = {YARDSTICK: yardstick(), **{name: call.once for name, call in calls.items()}}
+    timed = {YARDSTICK: yardstick(THREAD_CLOCK), **{name: call.once for name, call in calls.items()}}
     with machine_lock():
         times = interleaved(timed, rounds=rounds, warm=1, step=progress.advance)
     rows = [_row(name, call, times, ceilings) for name, call in calls.items()]
@@ -83,11 +85,11 @@ class _Shading:
     def __init__(self, lights: int, points: int) -> None:
         rng = np.random.default_rng(1)
         self.points = rng.uniform(-1, 1, (points, 3)).astype(np.float32)
-        self.normals = rng.normal(size=(points, 3)).astype(np.float32) + np.float32([0, 0, 3])
+        self.normals = rng.normal(size=(points, 3)).astype(np.float32) + np.array([0, 0, 3], np.float32)
         self.lights = [Light(position=(np.cos(i), np.sin(i), 4.0)) for i in range(lights)]
         self.out = np.empty_like(self.points)
         self.place = f"{points} points"
-        self.once = clocked(self._shade)
+        self.once = clocked(self._shade, THREAD_CLOCK)
 
     def _shade(self) -> None:
         self.done = shade(
@@ -116,11 +118,10 @@ class _Drawing:
         scene = read_scene(name)
         self.scene: Scene = replace(scene, picture=replace(scene.picture, size=size))
         self.place = f"{size[0]}x{size[1]}"
+        self.once = clocked(self._draw, THREAD_CLOCK)
 
-    def once(self) -> float:
-        """Draw once; the seconds."""
+    def _draw(self) -> None:
         self.done = render(self.scene, threads=1)
-        return float(self.done.seconds["total"])
 
     def asked(self) -> Asked:
         return rooflines.of_picture(self.scene, self.done)
