@@ -12,7 +12,7 @@ import numpy as np
 from phongbench.timing.rounds import Epoch, Readings, run_rounds
 from phongbench.timing.statistics import MIN_ROUNDS
 
-#: seconds that this thread computed, so that other programs' turns do not count; the wall's where they are told coarsely
+#: seconds that this thread computed: other programs' turns do not count; those of the wall where it is told coarsely
 THREAD_CLOCK = time.perf_counter if sys.platform == "win32" else time.thread_time
 K = TypeVar("K", bound=Hashable)
 
