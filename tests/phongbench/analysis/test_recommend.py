@@ -201,7 +201,7 @@ def test_lengths_are_judged_at_the_nearest_size_that_is_not_less_and_that_is_tol
 
 
 def test_lengths_that_were_not_measured_are_refused(stored: Stored, small_rows: pd.DataFrame) -> None:
-    with pytest.raises(InputError, match=r"0\.1, not 0\.5"):
+    with pytest.raises(InputError, match=r"0\.1, as at a mesh angle of 51\.7 degrees, not 0\.5"):
         recommend(stored(), alpha=10, max_error=0.1, length_error=0.5)
     unit = stored("20260102-000000-0123abcd", accuracy=small_rows[small_rows["stratum"] != "lengths"])
     with pytest.raises(InputError, match="no vectors of wrong length"):

@@ -1,78 +1,67 @@
-"""The forecast by its law, with made-up costs of pairs and cells: exact where these hold, and shards add up."""
+"""What a plan would take on more cores, on paper: laws of a forecast, whatever was measured."""
 
-from dataclasses import replace
-from typing import Any
+import json
+from collections.abc import Callable
 
 import pytest
+from click.testing import CliRunner
 
 from phongbench.accuracy import sweep
-from phongbench.accuracy.batches import Batch
+from phongbench.cli.main import main
 from phongbench.inputs.plan import Plan
-from phongbench.study import forecast as module
-from phongbench.study.forecast import forecast
-from phongbench.study.shards import ShardName
+from phongbench.study import shards
+from phongbench.study.forecast import SHARD_SECONDS, Trial
 
-PAIR, CELL, WIDE = 2e-8, 3e-9, 2.0
-PLAN = Plan(
-    approximations=("phong", "lyon", "gaussian"),
-    alphas=(10.0, 50.0),
-    gammas=(4, 8),
-    precisions=("float32", "float64"),
-    strata=("uniform", "cutoff", "lengths", "hostile"),
-    samples=300_000,
-    probes=(),
-    raw=(),
-    timing=False,
-).validated()
+Tiny = Callable[..., Plan]
 
 
-@pytest.fixture(autouse=True)
-def costs(monkeypatch: pytest.MonkeyPatch) -> list[Batch]:
-    """Nothing is compiled or tried: what batches would take is made up. The batches that were tried."""
-    tried: list[Batch] = []
-
-    def took(_: Any, batch: Batch, samples: int) -> float:
-        assert 0 < samples <= min(batch.samples, sweep.PIECE)
-        tried.append(batch)
-        return law(batch) / batch.samples
-
-    monkeypatch.setattr(sweep, "_tried", took)
-    monkeypatch.setattr(sweep, "compile_kernels", lambda *_: 0)
-    monkeypatch.setattr(module, "ROW_SECONDS", 0.0)
-    return tried
+def trial(plan: Plan, work: float, longest: float) -> Trial:
+    return Trial(sweep.prepare(plan), 0, work, longest)
 
 
-def law(batch: Batch) -> float:
-    """Seconds of a batch: wide numbers take twice as long, and each wrong length's second truth a cell more."""
-    wide = WIDE if batch.precision.name == "float64" else 1.0
-    return batch.samples * wide * (PAIR + CELL * (len(batch.cells) + batch.truths))
+def test_threads_and_cores_share_the_sweep_but_not_its_longest_block(tiny: Tiny) -> None:
+    found = trial(tiny(samples=300_000), 1000.0, 20.0)
+    assert found.on(1).seconds["accuracy"] == pytest.approx(1000, rel=0.01)
+    assert found.on(4).seconds["accuracy"] == pytest.approx(250, rel=0.01)
+    cores = (1, 8, 32, 512, 4096)
+    swept = [found.on(2, count).seconds["accuracy"] for count in cores]
+    assert swept == sorted(swept, reverse=True)
+    assert swept[1] == pytest.approx(125, rel=0.01)
+    assert min(swept) >= 20.0
+    assert [found.on(2, count).limited_by for count in cores] == ["measuring"] * 3 + ["the longest block"] * 2
 
 
-def test_where_pairs_and_cells_cost_the_same_in_a_kind_the_forecast_is_exact(costs: list[Batch]) -> None:
-    prepared = sweep.prepare(PLAN)
-    assert forecast(PLAN, jobs=1).seconds["accuracy"] == pytest.approx(sum(map(law, prepared.batches)))
-    assert len(costs) < len(prepared.batches) / 2
+def test_where_nothing_is_left_to_measure_handing_out_is_what_takes_time(tiny: Tiny) -> None:
+    plan = tiny(samples=3_000_000)
+    found = trial(plan, 1e-3, 1e-6)
+    told = found.on(1, 4096)
+    assert told.limited_by == "handing out"
+    blocks = sum(len(sweep.slabs(batch)) for batch in found.sweep.batches)
+    assert told.seconds["accuracy"] == pytest.approx(SHARD_SECONDS * blocks, rel=0.1)
 
 
-def test_a_batch_is_tried_only_where_its_kind_is_wanted(costs: list[Batch]) -> None:
-    forecast(PLAN, jobs=1, shard=ShardName(1, 40))
-    assert {batch.precision.name for batch in costs} == {"float32"}
+def test_probes_and_times_stay_on_the_client(tiny: Tiny) -> None:
+    found = trial(tiny(probes=("hostile", "smoothness"), timing=True, timing_budget=1234.0), 1.0, 0.1)
+    for stage in ("stability", "timing"):
+        assert found.on(2, 4096).seconds[stage] == found.on(2).seconds[stage] > 0
+    assert found.on(2, 4096).limited_by == "timing"
 
 
-@pytest.mark.parametrize("count", [1, 3, 7])
-def test_shards_add_up_to_the_whole(count: int) -> None:
-    whole = forecast(PLAN, jobs=1)
-    parts = [forecast(PLAN, jobs=1, shard=ShardName(i, count)) for i in range(1, count + 1)]
-    assert sum(part.evaluations for part in parts) == whole.evaluations
-    assert sum(part.seconds["accuracy"] for part in parts) == pytest.approx(whole.seconds["accuracy"])
-    assert set().union(*(part.seconds for part in parts)) == {"accuracy"}
-    assert {part.cells for part in parts} == {whole.cells}
+@pytest.mark.parametrize("samples", [1000, 3_000_000, 100_000_000])
+def test_more_threads_get_more_shards_but_none_without_work(tiny: Tiny, samples: int) -> None:
+    batches = sweep.prepare(tiny(samples=samples)).batches
+    blocks = sum(len(sweep.slabs(batch)) for batch in batches)
+    found = [shards.number(batches, threads) for threads in (1, 2, 16, 1000)]
+    assert found == sorted(found)
+    assert found[-1] == min(blocks, shards.EACH * 1000)
+    assert found[0] >= min(blocks, shards.EACH)
+    assert found[0] <= max(shards.EACH, shards.LEAST)
 
 
-def test_twice_the_cores_take_half_as_long_and_twice_the_samples_twice() -> None:
-    one, two = (forecast(PLAN, jobs=jobs).seconds["accuracy"] for jobs in (1, 2))
-    assert one == pytest.approx(2 * two)
-    fixed = replace(PLAN, strata=("uniform", "lengths")).validated()
-    more = replace(fixed, samples=2 * fixed.samples).validated()
-    seconds = [forecast(plan, jobs=1).seconds["accuracy"] for plan in (fixed, more)]
-    assert seconds[1] == pytest.approx(2 * seconds[0])
+def test_the_command_tells_it_and_wants_a_dry_run() -> None:
+    few = "--alpha 10 --gamma 8 --only lyon --lambda dot --precision float32 --probe none --samples 500 --no-timing"
+    found = CliRunner().invoke(main, ["run", *few.split(), "--dry-run", "--cores", "64", "--json"])
+    assert found.exit_code == 0, found.output
+    assert json.loads(found.stdout)["limited_by"] in ("handing out", "loading kernels", "the longest block")
+    found = CliRunner().invoke(main, ["run", "--cores", "64"])
+    assert (found.exit_code, "--dry-run" in found.stderr) == (2, True)
