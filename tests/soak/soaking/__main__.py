@@ -63,6 +63,22 @@ def kills(count: int, minutes: float, seed: int, docs: bool) -> None:
     _inside("kills" * docs, lambda bench: disk_tries.random_kills(bench, extent, _say))
 
 
+@main.command()
+@click.option("--requests", "count", type=click.IntRange(min=10), default=1_000_000, show_default=True)
+@MINUTES
+@SEED
+@DOCS
+def service(count: int, minutes: float, seed: int, docs: bool) -> None:
+    """Random and hostile requests to a service of two workers, by clients that stall, vanish and trickle."""
+    from soaking import service as services  # what it sends lies in tests/api
+
+    with tempfile.TemporaryDirectory(prefix="phongbench-soak-") as folder:
+        found = services.soak(count, minutes, seed, Path(folder), _say)
+    if docs:
+        write(CHECKOUT, {"attacked": tables.of_service(found.as_dict())}, {})
+    _tell(found.as_dict(), found.faults)
+
+
 def _say(text: str) -> None:
     click.echo(text, err=True)
 
