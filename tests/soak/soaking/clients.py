@@ -1,4 +1,4 @@
-"""Clients of the service over sockets of their own: well-behaved, and such as vanish, stall and send in small pieces."""
+"""Clients of the service over sockets of their own: patient ones, and such as vanish, stall and send in pieces."""
 
 import asyncio
 import random

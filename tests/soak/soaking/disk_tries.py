@@ -1,7 +1,7 @@
 """Every fault of the disk and every moment of a kill: what a command leaves is whole, and done again it gives the same.
 
-Commands are `run` and `run --resume` of a small plan, `merge` of its two shards, `report` and `render`. After each fault
-the folder is looked at, then the command is done again without one.
+Commands are `run` and `run --resume` of a small plan, `merge` of its two shards, `report` and `render`. After each
+fault the folder is looked at, then the command is done again without one.
 """
 
 import contextlib
@@ -9,17 +9,14 @@ import gc
 import hashlib
 import importlib
 import io
-import random
 import shutil
-import time
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-from itertools import cycle, islice, zip_longest
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
-from soaking.faulty_disk import FAULTS, KILLED, Ended, Fault, call
+from soaking.faulty_disk import KILLED, Ended, Fault, call
 
 from phongbench.analysis.rows import Rows
 from phongbench.cli.main import EXIT_CODES, main
@@ -40,9 +37,7 @@ probes = ["hostile"]
 timing = false
 """
 DISK = next(code for kind, code in EXIT_CODES if kind is StorageError)
-KILLED_COMMANDS = ("run", "run --resume", "merge", "report")
 _TOLD = 20
-T = TypeVar("T")
 
 
 @dataclass(frozen=True)
@@ -255,50 +250,3 @@ def _state(folder: Path) -> str:
 
 def _digest(path: Path) -> str:
     return hashlib.sha256(path.read_bytes()).hexdigest()
-
-
-@dataclass(frozen=True)
-class Extent:
-    """How many tries are made: so many, and no new one after so many minutes; drawn by a seed."""
-
-    count: int | None
-    minutes: float
-    seed: int
-
-    def of(self, tries: Iterable[T], say: Callable[[str], None]) -> Iterator[T]:
-        """The first tries; each is told."""
-        end = time.monotonic() + 60 * self.minutes
-        for number, one in enumerate(islice(tries, self.count), 1):
-            if time.monotonic() > end:
-                return
-            say(f"try {number}")
-            yield one
-
-
-def every_fault(bench: Bench, in_turn: bool, extent: Extent, say: Callable[[str], None]) -> dict[str, Tries]:
-    """Each fault at each call of each command, or one of them in turn at each; shuffled, the commands by turns."""
-    rng, found, kinds = random.Random(extent.seed), {name: Tries() for name in bench.commands}, list(FAULTS)
-    tries: list[list[tuple[str, Fault]]] = []
-    for name, command in bench.commands.items():
-        folder = bench.ready(command)
-        found[name].calls = dict(call(command.words(folder), folder).calls)
-        points = range(1, sum(found[name].calls.values()) + 1)
-        pairs = [(kind, at) for at in points for kind in (kinds[at % len(kinds)],) * in_turn or kinds]
-        rng.shuffle(pairs)
-        tries.append([(name, Fault(*pair)) for pair in pairs])
-    by_turns = (one for round_ in zip_longest(*tries) for one in round_ if one is not None)
-    for name, fault in extent.of(by_turns, say):
-        bench.tried(bench.commands[name], found[name], fault)
-    return found
-
-
-def random_kills(bench: Bench, extent: Extent, say: Callable[[str], None]) -> dict[str, Tries]:
-    """Kills at random moments of run, run --resume and report, in turn, up to a tenth after the command's usual end."""
-    rng, found, longest = random.Random(extent.seed), {name: Tries() for name in KILLED_COMMANDS}, {}
-    for name in found:
-        folder, started = bench.ready(bench.commands[name]), time.monotonic()
-        call(bench.commands[name].words(folder), folder)
-        longest[name] = 1.1 * (time.monotonic() - started)
-    for name in extent.of(cycle(found), say):
-        bench.tried(bench.commands[name], found[name], seconds=rng.uniform(0.0, longest[name]))
-    return found

@@ -206,9 +206,8 @@ async def _soak(service: Service, count: int, end: float, seed: int, say: Callab
             for _ in range(CLIENTS):
                 group.create_task(client(service.port, requests, left, found))
         found.remember(service.processes())
-        say(
-            f"{found.clients.total()} requests, {len(found.faults)} faults, MiB {[m[-1] for m in found.memory.values()]}"
-        )
+        held = [seen[-1] for seen in found.memory.values()]
+        say(f"{found.clients.total()} requests, {len(found.faults)} faults, MiB {held}")
     alive = {process.pid for process in service.processes()}
     found.memory = {pid: seen for pid, seen in found.memory.items() if pid in alive}
     await _settled(service, found)
