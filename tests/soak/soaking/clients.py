@@ -156,7 +156,7 @@ def message(sent: Sent, *, last: bool = False) -> bytes:
 
     last  the connection is to end with its answer
     """
-    given = {"host": "localhost"} | {"connection": "close"} * last | dict(sent.headers)
+    given = {"host": "localhost"} | ({"connection": "close"} if last else {}) | dict(sent.headers)
     target = sent.path + f"?{sent.query}" * bool(sent.query)
     lines = [f"{sent.method} {target} HTTP/1.1", *(f"{name}: {value}" for name, value in given.items()), "", ""]
     return "\r\n".join(lines).encode("utf-8", "surrogatepass") + sent.body
