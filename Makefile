@@ -45,7 +45,7 @@ soak: $(TEST) ## for hours: attacked budgets, devices at their worst, random lin
 	PYTHONPATH=tests/soak:tests/api $(PY) -m soaking service --requests $(REQUESTS) --docs
 	PYTHONPATH=tests/soak $(PY) -m soaking gpu
 
-mutate: $(TEST) ## 200 single changes of the product, each against the tests of its room; goes on where it stopped
+mutate: $(TEST) ## 200 single changes of the product, each against the tests that run it; goes on where it stopped
 	PYTHONPATH=tests/mutate $(PY) -m mutating --docs
 
 check: $(DEV) ## lint, format, types, layers

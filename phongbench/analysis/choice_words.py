@@ -80,7 +80,7 @@ def basis(choice: Mapping[str, Any], budget: Budget, where: str = "") -> str:
 
     where   vectors it holds for, after the exponent; left out: those of the budget
     """
-    lengths = f" and lengths up to {budget.length_error:.3g} wrong" if budget.length_error else ""
+    lengths = f" and lengths up to {100 * budget.length_error:.3g} % wrong" if budget.length_error else ""
     where = f"at alpha {budget.alpha}{where or lengths}"
     if choice["coverage"] == "law":
         return f"largest error {_size(choice['max_abs'])} {where}, by law"

@@ -73,6 +73,22 @@ def length_error_of(mesh_angle: float | str, length_error: float | str | None) -
     return 1 - math.cos(math.radians(angle / 2))
 
 
+def edge_words(mesh_angle: float | str) -> str:
+    """What a mesh angle means as a length error, in a sentence; arguments and errors as for `length_error_of`."""
+    angle, wrong = number(mesh_angle, "mesh_angle"), length_error_of(mesh_angle, None)
+    return (
+        f"normals interpolated between two that are {angle:g} degrees apart are up to {100 * wrong:.3g} % too short, "
+        f"1 - cos({angle / 2:g} degrees): lengths wrong by {wrong:.3g}"
+    )
+
+
+def too_wrong(most: float, budget: Budget) -> str:
+    """That lengths as wrong as the budget's were not measured, but up to `most`, in words."""
+    angle = math.degrees(2 * math.acos(max(1 - most, -1.0)))
+    measured = f"{most:g}, as at a mesh angle of {angle:.3g} degrees"
+    return f"the wrongest lengths measured are {measured}, not {budget.length_error:.4g}"
+
+
 def number(value: float | str, name: str) -> float:
     """A number, or text such as 0.004, 1e-3 or 1/255; InputError names the option where it is neither."""
     try:

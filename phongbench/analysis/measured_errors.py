@@ -13,7 +13,7 @@ import numpy as np
 import pandas as pd
 
 from phongbench.analysis import front, kernel_times
-from phongbench.analysis.error_budget import Budget
+from phongbench.analysis.error_budget import Budget, too_wrong
 from phongbench.analysis.exponents import Exponents
 from phongbench.errors import InputError
 from phongbench.formulas.formula import Formula
@@ -122,7 +122,7 @@ def _on_inputs(run: Run, rows: pd.DataFrame, budget: Budget, notes: list[str]) -
     reached = sizes[sizes >= budget.length_error * (1 - 1e-9)]
     if not len(reached):
         fix = "allow a smaller length error, or normalise the vectors first"
-        raise InputError(f"the wrongest lengths measured are {sizes[-1]:g}, not {budget.length_error:g}", run.id, fix)
+        raise InputError(too_wrong(sizes[-1], budget), run.id, fix)
     if not math.isclose(reached[0], budget.length_error):
         notes.append(f"lengths are judged at {reached[0]:g} wrong, the nearest that was measured and not less")
     covered: pd.DataFrame = rows[unit | (wrong & (rows["length_error"].abs() <= reached[0]))]

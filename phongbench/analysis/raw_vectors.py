@@ -15,7 +15,7 @@ import pandas as pd
 from phongbench.analysis import choice, front, kernel_times
 from phongbench.analysis.choice import Choice, Judge, Row
 from phongbench.analysis.choice_words import answered, plain
-from phongbench.analysis.error_budget import Budget
+from phongbench.analysis.error_budget import Budget, too_wrong
 from phongbench.analysis.promises import DEVICES, Promise, promise_raw
 from phongbench.errors import InputError
 from phongbench.formulas.formula import Formula, Registry
@@ -90,8 +90,8 @@ def _as_wrong(rows: pd.DataFrame, budget: Budget, name: str, notes: list[str]) -
     sizes = sorted(rows["length_error"].abs().unique())
     reached = next((size for size in sizes if size >= budget.length_error * (1 - 1e-9)), None)
     if reached is None:
-        fix = "leave --length-error out: lengths from 0.001 to 1000 are then meant"
-        raise InputError(f"the wrongest lengths measured are {sizes[-1]:g}, not {budget.length_error:g}", name, fix)
+        fix = "leave --length-error or --mesh-angle out: lengths from 0.001 to 1000 are then meant"
+        raise InputError(too_wrong(sizes[-1], budget), name, fix)
     if not math.isclose(reached, budget.length_error, abs_tol=1e-12):
         notes.append(f"lengths are judged at {reached:g} wrong, the nearest that was measured and not less")
     wrong: pd.DataFrame = rows[rows["length_error"].abs() <= reached]
@@ -108,21 +108,22 @@ def judged(budget: Budget, registry: Registry, *, any_length: bool) -> Judge:
     return judge
 
 
-def recommend(run: Run | None, budget: Budget, *, any_length: bool) -> dict[str, Any]:
+def recommend(run: Run | None, budget: Budget, *, any_length: bool, notes: Sequence[str] = ()) -> dict[str, Any]:
     """The cheapest recipe from raw N, L and V within a budget, as plain data like `recommend.recommend`.
 
     any_length  True: vectors of any length; else as wrong as the budget says
+    notes       what is to be told first
     returns     the keys of `recommend.recommend`, and `usual`: the recipe that normalises all and takes the power, and
                 `steps`: what each step costs, see there
     Raises InputError where there is no run: recipes are chosen by what was measured.
     """
     if run is None:
         raise InputError("no run says what recipes cost", "raw", "measure them: phongbench run")
-    notes: list[str] = []
+    notes = [*notes]
     accuracy, timing = runs.intact(run).accuracy, kernel_times.timed(run)
     compared = cells(accuracy, timing, budget, any_length=any_length, name=run.id, notes=notes)
     judge = judged(budget, installed(), any_length=any_length)
-    most = f"up to {budget.length_error:.3g} wrong"
+    most = f"up to {100 * budget.length_error:.3g} % wrong"
     lengths = (
         "any length from 0.001 to 1000" if any_length else f"lengths {most}" if budget.length_error else "unit N, L, V"
     )

@@ -14,7 +14,7 @@ import pandas as pd
 from phongbench.analysis import inverse_errors, law_bounds, measured_errors, raw_vectors
 from phongbench.analysis.choice import Choice, Judge, as_given, choose, promised, remembered
 from phongbench.analysis.choice_words import answered, plain
-from phongbench.analysis.error_budget import Budget, length_error_of
+from phongbench.analysis.error_budget import Budget, edge_words, length_error_of
 from phongbench.analysis.exponents import Exponents
 from phongbench.analysis.front import records
 from phongbench.analysis.promises import DEVICES, UNIT_ON_DEVICES, domain
@@ -87,9 +87,9 @@ def recommend(
     if raw and (inputs != VECTORS or not here):
         what = "recipes start from N, L and V, and are chosen by their times on this machine"
         raise InputError(what, "raw", "leave raw or inputs and target out")
+    notes = [] if mesh_angle is None else [edge_words(mesh_angle)]
     if raw:
-        return raw_vectors.recommend(run, budget, any_length=length_error is None)
-    notes: list[str] = []
+        return raw_vectors.recommend(run, budget, any_length=length_error is None, notes=notes)
     cells = _known(run, budget, notes, timed=here)
     cells = cells if here else _on_target(cells, run, budget, (target, short_of, root), notes)
     cells = _meant(cells, run, budget, inputs, inverse_error, notes)

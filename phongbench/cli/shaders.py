@@ -9,14 +9,14 @@ from phongbench.cli.common import JSON, PATH, ROOT, WITH, CommaList, show
 from phongbench.errors import InputError
 
 
-@click.command(short_help="A formula as GLSL, HLSL, WGSL, ESSL, C, CUDA or NumPy.")
+@click.command(short_help="A formula as GLSL, HLSL, WGSL, Metal, ESSL, C, CUDA or NumPy.")
 @click.argument("formula", metavar="[FORMULA]", required=False)
 @click.option("--alpha", required=True, type=float, metavar="A", help="Exponent of the exact Phong to stand for.")
 @click.option("--max-error", metavar="E", help="Without a FORMULA: the cheapest formula within this error, e.g. 1/255.")
 @click.option(
     "--language",
     metavar="NAME",
-    help="glsl, hlsl, wgsl, c, essl100, essl300, cuda or numpy.  [default: by the end of --out, or glsl]",
+    help="glsl, hlsl, wgsl, metal, c, essl100, essl300, cuda or numpy.  [default: by the end of --out, or glsl]",
 )
 @click.option(
     "--precision",

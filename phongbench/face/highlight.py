@@ -147,7 +147,7 @@ def shader(
 ) -> str:
     """The formula as source text: a function `highlight` of two directions, or of n, l and v, its constants filled in.
 
-    language      glsl, hlsl, wgsl, c, essl100, essl300, cuda or numpy
+    language      glsl, hlsl, wgsl, metal, c, essl100, essl300, cuda or numpy
     precision     float32; float16 or mediump where the language has it. The error told at the top is measured in it
     over_long     clamp, or keep: whether vectors longer than 1 give no more than 1 on GPUs, or what the formula says
     length_error  how wrong the directions' lengths may be, for the error told: 0.01 is up to 1 %

@@ -12,8 +12,8 @@ from pathlib import Path
 import pytest
 from mutating.__main__ import JUDGED
 from mutating.changes import ROOMS, Change, drawn, of_source
+from mutating.choice import Traces, Uses
 from mutating.tables import Seen
-from mutating.trials import MOST_SECONDS, chosen
 
 ROOT = Path(__file__).resolve().parents[2]
 MODULE = "phongbench/support/small.py"
@@ -31,14 +31,15 @@ from pathlib import Path
 from mutating.changes import drawn
 from mutating.trials import Bench
 checkout, state = map(Path, sys.argv[1:])
-bench = Bench(checkout, state)
-traces = bench.traces(["support"], lambda text: None)
-changes, found = drawn(bench.copy, ["support"], 1), bench.results([], False)
+bench = Bench(checkout, state, lambda text: None)
+changes = drawn(bench.copy, ["support"], 1)
+found = bench.results(changes, again=False)
 for change in changes:
-    bench.keep(found, change.name, bench.tried(change, traces))
+    bench.keep(found, change.name, bench.tried(change))
+tests = bench.traces(("phongbench/support",)).tests
 whole = (bench.copy / "{MODULE}").read_bytes() == (checkout / "{MODULE}").read_bytes()
-later = Bench(checkout, state).results(changes, again=True)
-print(json.dumps([list(traces.values()), list(found.values()), list(later.values()), whole]))
+later = Bench(checkout, state, lambda text: None).results(changes, again=True)
+print(json.dumps([[[test.name, test.lines] for test in tests], list(found.values()), list(later.values()), whole]))
 """
 
 
@@ -117,8 +118,8 @@ def test_what_a_test_looks_at_is_caught_and_the_rest_survives(tmp_path: Path) ->
     command = [sys.executable, "-c", TRIES, str(tmp_path / "checkout"), str(tmp_path / "state")]
     surroundings = os.environ | {"PYTHONPATH": str(ROOT / "tests" / "mutate")}
     ended = subprocess.run(command, env=surroundings, capture_output=True, text=True, check=True)
-    (trace,), found, later, whole = json.loads(ended.stdout)
-    assert trace["lines"] == {MODULE: [1, 2, 3, 4]}
+    tests, found, later, whole = json.loads(ended.stdout)
+    assert tests == [["tests/phongbench/support/test_small.py::test_it", {MODULE: [3, 4]}]]
     ends = {one["after"]: (one["end"], one["note"] != "") for one in found}
     assert ends == {
         "4": ("survived", False),
@@ -136,16 +137,68 @@ def test_what_a_test_looks_at_is_caught_and_the_rest_survives(tmp_path: Path) ->
     assert whole
 
 
-def test_tests_are_those_that_meet_the_statement_the_likeliest_first() -> None:
-    change = named("x - 1")
-    traces = {
-        "tests/a/test_slow.py": {"seconds": MOST_SECONDS, "lines": {MODULE: [3]}},
-        "tests/a/test_quick.py": {"seconds": 1.0, "lines": {MODULE: [3]}},
-        "tests/a/test_small.py": {"seconds": 2.0, "lines": {MODULE: [3]}},
-        "tests/a/test_elsewhere.py": {"seconds": 0.1, "lines": {MODULE: [1, 2, 4]}},
-    }
-    assert chosen(change, traces) == ["tests/a/test_small.py", "tests/a/test_quick.py"]
-    assert chosen(change, {}) == []
+USED = """from phongbench.support.small import LIMIT
+WIDTHS = {"narrow": LIMIT}
+def wide(name):
+    return WIDTHS[name]
+def other():
+    return 0
+"""
+
+
+@pytest.fixture
+def uses(tmp_path: Path) -> Uses:
+    """A product of two modules, one of which makes something of the other's constant."""
+    for name, text in ((MODULE, SOURCE), ("phongbench/support/used.py", USED)):
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).write_text(text)
+    return Uses(tmp_path)
+
+
+def traces(*tests: tuple[str, float, dict[str, list[int]]], needs: tuple[str, ...] = ()) -> Traces:
+    """Of tests: name, seconds, lines; they need `tests::dear`, which takes 30 s and runs `x + 1 < LIMIT`."""
+    dear = {"fixture": "tests::dear", "seconds": 30.0, "lines": {MODULE: [3]}, "needs": []}
+    told = [{"test": name, "seconds": seconds, "lines": lines, "needs": needs} for name, seconds, lines in tests]
+    return Traces.of([dear, *told])
+
+
+def test_tests_are_those_that_meet_the_statement_the_likeliest_first(uses: Uses) -> None:
+    known = traces(
+        ("tests/a/test_slow.py::test_it", 40.0, {MODULE: [3]}),
+        ("tests/a/test_quick.py::test_it", 1.0, {MODULE: [3]}),
+        ("tests/a/test_small.py::test_it", 2.0, {MODULE: [3]}),
+        ("tests/a/test_elsewhere.py::test_it", 0.1, {MODULE: [4, 5]}),
+    )
+    first, second = "tests/a/test_small.py::test_it", "tests/a/test_quick.py::test_it"
+    assert known.chosen(named("x - 1"), uses, seconds=40.0) == [first, second]
+    assert known.chosen(named("x - 1"), uses, seconds=40.0, asked={first}) == [second]
+    assert known.chosen(named("x - 1"), uses, seconds=0.0) == [first]
+    assert traces().chosen(named("x - 1"), uses, seconds=40.0) == []
+
+
+def test_a_test_meets_what_its_fixtures_run_and_pays_for_them_once(uses: Uses) -> None:
+    known = traces(("a.py::one", 1.0, {}), ("a.py::two", 2.0, {}), needs=("tests::dear", "tests::unknown"))
+    assert known.chosen(named("x - 1"), uses, seconds=33.0) == ["a.py::one", "a.py::two"]
+    assert known.chosen(named("x - 1"), uses, seconds=32.0) == ["a.py::one"]
+    assert known.chosen(named("x - 1"), uses, seconds=3.0, free={"tests::dear"}) == ["a.py::one", "a.py::two"]
+
+
+def test_a_constant_is_met_where_it_is_used_and_where_what_is_made_of_it_is(uses: Uses) -> None:
+    known = traces(
+        ("a.py::test_small", 1.0, {MODULE: [3]}),
+        ("a.py::test_wide", 2.0, {"phongbench/support/used.py": [4]}),
+        ("a.py::test_other", 1.0, {"phongbench/support/used.py": [6]}),
+        ("b.py::test_names_it", 1.0, {}),
+    )
+    constant = named("4")
+    assert constant.names == ("LIMIT",)
+    assert known.chosen(constant, uses, seconds=9.0) == ["a.py::test_small", "a.py::test_wide"]
+    assert known.chosen(constant, uses, seconds=9.0, named={"b.py"})[-1] == "b.py::test_names_it"
+
+
+def test_what_is_made_at_import_has_the_names_of_statement_and_class() -> None:
+    source = "class A:\n    b: int = 1\n    def c(self, d=2):\n        return 3\n"
+    assert {one.before: one.names for one in changes(source)} == {"1": ("b", "A"), "2": ("c", "A"), "3": ()}
 
 
 def test_the_tables_count_and_a_survivor_is_judged_by_its_name() -> None:

@@ -26,7 +26,7 @@ SECONDS, WITH_LENGTHS = 0.1, 0.3
 
 @router.get(
     "/shader",
-    summary="A formula as GLSL, HLSL, WGSL, ESSL, C, CUDA or NumPy",
+    summary="A formula as GLSL, HLSL, WGSL, Metal, ESSL, C, CUDA or NumPy",
     **described(SHADER, 406, 422, 503, also=(media.TEXT,), ask=f"/v1/shader?{LYON}&language=wgsl"),
 )
 async def shader(request: Request, parameters: Annotated[ShaderParameters, Query()]) -> Response:

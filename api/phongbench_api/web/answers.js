@@ -67,7 +67,7 @@ export function reproduce(state, asked, question) {
   const formula = Object.fromEntries(['approximation', 'lambda', 'gamma', 'alpha', 'beta', 'space'].filter((name) => name in question).map((name) => [name, question[name]]));
   const lines = [
     ['This curve, from the service', quoted('/v1/curve', question)],
-    ['The formula as shader code (or hlsl, wgsl, essl300, c, cuda, numpy)', quoted('/v1/shader', { ...formula, language: 'glsl' })],
+    ['The formula as shader code (or hlsl, wgsl, metal, essl300, c, cuda, numpy)', quoted('/v1/shader', { ...formula, language: 'glsl' })],
     ['Its error and time, measured on this machine', run.join(' ')],
     ['The recommendation', pick.join(' ')],
   ];

@@ -6,7 +6,7 @@ import { choices, make, tell } from './dom.js';
 import { plain } from './format.js';
 
 const TITLES = {
-  glsl: ['GLSL'], hlsl: ['HLSL'], wgsl: ['WGSL'], c: ['C'], essl100: ['ESSL 1.00', 'of WebGL 1'], essl300: ['ESSL 3.00', 'of WebGL 2'],
+  glsl: ['GLSL'], hlsl: ['HLSL'], wgsl: ['WGSL'], metal: ['Metal'], c: ['C'], essl100: ['ESSL 1.00', 'of WebGL 1'], essl300: ['ESSL 3.00', 'of WebGL 2'],
   cuda: ['CUDA'], numpy: ['NumPy'],
 };
 

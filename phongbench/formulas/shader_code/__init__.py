@@ -1,1 +1,1 @@
-"""A formula as a function in another language: GLSL, HLSL, WGSL, C, CUDA."""
+"""A formula as a function in another language: GLSL, HLSL, WGSL, Metal, C, CUDA, NumPy."""

@@ -11,22 +11,22 @@ from phongbench.errors import InputError, UnknownNameError
 #: functions that every language has
 _BUILT_IN = """
     abs acos ceil clamp exp exp2 floor guarded guarded_square inverseSqrt inversesqrt length limited log log2 max min
-    mix multiply_add normalize np pow reflect round rsqrt saturate saturated_sum select sign sqrt
+    mix multiply_add normalize np pow reflect rint round rsqrt saturate saturated_sum select sign sqrt
 """
 BUILT_IN = frozenset(_BUILT_IN.split())
-#: words of GLSL, HLSL, WGSL, C, C++ and Python that a kernel's author may well have taken for a name
+#: words of GLSL, HLSL, WGSL, Metal, C, C++ and Python that a kernel's author may well have taken for a name
 _TAKEN = """
     active alignas alignof and array as asm assert async atomic auto await bool break buffer case cast catch centroid
-    char class coherent column_major common compile const constexpr continue convert def default del delete demote
-    discard do double dword elif else enum except explicit export extern external false far filter final finally fixed
-    flat float for fragment friend from get global goto half highp if import in inline inout input int interface
-    invariant is lambda layout let line lineadj linear long lowp matrix mediump meta module move mut namespace near new
-    noinline none nonlocal not null of operator or out output override packed partition pass patch pixelfragment point
-    precise precision premerge priv private protected public raise readonly ref register require resource restrict
-    return row_major sample sampler self set shared short signed sizeof smooth snorm stateblock static string struct
-    subroutine super superp switch table target technique template texture this throw triangle true try type typedef
-    typeid typename union uniform unless unorm unsigned use using var varying vector virtual void volatile wgsl where
-    while with write yield
+    char class coherent column_major common compile const constant constexpr continue convert def default del delete
+    demote device discard do double dword elif else enum except explicit export extern external false far filter final
+    finally fixed flat float for fragment friend from get global goto half highp if import in inline inout input int
+    interface invariant is kernel lambda layout let line lineadj linear long lowp matrix mediump meta metal module
+    move mut namespace near new noinline none nonlocal not null of operator or out output override packed partition
+    pass patch pixelfragment point precise precision premerge priv private protected public raise readonly ref
+    register require resource restrict return row_major sample sampler self set shared short signed sizeof smooth
+    snorm stateblock static string struct subroutine super superp switch table target technique template texture this
+    thread threadgroup throw triangle true try type typedef typeid typename uniform union unless unorm unsigned use
+    using var varying vector vertex virtual void volatile wgsl where while with write yield
 """
 RESERVED = frozenset(_TAKEN.split())
 #: what directions and values may be held in

@@ -112,6 +112,23 @@ WGSL = Language(
     },
 )  # fmt: skip
 
+METAL = Language(
+    "metal", "float", "int", ("float3", "{}"),
+    literal="{}f".format, declared=c_declared,
+    header=lambda kind, name, arguments: f"inline {c_header(kind, name, arguments)}",
+    chosen=c_chosen,
+    listed=lambda kind, name, values: c_listed(kind, name, values).replace("static const", "constant"),
+    names={"float_bits": "as_type<int>", "bits_float": "as_type<float>", "inversesqrt": "rsqrt", "round": "rint"},
+    preamble="#include <metal_stdlib>\nusing namespace metal;",
+    saturated="saturate({})".format,
+    precisions={
+        FLOAT16: {
+            "float_type": "half", "direction": ("half3", "{}"), "literal": "{}h".format,
+            "names": {"float": "half", "inversesqrt": "rsqrt", "round": "rint"}, "lacks": _NO_BITS,
+        },
+    },
+)  # fmt: skip
+
 _C_NAMES = {
     "abs": "fabsf", "acos": "acosf", "exp": "expf", "exp2": "exp2f", "floor": "floorf", "log2": "log2f",
     "max": "fmaxf", "min": "fminf", "pow": "powf", "round": "rintf", "sqrt": "sqrtf",
@@ -250,7 +267,7 @@ NUMPY = Language(
     **_numpy_names("np.float32"),
 )  # fmt: skip
 
-LANGUAGES = {one.name: one for one in (GLSL, HLSL, WGSL, C, ESSL100, ESSL300, CUDA, NUMPY)}
+LANGUAGES = {one.name: one for one in (GLSL, HLSL, WGSL, METAL, C, ESSL100, ESSL300, CUDA, NUMPY)}
 
 
 def language_named(name: str) -> Language:

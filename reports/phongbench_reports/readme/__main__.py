@@ -11,6 +11,7 @@ import click
 from phongbench.benchmarks import false_alarms, kernel_bench
 from phongbench.errors import InputError, PhongbenchError
 from phongbench.results import runs
+from phongbench.support.process import cores
 from phongbench.support.progress import Progress
 from phongbench_reports.readme import bench_parts, heads_part, measurements, pictures, tour
 from phongbench_reports.readme.fill import of_run, write
@@ -77,6 +78,12 @@ def _tour(_: Wanted) -> Made:
         return {}, {"reports/docs/tour.ipynb": tour.notebook(tour.executed(Path(name)))}
 
 
+def _goals(wanted: Wanted) -> Made:
+    with tempfile.TemporaryDirectory(prefix="phongbench-goals-") as name:
+        made = [measurements.goal_in_clone(goal, wanted.root, Path(name)) for goal in ("run", "test")]
+    return {"goals": bench_parts.goals(made, cores())}, {}
+
+
 #: step -> what it measures or draws; each is written as soon as it is made
 STEPS: Mapping[str, Callable[[Wanted], Made]] = {
     "study": _study,
@@ -87,6 +94,7 @@ STEPS: Mapping[str, Callable[[Wanted], Made]] = {
     "heads": _heads,
     "pictures": _pictures,
     "tour": _tour,
+    "goals": _goals,
 }
 
 

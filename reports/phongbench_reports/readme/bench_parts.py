@@ -1,12 +1,13 @@
 """The generated parts that no run holds: our kernels beside peers, and the timing beside itself."""
 
+import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 from phongbench.benchmarks import scene_bench
 from phongbench.benchmarks.false_alarms import ALLOWED, Alarms
 from phongbench_reports.readme.markdown import table
-from phongbench_reports.readme.measurements import RACE, SCENES, SIZE, Wall
+from phongbench_reports.readme.measurements import RACE, SCENES, SIZE, Goal, Wall
 from phongbench_reports.text import INTERVAL, listed, number, ratio
 
 
@@ -67,6 +68,23 @@ def times(walls: Sequence[Wall]) -> str:
     )
     seconds = table(("kernel cache", *stages, "the whole command"), lines, right=range(1, len(stages) + 2))
     return f"{command}\n\n{seconds}"
+
+
+def goals(made: Sequence[Goal], cores: int) -> str:
+    """How long the Makefile's goals took on a bare clone, and what they told of it."""
+    told = [f"`make {goal.name}` took {_duration(goal.seconds)}{_within(goal)}" for goal in made]
+    return f"On a bare clone, {cores} cores, packages fetched before, no kernel compiled: {'; '.join(told)}."
+
+
+def _duration(seconds: float) -> str:
+    return f"{seconds:.0f} s" if seconds < 120 else f"{seconds / 60:.1f} minutes"
+
+
+def _within(goal: Goal) -> str:
+    """Where the time of a run went, and how many tests passed."""
+    run, test = r"; where [\d.]+ s went: (.+)", r"(\d+ passed.*) in [\d.]+ ?s"
+    spent = re.search(run, goal.output) or re.search(test, goal.output)
+    return f" ({spent[1].strip()})" if spent else ""
 
 
 def scenes(measured: Mapping[str, Any]) -> str:

@@ -51,6 +51,52 @@ def study_as_command(name: str, folder: Path, cache: Path, extra: Sequence[str] 
     return Wall(name, json.loads(done.stdout), seconds)
 
 
+#: what `make` and this checkout tell their children, and a clone must not hear
+_INHERITED = ("MAKEFLAGS", "MAKELEVEL", "MFLAGS", "PHONGBENCH_STARTED", "PYTHONPATH", "VIRTUAL_ENV")
+
+
+@dataclass(frozen=True)
+class Goal:
+    """A goal of the Makefile, made in a bare clone.
+
+    name     str    run or test
+    seconds  float  wall time, from `make` to its end
+    output   str    what it printed
+    """
+
+    name: str
+    seconds: float
+    output: str
+
+
+def goal_in_clone(name: str, root: Path, folder: Path) -> Goal:
+    """Clone what is committed of a checkout into a new folder, and make a goal there, with no kernel compiled before.
+
+    Raises MeasurementError where git, or the goal, fails.
+    """
+    clone, kernels = folder / name, folder / f"{name}-kernels"
+    folder.mkdir(exist_ok=True)
+    environment = {key: value for key, value in os.environ.items() if key not in _INHERITED}
+    _ended_well(["git", "clone", "--quiet", str(root), str(clone)], folder, environment)
+    started = time.perf_counter()
+    command = ["make", name, f"PYTHON={sys.executable}"]
+    output = _ended_well(command, clone, {**environment, "PHONGBENCH_CACHE": str(kernels)})
+    return Goal(name, time.perf_counter() - started, output)
+
+
+def _ended_well(command: Sequence[str], folder: Path, environment: Mapping[str, str]) -> str:
+    """What a command printed; MeasurementError with its last lines where it failed."""
+    try:
+        done = subprocess.run(command, check=False, stdout=subprocess.PIPE, text=True, cwd=folder, env=environment)
+    except OSError as problem:
+        raise MeasurementError(f"{command[0]} cannot be run: {problem.strerror}", None, "install it") from problem
+    if done.returncode:
+        last = "\n".join(done.stdout.splitlines()[-20:])
+        what = f"it ended with exit code {done.returncode}"
+        raise MeasurementError(what, " ".join(command[:2]), f"its last lines:\n{last}")
+    return done.stdout
+
+
 def load_programs(root: Path) -> Path:
     """The folder that holds the load program, which only a checkout has; InputError elsewhere."""
     programs = root / "tests" / "api"

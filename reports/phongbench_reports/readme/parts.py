@@ -17,7 +17,7 @@ SOAKED, MUTATED = ("disk_faults", "kills", "attacked"), ("mutations", "survivors
 ATTACKED = dict.fromkeys(SOAKED, "soak") | dict.fromkeys(MUTATED, "mutate")
 #: page -> its generated parts
 PAGES: Mapping[str, tuple[str, ...]] = {
-    README: ("pictures", "targets", "raw_answer", "glossary"),
+    README: ("goals", "pictures", "targets", "raw_answer", "glossary"),
     f"{DOCS}/code.md": ("shader",),
     f"{DOCS}/columns.md": ("columns",),
     f"{DOCS}/inverse.md": ("heads",),

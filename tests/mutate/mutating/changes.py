@@ -6,19 +6,13 @@ parser does not tell.
 
 import ast
 import copy
-import random
+import hashlib
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
-#: room -> the folders of tests that it is tried against
-ROOMS: Mapping[str, tuple[str, ...]] = {
-    "support": ("support", "inputs", "results"),
-    "results": ("results",),
-    "inputs": ("inputs",),
-    "analysis": ("analysis",),
-    "cli": ("cli",),
-}
+#: where something is changed: rooms that hold no compiled loop, or few, and whose own tests are no whole studies
+ROOMS = ("support", "results", "inputs", "analysis", "cli", "face")
 #: what shows that a source is compiled, or that the key of compiled kernels is made of it: all would compile anew
 _COMPILED = (b"jit", b"intrinsics")
 _COMPARISONS: Mapping[type[ast.cmpop], type[ast.cmpop]] = {
@@ -44,6 +38,7 @@ _OPERATORS: Mapping[type[ast.operator], type[ast.operator]] = {
     ast.BitOr: ast.BitAnd,
     ast.BitAnd: ast.BitOr,
 }
+FUNCTIONS = (ast.FunctionDef, ast.AsyncFunctionDef)
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,6 +48,7 @@ class Change:
     room, file    of the product; the file from the checkout's root
     line          where it stands, from 1
     lines         first and last line of the statement, or of its head: what a test runs to meet the change
+    names         of a statement that runs when its module is imported: what it makes or is part of; else none
     kind          comparison, operator, constant or condition
     before, after the expression, on one line
     text          the line where it begins
@@ -64,6 +60,7 @@ class Change:
     file: str
     line: int
     lines: tuple[int, int]
+    names: tuple[str, ...]
     kind: str
     before: str
     after: str
@@ -84,7 +81,7 @@ class Change:
 
 
 def drawn(root: Path, rooms: Sequence[str], seed: int) -> list[Change]:
-    """Every change of these rooms, in an order drawn by the seed."""
+    """Every change of these rooms, in an order drawn by the seed; an edit elsewhere moves none before another."""
     found = [
         change
         for room in rooms
@@ -92,8 +89,7 @@ def drawn(root: Path, rooms: Sequence[str], seed: int) -> list[Change]:
         if not is_compiled(path.read_bytes())
         for change in of_source(room, path.relative_to(root).as_posix(), path.read_bytes())
     ]
-    random.Random(seed).shuffle(found)
-    return found
+    return sorted(found, key=lambda change: hashlib.sha256(f"{seed} {change.name}".encode()).digest())
 
 
 def is_compiled(source: bytes) -> bool:
@@ -106,33 +102,69 @@ def of_source(room: str, file: str, source: bytes) -> Iterator[Change]:
     starts = [0]
     for line in source.splitlines(keepends=True):
         starts.append(starts[-1] + len(line))
-    for node, lines, is_condition in _nodes(ast.parse(source), (1, 1)):
+    for node, place, is_condition in _expressions(ast.parse(source), _Place()):
         for kind, after in _changed(node, is_condition):
             assert node.end_lineno is not None
             assert node.end_col_offset is not None
             start, end = starts[node.lineno - 1] + node.col_offset, starts[node.end_lineno - 1] + node.end_col_offset
             line = source[starts[node.lineno - 1] : starts[node.lineno]]
-            place = node.col_offset - (len(line) - len(line.lstrip()))
+            column = node.col_offset - (len(line) - len(line.lstrip()))
             was, now, text = ast.unparse(node), ast.unparse(after), line.decode().strip()
-            yield Change(room, file, node.lineno, lines, kind, was, now, text, start, end, place)
+            names = () if place.in_function else place.names
+            yield Change(room, file, node.lineno, place.lines, names, kind, was, now, text, start, end, column)
 
 
-def _nodes(node: ast.AST, lines: tuple[int, int], name: str = "") -> Iterator[tuple[ast.expr, tuple[int, int], bool]]:
-    """The expressions below a node, which is its parent's member `name`: the lines of its statement, if a condition."""
+@dataclass(frozen=True, slots=True)
+class _Place:
+    """Where an expression stands: see Change; whether within a function, and the class around it."""
+
+    lines: tuple[int, int] = (1, 1)
+    names: tuple[str, ...] = ()
+    around: tuple[str, ...] = ()
+    in_function: bool = False
+
+    def of(self, statement: ast.stmt) -> "_Place":
+        """The place of a statement here."""
+        return replace(self, lines=head(statement), names=(*bound(statement), *self.around))
+
+    def inside(self, statement: ast.stmt) -> "_Place":
+        """What stands in a statement's body."""
+        if isinstance(statement, FUNCTIONS):
+            return replace(self, in_function=True)
+        return replace(self, around=(statement.name,)) if isinstance(statement, ast.ClassDef) else self
+
+
+def head(statement: ast.stmt) -> tuple[int, int]:
+    """First and last line of a statement, without its body."""
+    decorators: list[ast.expr] = getattr(statement, "decorator_list", [])
+    body: list[ast.stmt] = getattr(statement, "body", [])
+    last = max(body[0].lineno - 1, statement.lineno) if body else statement.end_lineno or statement.lineno
+    return min([statement.lineno, *(one.lineno for one in decorators)]), last
+
+
+def bound(statement: ast.stmt) -> list[str]:
+    """The names that a statement gives a meaning."""
+    if isinstance(statement, (*FUNCTIONS, ast.ClassDef)):
+        return [statement.name]
+    targets = getattr(statement, "targets", None) or [getattr(statement, "target", None)]
+    nodes = [node for target in targets if target is not None for node in ast.walk(target)]
+    return [node.id for node in nodes if isinstance(node, ast.Name)]
+
+
+def _expressions(node: ast.AST, place: _Place, name: str = "") -> Iterator[tuple[ast.expr, _Place, bool]]:
+    """The expressions below a node, which is its parent's member `name`: place, and if it is a condition."""
     if isinstance(node, ast.JoinedStr) or (isinstance(node, ast.If) and _for_checkers(node.test)):
         return
     if isinstance(node, ast.stmt):
-        decorators: list[ast.expr] = getattr(node, "decorator_list", [])
-        body: list[ast.stmt] = getattr(node, "body", [])
-        last = max(body[0].lineno - 1, node.lineno) if body else node.end_lineno or node.lineno
-        lines = min([node.lineno, *(one.lineno for one in decorators)]), last
+        place = place.of(node)
     if isinstance(node, ast.expr):
-        yield node, lines, name in ("test", "ifs")
+        yield node, place, name in ("test", "ifs")
     for member, value in ast.iter_fields(node):
         if member not in ("annotation", "returns"):
+            inner = place.inside(node) if member == "body" and isinstance(node, ast.stmt) else place
             for child in value if isinstance(value, list) else [value]:
                 if isinstance(child, ast.AST):
-                    yield from _nodes(child, lines, member)
+                    yield from _expressions(child, inner, member)
 
 
 def _for_checkers(test: ast.expr) -> bool:

@@ -72,7 +72,9 @@ def test_without_rows_or_run_it_says_what_measures_them(run):
 
 def test_a_mesh_angle_is_the_shortest_normal_on_an_edge(run):
     assert length_error_of(20, None) == pytest.approx(1 - math.cos(math.radians(10)))
-    assert best(run, 0.1, mesh_angle=10)[0]["length_error"] == pytest.approx(1 - math.cos(math.radians(5)))
+    answer = best(run, 0.1, mesh_angle=10)[0]
+    assert answer["length_error"] == pytest.approx(1 - math.cos(math.radians(5)))
+    assert "10 degrees apart are up to 0.381 % too short" in answer["notes"][0]
     for angle, length in ((-1, None), (180, None), ("nan", None), (10, 0.1)):
         with pytest.raises(InputError):
             length_error_of(angle, length)

@@ -184,8 +184,24 @@ def test_wrong_lengths_up_to_the_budgets_count_in_every_direction(stored: Stored
     assert best["max_abs"] > recommend(run, alpha=10, max_error=0.09)["choices"][0]["max_abs"]
 
 
+@pytest.mark.parametrize(("wrong", "judged"), [(0.01, None), (0.00999, 0.01), (0.0101, 0.05), (0.05, None)])
+def test_lengths_are_judged_at_the_nearest_size_that_is_not_less_and_that_is_told(
+    stored: Stored, wrong: float, judged: float | None
+) -> None:
+    run = stored()
+    found = recommend(run, alpha=10, max_error=0.9, length_error=wrong)
+    told = [note for note in found["notes"] if "lengths are judged" in note]
+    assert [f"judged at {judged:g} wrong" in note for note in told] == ([] if judged is None else [True])
+    best = found["choices"][0]
+    rows = errors(run, best, alpha=10.0, stratum="lengths")
+    rows = rows[
+        (rows["length_error"].abs() <= (judged or wrong)) & rows["perturbation"].isin(["a", "both", "opposite"])
+    ]
+    assert best["max_abs"] == rows["max_abs"].max()
+
+
 def test_lengths_that_were_not_measured_are_refused(stored: Stored, small_rows: pd.DataFrame) -> None:
-    with pytest.raises(InputError, match=r"0\.1, not 0\.5"):
+    with pytest.raises(InputError, match=r"0\.1, as at a mesh angle of 51\.7 degrees, not 0\.5"):
         recommend(stored(), alpha=10, max_error=0.1, length_error=0.5)
     unit = stored("20260102-000000-0123abcd", accuracy=small_rows[small_rows["stratum"] != "lengths"])
     with pytest.raises(InputError, match="no vectors of wrong length"):

@@ -196,7 +196,7 @@ def test_a_shader_is_a_text_in_the_language() -> None:
     text = pb.shader(FORMULA, alpha=ALPHA, language="wgsl")
     assert "fn highlight(" in text
     assert f"phongbench shader {FORMULA} --alpha 50 --language wgsl" in text
-    with pytest.raises(UnknownNameError, match="glsl, hlsl, wgsl, c"):
+    with pytest.raises(UnknownNameError, match="glsl, hlsl, wgsl, metal, c"):
         pb.shader(FORMULA, alpha=ALPHA, language="basic")
 
 

@@ -57,6 +57,45 @@ static float __saturatef(float x) { return fminf(fmaxf(x, 0), 1); }
 static int __float_as_int(float x) { int bits; memcpy(&bits, &x, sizeof bits); return bits; }
 static float __int_as_float(int bits) { float x; memcpy(&x, &bits, sizeof x); return x; }
 """
+#: the header that Metal's own compiler brings, as templates: mixed types find none, as there
+METAL = """
+#include <cmath>
+#include <cstring>
+#define constant static const
+using half = _Float16;
+constexpr half operator""h(long double x) { return half(x); }
+template <class T> struct vec3 { T x, y, z; };
+using float3 = vec3<float>;
+using half3 = vec3<half>;
+namespace metal {
+template <class To, class T> To as_type(T x) { To y; memcpy(&y, &x, sizeof y); return y; }
+template <class T> T min(T a, T b) { return T(fminf(float(a), float(b))); }
+template <class T> T max(T a, T b) { return T(fmaxf(float(a), float(b))); }
+template <class T> T clamp(T x, T low, T high) { return min(max(x, low), high); }
+template <class T> T saturate(T x) { return clamp(x, T(0), T(1)); }
+template <class T> T abs(T x) { return T(fabsf(float(x))); }
+#define OF(name) template <class T> T name(T x) { return T(name##f(float(x))); }
+OF(acos) OF(exp2) OF(floor) OF(log2) OF(rint) OF(sqrt)
+template <class T> T pow(T x, T y) { return T(powf(float(x), float(y))); }
+template <class T> T rsqrt(T x) { return T(1 / sqrtf(float(x))); }
+template <class T> vec3<T> operator+(vec3<T> a, vec3<T> b) { return {T(a.x + b.x), T(a.y + b.y), T(a.z + b.z)}; }
+template <class T> vec3<T> operator-(vec3<T> a, vec3<T> b) { return {T(a.x - b.x), T(a.y - b.y), T(a.z - b.z)}; }
+template <class T> vec3<T> operator*(T s, vec3<T> a) { return {T(s * a.x), T(s * a.y), T(s * a.z)}; }
+template <class T> vec3<T> operator*(vec3<T> a, T s) { return s * a; }
+template <class T> T dot(vec3<T> a, vec3<T> b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+template <class T> vec3<T> cross(vec3<T> a, vec3<T> b) {
+    return {T(a.y * b.z - a.z * b.y), T(a.z * b.x - a.x * b.z), T(a.x * b.y - a.y * b.x)};
+}
+}
+struct Given {
+    const float *at;
+    template <class T> operator vec3<T>() const { return {T(at[0]), T(at[1]), T(at[2])}; }
+};
+template <class T, class V> T called(T (*of)(V, V), const float *a, const float *b) { return of(Given{a}, Given{b}); }
+template <class T, class V> T called(T (*of)(V, V, V), const float *a, const float *b) {
+    return of(Given{a}, Given{b}, Given{b});
+}
+"""
 #: language -> compiler, its options, and what stands before and after the source to make a library of it
 BUILDS = {
     "c": (
@@ -75,6 +114,15 @@ BUILDS = {
     ),
 }
 BUILDS["cuda"] = (*BUILDS["hlsl"][:2], CUDA, *BUILDS["hlsl"][3:])
+BUILDS["metal"] = (
+    "c++",
+    ["-x", "c++", "-Wall", "-Wextra", "-Wdouble-promotion", "-Wno-unused-function"],
+    "",
+    'extern "C" void run',
+    LOOP.replace("highlight({a}, {b})", "called(highlight, a + 3 * i, b + 3 * i)").format(),
+)
+#: language -> the header that its text includes: its name and text
+HEADERS = {"metal": ("metal_stdlib", METAL)}
 _USUAL = ("-Werror", "-O1", "-ffp-contract=off", "-shared", "-fPIC")
 
 
@@ -100,6 +148,9 @@ def built(language: str, text: str, folder: Path, *more: str) -> Any:
     if found is None:
         pytest.skip(f"no {compiler} here")
     arguments = "(int count, const float *a, const float *b, float *out) {"
+    for name, header in [HEADERS[language]] if language in HEADERS else ():
+        (folder / name).write_text(header)
+        more = (*more, "-isystem", str(folder))
     source, library = folder / "source", folder / "library.so"
     source.write_text(f"{shim}\n{text}\n{begin}{arguments}{loop}")
     subprocess.run([found, *options, *_USUAL, *more, "-o", library, source, "-lm"], check=True)

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from shader_builds import ALPHA, BUILDS, CASES, built, formula_of, text_of, writable
+from shader_builds import ALPHA, BUILDS, CASES, built, formula_of, pairs, text_of, writable
 
 from phongbench.compiler.precisions import FLOAT16
 from phongbench.errors import InputError, KernelError, UnknownNameError
@@ -74,6 +74,23 @@ def test_glslang_takes_it(kind: str, language: str, precision: str, tmp_path: Pa
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
     assert done.returncode == 0, f"{done.stdout}\n{text}"
     assert "WARNING" not in done.stdout
+
+
+@pytest.mark.parametrize("precision", ["float32", "float16"])
+@pytest.mark.parametrize("kind", SOME)
+def test_metal_is_what_its_statements_say(kind: str, precision: str, tmp_path: Path) -> None:
+    """By C++ with the words of Metal's header: its own compiler runs on Apple's machines alone."""
+    formula, language = spelled(kind), LANGUAGES["metal"].in_precision(precision)
+    if not writable(formula, "metal", precision):
+        return  # refused: see below
+    a, b = pairs(ALPHA)
+    values = built("metal", text_of(formula, "metal", precision=precision), tmp_path)(a, b)
+    setting, held = formula.setting(ALPHA), [one.astype(HELD[precision]) for one in (a, b)]
+    given = held if formula.recipe == "pair" else [*held, held[1]]
+    expected = compiled(formula.spec(), formula, setting, language, limited=True)(*given)
+    # what is rounded otherwise, more of it where the pair is made first, and what a slope of alpha makes of it
+    steps = (4 if formula.recipe == "pair" else 12) * {"float32": 2.0**-24, "float16": 2.0**-11}[precision]
+    np.testing.assert_allclose(values, expected.astype(np.float32), rtol=1e-4, atol=steps * setting.exponent)
 
 
 def angles(formula: Formula, kind: Any) -> tuple[list[Any], Any]:
@@ -168,7 +185,16 @@ def test_every_formula_that_has_no_table_and_reads_no_bits_is_written_in_every_l
 
 
 def test_the_end_of_a_file_names_the_language() -> None:
-    ends = {"frag": "glsl", "cu": "cuda", "py": "numpy", "h": "c", "wgsl": "wgsl", "essl100": "essl100", "": None}
+    ends = {
+        "frag": "glsl",
+        "cu": "cuda",
+        "metal": "metal",
+        "py": "numpy",
+        "h": "c",
+        "wgsl": "wgsl",
+        "essl100": "essl100",
+        "": None,
+    }
     assert {end: language_of_file(end) for end in ends} == ends
     assert language_of_file("docx") == "docx"  # which no language is called
 

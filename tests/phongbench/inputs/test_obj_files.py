@@ -76,6 +76,12 @@ def test_degenerate_triangles_are_left_out_and_counted(obj):
     assert "degenerate triangles left out: 2" in surface.notes
 
 
+def test_a_corner_that_is_repeated_is_dropped_while_three_are_left(obj):
+    surface = obj_files.load(obj(CORNERS + "f 1 2 2 3\nf 1 1 2 2\n"))
+    assert len(surface.faces) == 1
+    assert surface.left_out == 2  # the two triangles of a line that is drawn to and fro
+
+
 @pytest.mark.parametrize(
     "text",
     [
@@ -187,3 +193,4 @@ def test_the_materials_of_faces_are_those_above_them(obj):
     assert read.materials == ((9, "red # x"),)
     assert read.worn.tolist() == [-1, 0, 0, -1, 0]
     assert read.bare == 8
+    assert obj_files.load_obj(obj(text + "usemtl red\nf 1 2 3\nusemtl blue\nf 1 2 4\n")).bare is None

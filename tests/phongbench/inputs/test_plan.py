@@ -6,7 +6,8 @@ from dataclasses import replace
 import pytest
 
 from phongbench.errors import InputError, UnknownNameError
-from phongbench.inputs.plan import PRESETS, Plan, preset
+from phongbench.inputs.mtl_files import OPENGL
+from phongbench.inputs.plan import PRESETS, QUICK_ALPHAS, STANDARD_ALPHAS, Plan, preset
 from phongbench.inputs.plan_files import compose, read_plan
 
 QUICK = preset("quick")
@@ -34,6 +35,20 @@ def test_quick_covers_what_it_promises():
     assert QUICK.samples >= 100_000
 
 
+def test_presets_hold_the_powers_of_two_and_exponents_of_real_materials():
+    together = set(QUICK_ALPHAS) | set(STANDARD_ALPHAS)
+    assert {2.0**n for n in range(12)} <= together
+    odd = {alpha for alpha in together if alpha != int(alpha)}
+    assert odd - {96.08} <= {float(f"{material.shininess:.3g}") for material in OPENGL}  # 96.08: Blender's own
+
+
+@pytest.mark.parametrize(
+    "change", [{"samples": 1}, {"samples": 1 << 40}, {"seed": 0}, {"timing_budget": 1e-9}], ids=str
+)
+def test_what_is_possible_just_so_is_not_refused(change):
+    assert replace(QUICK, **change).validated().digest != QUICK.validated().digest
+
+
 def test_different_plans_have_different_digests():
     assert QUICK.digest != replace(QUICK, seed=2).digest
     assert QUICK.digest == preset("quick").digest
@@ -51,6 +66,7 @@ def test_different_plans_have_different_digests():
         ({"gammas": (0,)}, "gamma = 0"),
         ({"gammas": ()}, "gammas is empty"),
         ({"samples": 0}, "samples = 0"),
+        ({"samples": (1 << 40) + 1}, "samples = 1099511627777"),
         ({"seed": -1}, "seed = -1"),
         ({"timing_budget": 0.0}, "timing budget"),
         ({"timing_budget": math.nan}, "timing budget"),

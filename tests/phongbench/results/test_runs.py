@@ -75,11 +75,69 @@ def test_runs_are_found_by_path_by_id_and_as_latest(run):
         runs.find("latest", root / "empty")
 
 
-@pytest.mark.parametrize("text", ["", "{", "[]", '{"schema": 1}', "\x00"])
+@pytest.mark.parametrize("text", ["", "{", "[]", '{"schema": 1}', "{}", "\x00"])
 def test_a_broken_manifest_is_refused(run, text):
     (run.path / "manifest.json").write_text(text)
     with pytest.raises(CorruptRunError):
         runs.load(run.path)
+
+
+@pytest.mark.parametrize("text", [None, '{"name": "of another program"}'])
+def test_a_folder_without_a_manifest_of_ours_is_no_run(run, text):
+    (run.path / "manifest.json").unlink()
+    if text:
+        (run.path / "manifest.json").write_text(text)
+    with pytest.raises(InputError, match="is not a run"):
+        runs.load(run.path)
+
+
+SHARD = {"index": 1, "count": 2, "arithmetic": {"numba": "1"}}
+TABLE = {"sha256": "0", "rows": 0, "bytes": 0}
+WRONG = [
+    *[("run", value) for value in (1, None)],
+    *[("state", value) for value in ("done", True)],
+    *[("plan", value) for value in (None, [], {"colour": "red"})],
+    *[("plan", {name: value}) for name, value in (("samples", 1.5), ("samples", "1"), ("timing", 1), ("alphas", 5.0))],
+    *[("plan", {name: value}) for name, value in (("alphas", ["5"]), ("timing_budget", True), ("timing_budget", "1"))],
+    *[("seed", value) for value in (-1, True, 1.0, "1")],
+    ("code", 1),
+    ("provenance", []),
+    *[("files", value) for value in ([], {"../accuracy.parquet": TABLE}, {"accuracy.csv": TABLE}, {"a.parquet": 1})],
+    *[("files", {"accuracy.parquet": TABLE | {name: None}}) for name in TABLE],
+    *[(name, value) for name in ("with", "violations") for value in ("text", [1])],
+    *[(name, []) for name in ("failures", "probes", "cluster", "seconds")],
+    *[
+        ("shard", SHARD | change)
+        for change in ({"index": 0}, {"index": 3}, {"count": 2.0}, {"arithmetic": {"numba": 1}})
+    ],
+    *[("shard", SHARD | change) for change in ({"failures": []}, {"parts": {"a": 1}}, {"parts": ["a"]})],
+    *[("cluster", {"workers": value}) for value in (-1, True, "2")],
+    *[("merged", value) for value in ({}, [1])],
+    *[("seconds", {"sweep": value}) for value in ("1", True, None)],
+]
+RIGHT = [
+    ("plan", {"timing_budget": 1}),
+    ("files", {"accuracy.parquet": TABLE}),
+    ("with", ["a.py"]),
+    ("violations", []),
+    ("shard", SHARD | {"index": 2, "failures": {"a": "b"}, "parts": {"a": "0"}}),
+    ("cluster", {"workers": 0}),
+    ("merged", [{}]),
+    ("seconds", {"sweep": 1, "timing": 0.5}),
+]
+
+
+@pytest.mark.parametrize(("key", "value"), WRONG, ids=str)
+def test_a_manifest_with_a_value_of_another_kind_is_refused_by_its_key(run, key, value):
+    runs.write_manifest(run.path, dict(run.manifest) | {key: value})
+    with pytest.raises(CorruptRunError, match=f"holds no {key} that"):
+        runs.load(run.path)
+
+
+@pytest.mark.parametrize(("key", "value"), RIGHT, ids=str)
+def test_a_manifest_with_all_that_it_may_hold_is_read(run, key, value):
+    runs.write_manifest(run.path, dict(run.manifest) | {key: value})
+    assert runs.load(run.path).manifest[key] == value
 
 
 def test_another_schema_is_refused(run):

@@ -1,6 +1,7 @@
 """Interrupts: a Ctrl-C is heard even if whatever it hit swallowed it."""
 
 import contextlib
+import os
 import signal
 import threading
 
@@ -8,7 +9,7 @@ import pytest
 
 from phongbench.errors import InterruptedStudyError
 from phongbench.study.run import run_study
-from phongbench.support.process import heeded
+from phongbench.support.process import cores, heeded
 from phongbench.support.progress import Progress
 
 
@@ -73,3 +74,11 @@ def test_other_threads_leave_the_handler_alone():
     thread.start()
     thread.join()
     assert seen == [signal.default_int_handler]
+
+
+def test_cores_are_those_of_this_process_and_one_where_nobody_knows(monkeypatch):
+    assert 1 <= cores() <= (os.cpu_count() or 1)
+    monkeypatch.delattr(os, "sched_getaffinity", raising=False)
+    for counted, expected in ((None, 1), (3, 3)):
+        monkeypatch.setattr(os, "cpu_count", lambda counted=counted: counted)
+        assert cores() == expected

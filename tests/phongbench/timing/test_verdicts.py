@@ -66,6 +66,14 @@ def test_a_bandwidth_fraction_is_against_the_better_ceiling() -> None:
     assert rows["phong"]["bandwidth_fraction"] == pytest.approx(0.7, rel=0.01)
 
 
+@pytest.mark.parametrize(("copy", "triad"), [(20.0, 45.0), (20.0, 25.0), (30.0, 30.0), (20.0, 30.0)])
+def test_the_better_ceiling_moves_more_in_a_time_not_in_all(copy: float, triad: float) -> None:
+    """The kernel moves 7 arrays in 70 ns; copy moves 2, triad 3, each in its own time."""
+    rows = analysed({"streaming": 70.0, "copy": copy, "triad": triad}, noise=1e-9)
+    expected = (7 / 70.0) / max(2 / copy, 3 / triad)
+    assert rows["streaming"]["bandwidth_fraction"] == pytest.approx(expected, rel=1e-3)
+
+
 def test_a_twin_that_is_told_apart_withholds_every_other_claim() -> None:
     rows = analysed({"quick": 60.0, "aa-twin": 105.0}, noise=1e-3)
     assert rows["aa-twin"]["verdict"] == "slower"

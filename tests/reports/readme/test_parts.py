@@ -13,6 +13,7 @@ from phongbench.analysis.rows import Rows
 from phongbench.formulas.formula import Formula
 from phongbench_reports.readme import bench_parts, parts, pictures, raw_part, run_parts
 from phongbench_reports.readme.fill import of_run
+from phongbench_reports.readme.measurements import Goal
 
 
 def test_the_same_rows_give_the_same_parts(made: Any) -> None:
@@ -88,6 +89,16 @@ def test_raw_vectors_that_were_not_timed_are_said_to_be_so(made: Any) -> None:
 def test_throughput_and_wall_times_are_told_apart() -> None:
     assert ["phongbench", "510 million", "48.6"] in lines_of(bench_parts.throughput(RATES))
     assert ["cold", "30.0 s", "8.0 s", "2.5 s", "45.0 s"] in lines_of(bench_parts.times(WALLS))
+
+
+def test_goals_tell_how_long_and_where_it_went() -> None:
+    run = "5 cells (1 billion/s); where 58.2 s went: installing and starting 20.0 s, compiling 15.0 s\n run  there\n"
+    tests = f"....\n{20 * '='} 5123 passed, 4 skipped in 560.12s (0:09:20) {20 * '='}\n"
+    part = bench_parts.goals([Goal("run", 58.4, run), Goal("test", 581.0, tests)], cores=2)
+    assert "2 cores" in part
+    assert "`make run` took 58 s (installing and starting 20.0 s, compiling 15.0 s)" in part
+    assert part.endswith("`make test` took 9.7 minutes (5123 passed, 4 skipped).")
+    assert "`make run` took 58 s." in bench_parts.goals([Goal("run", 58.4, "")], cores=2)
 
 
 def test_the_machine_is_named_and_no_path_or_host(made: Any) -> None:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+import subprocess
+import sys
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -47,6 +49,7 @@ def measured(checkout: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setattr(pictures, "explorer", lambda _: b"a page")
     monkeypatch.setattr(pictures, "spheres", lambda: b"three spheres")
     monkeypatch.setattr(tour, "executed", lambda _: [[]] * len(tour.cells()))
+    monkeypatch.setattr(measurements, "goal_in_clone", lambda name, *_: measurements.Goal(name, 60.0, ""))
     folder = checkout / "tests" / "api" / "load"
     folder.mkdir(parents=True)
     (folder / "__main__.py").touch()
@@ -164,3 +167,33 @@ def test_the_load_program_is_looked_for_before_anything_is_measured(checkout: Pa
     found = CliRunner().invoke(main, ["--run", "latest", "--root", str(checkout)])
     assert found.exit_code == 1
     assert "the load program is not there" in found.stderr
+
+
+@pytest.fixture
+def committed(tmp_path: Path) -> Path:
+    """A checkout with a Makefile; what was changed since is not committed."""
+    root = tmp_path / "checkout"
+    root.mkdir()
+    (root / "Makefile").write_text('run:\n\t@echo "in $$(pwd), by $(PYTHON), kernels in $$PHONGBENCH_CACHE"\n')
+    for words in (["init", "--quiet"], ["add", "."], ["commit", "--quiet", "--message", "all"]):
+        named = ["-c", "user.name=tests", "-c", "user.email=tests@localhost"]
+        subprocess.run(["git", *named, *words], cwd=root, check=True)
+    (root / "Makefile").write_text("run:\n\t@exit 3\n")
+    return root
+
+
+def test_a_goal_is_made_in_a_clone_of_what_is_committed(
+    committed: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("MAKEFLAGS", "--just-print")  # of a make that this runs under
+    made = measurements.goal_in_clone("run", committed, tmp_path / "clones")
+    clone, kernels = tmp_path / "clones" / "run", tmp_path / "clones" / "run-kernels"
+    assert made.output == f"in {clone}, by {sys.executable}, kernels in {kernels}\n"
+    assert made.seconds > 0
+
+
+def test_a_goal_that_fails_is_told_with_its_last_lines(committed: Path, tmp_path: Path) -> None:
+    with pytest.raises(MeasurementError, match="make test: it ended with exit code 2"):
+        measurements.goal_in_clone("test", committed, tmp_path)
+    with pytest.raises(MeasurementError, match="exit code 128"):
+        measurements.goal_in_clone("run", tmp_path / "no checkout", tmp_path)
