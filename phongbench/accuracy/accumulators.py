@@ -19,6 +19,10 @@ LOWEST_EXPONENT, HIGHEST_EXPONENT = -40, 3
 BINS = (HIGHEST_EXPONENT - LOWEST_EXPONENT) * BINS_PER_OCTAVE + 1
 
 
+#: the arrays of an accumulator, by name
+ARRAYS = ("sums", "counts", "bins", "worst")
+
+
 class ErrorAccumulator:
     """Accumulated errors of many rows: mergeable in any grouping, in a fixed order for the same bits.
 
@@ -43,7 +47,7 @@ class ErrorAccumulator:
     def stacked(errors: Sequence["ErrorAccumulator"]) -> "ErrorAccumulator":
         """The rows of several accumulators below one another; `samples` is then an array, one number for each row."""
         whole = ErrorAccumulator(0)
-        for name in ("sums", "counts", "bins", "worst"):
+        for name in ARRAYS:
             setattr(whole, name, np.concatenate([getattr(t, name) for t in errors]))
         whole.samples = np.repeat([t.samples for t in errors], [len(t.sums) for t in errors])
         return whole

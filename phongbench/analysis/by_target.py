@@ -78,17 +78,20 @@ def answers(
                 row = None if timed is None else {**timed, "cost": timed["ns"], **unit_of(CPU)}
             else:
                 told = prices(formulas, (alpha,), table_of(target, root), own=own[target])
-                priced_rows = [(price, row) for price, row in zip(told, near, strict=True) if price is not None]
-                row = _cheapest(priced_rows, judge, budget, unit_of(target, root))
+                row = cheapest(zip(told, near, strict=True), judge, budget, unit_of(target, root))
             found.append(Answer(alpha, target, row))
     return found
 
 
-def _cheapest(
-    cells: Iterable[tuple[Price, Row]], judge: Judge, budget: float, unit: Mapping[str, str]
+def cheapest(
+    cells: Iterable[tuple[Price | None, Row]], judge: Judge, budget: float, unit: Mapping[str, str]
 ) -> dict[str, Any] | None:
-    """The cheapest cell whose bound is within the budget, with its price; of equally cheap ones that errs least."""
-    for price, row in sorted(cells, key=lambda cell: (cell[0].ratio, cell[0].alone, cell[1]["error"])):
+    """The cheapest cell whose bound is within the budget, with its price; of equally cheap ones that errs least.
+
+    cells  in the order of their names; those without a price are left out
+    """
+    known = [(price, row) for price, row in cells if price is not None]
+    for price, row in sorted(known, key=lambda cell: (cell[0].ratio, cell[0].alone, cell[1]["error"])):
         kept = judge(row, False)
         if kept.kept and kept.bound <= budget:
             sharp = min(judge(row, True), kept, key=lambda one: one.bound)
@@ -100,7 +103,7 @@ def _cheapest(
 
 def errors_of(rows: Rows, alpha: float) -> pd.DataFrame:
     """Formulas of (R, V) with their largest sampled error at an exponent."""
-    return errors_at(at(rows.highlight, space="reflect"), alpha=alpha, precision=PRECISION)
+    return errors_at(rows.mirrored, alpha=alpha, precision=PRECISION)
 
 
 def front_on(rows: Rows, target: str, alpha: float, cells: pd.DataFrame) -> pd.DataFrame:

@@ -92,7 +92,8 @@ def choose(cells: pd.DataFrame, max_error: float, judge: Judge = as_given) -> Ch
     Variants of one kernel (beta policies) take the same time; only the first within the budget stands for it.
     """
     ties = [TIE] if TIE in cells else []
-    rows = records(cells.sort_values(["ratio", *ties, "error", *CELL], kind="stable"))
+    order = ("ratio", *ties, "error", *CELL)
+    rows = sorted(records(cells), key=lambda row: [(row[name] is None, row[name]) for name in order])
     fits: dict[tuple[Any, ...], tuple[Row, Promise]] = {}
     misses: list[tuple[float, int]] = []
     for position, row in enumerate(rows):

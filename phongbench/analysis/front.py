@@ -43,20 +43,25 @@ def errors_at(
     precision  a name that the rows know; of fixed point and others that are emulated, too
     Raises UnknownNameError, listing the known ones, and InputError for an alpha that was not measured.
     """
+    return worst_of(_errors(accuracy, Exponents.of(alpha), metric, stratum, precision))
+
+
+def _errors(accuracy: pd.DataFrame, exponents: Exponents, metric: str, stratum: str, precision: str) -> pd.DataFrame:
+    """The rows that `errors_at` takes the worst of: columns CELL, INPUT and `error`."""
     if metric not in ERROR_METRICS:
         raise UnknownNameError("metric", metric, ERROR_METRICS)
     for column, wanted in (("stratum", stratum), ("precision", precision)):
         known = sorted(accuracy[column].astype(str).unique())
         if wanted not in known:
             raise UnknownNameError(column, wanted, known)
-    exponents, accuracy = Exponents.of(alpha), as_given(accuracy)
+    accuracy = as_given(accuracy)
     alphas = exponents.measured(accuracy["alpha"].unique())
     unit = (accuracy["perturbation"] == "none") & (accuracy["length_error"] == 0.0) & accuracy["gated"].astype(bool)
     meant = (accuracy["stratum"] == stratum) & (accuracy["precision"] == precision) & (accuracy["truth"] == "angle")
     told = [*CELL, *INPUT, metric]
     needed = [name for name in accuracy.columns if name in {*told, *CASE, "coverage"}]  # a third of what there is
     rows = strongest(accuracy.loc[unit & meant & accuracy["alpha"].isin(alphas), needed])[told]
-    return worst_of(whole_or_any(rows, exponents).rename(columns={metric: "error"}))
+    return whole_or_any(rows, exponents).rename(columns={metric: "error"})
 
 
 def whole_or_any(rows: pd.DataFrame, exponents: Exponents) -> pd.DataFrame:
@@ -71,6 +76,8 @@ def worst_of(rows: pd.DataFrame) -> pd.DataFrame:
     """
     first = rows.sort_values([*CELL, "error"], kind="stable").drop_duplicates([*CELL, *INPUT])
     inputs = len(first[INPUT].drop_duplicates())
+    if inputs == 1:
+        return first.reset_index(drop=True)
     groups = first.groupby(CELL, dropna=False, observed=True, sort=True)
     complete = first[groups["error"].transform("size") == inputs]
     return complete.drop_duplicates(CELL, keep="last").reset_index(drop=True)
@@ -123,17 +130,48 @@ def front(
     return joined(wrong, times)
 
 
+def fronts(
+    accuracy: pd.DataFrame, timing: pd.DataFrame, *, precision: str = "float32", working_set: str = "l1"
+) -> dict[float, pd.DataFrame]:
+    """The front at each exponent by itself, as `front` makes it of the errors in the stratum highlight.
+
+    Made together: what a front takes is the handling of small tables.
+    """
+    alphas = sorted(float(alpha) for alpha in as_given(accuracy)["alpha"].unique())
+    wrong = _errors(accuracy, Exponents(tuple(alphas)), "max_abs", "highlight", precision)
+    wrong = wrong.sort_values(["alpha", *CELL, "error"], kind="stable").drop_duplicates([*CELL, *INPUT])
+    times = times_of(timing, working_set=working_set, precision=precision)
+    each = pd.concat([times_at(times, (alpha,)).assign(alpha=alpha) for alpha in alphas], ignore_index=True)
+    cells = _whole(wrong.merge(each, on=[*KERNEL, "alpha"], how="inner"))
+    kernels, places = same_cost(cells), cells.groupby("alpha").indices
+    state = np.full(len(cells), "", object)
+    for here in places.values():
+        state[here] = _states(cells.iloc[here], kernels.iloc[here])
+    cells = cells.assign(state=pd.Series(state, index=cells.index, dtype="str"))
+    return {alpha: _in_order(cells.iloc[places.get(alpha, [])]) for alpha in alphas}
+
+
 def joined(wrong: pd.DataFrame, times: pd.DataFrame) -> pd.DataFrame:
     """The front of cells with an `error` and of kernels with times; other columns of the cells are kept at the end."""
-    cells = wrong.merge(times, on=KERNEL, how="inner")
-    cells = cells.dropna(subset=["error", "ratio", "ratio_low", "ratio_high"]).reset_index(drop=True)
-    return judged(cells)
+    return judged(_whole(wrong.merge(times, on=KERNEL, how="inner")))
+
+
+def _whole(cells: pd.DataFrame) -> pd.DataFrame:
+    """The cells with an error and an interval."""
+    return cells.dropna(subset=["error", "ratio", "ratio_low", "ratio_high"]).reset_index(drop=True)
 
 
 def judged(cells: pd.DataFrame) -> pd.DataFrame:
     """Cells with errors and ratios in order, each with its state; other columns are kept at the end."""
-    named = states(cells["error"], cells["ratio_low"], cells["ratio_high"], same_cost(cells))
-    cells = cells.assign(state=pd.Series(named, index=cells.index, dtype="str"))
+    named = pd.Series(_states(cells, same_cost(cells)), index=cells.index, dtype="str")
+    return _in_order(cells.assign(state=named))
+
+
+def _states(cells: pd.DataFrame, kernels: pd.Series) -> list[str]:
+    return states(cells["error"], cells["ratio_low"], cells["ratio_high"], kernels)
+
+
+def _in_order(cells: pd.DataFrame) -> pd.DataFrame:
     more = [name for name in cells.columns if name not in (*COLUMNS, *INPUT)]
     return cells.sort_values(["ratio", "error", *CELL], kind="stable").reset_index(drop=True)[[*COLUMNS, *more]]
 
@@ -205,8 +243,17 @@ def usual_stratum(accuracy: pd.DataFrame, space: str, precision: str) -> str:
 
 def records(cells: pd.DataFrame) -> list[dict[str, Any]]:
     """Rows as plain data for JSON: None for what is missing."""
-    rows = cells.astype(object).where(cells.notna(), None)
-    return [{str(name): value for name, value in row.items()} for row in rows.to_dict("records")]
+    columns = {str(name): natives(cells[name]) for name in cells.columns}
+    for name, values in columns.items():
+        if (gone := cells[name].isna().to_numpy()).any():
+            columns[name] = [None if lacking else value for value, lacking in zip(values, gone, strict=True)]
+    return [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
+
+
+def natives(column: pd.Series) -> list[Any]:
+    """The values of a column as Python's own numbers and strings, in a tenth of the time of `to_dict`."""
+    values: list[Any] = column.tolist()
+    return [v.item() if isinstance(v, np.generic) else v for v in values] if column.dtype == object else values
 
 
 def of_this_machine(run: Run) -> bool:

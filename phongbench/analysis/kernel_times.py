@@ -77,6 +77,8 @@ def timed_precision(precision: str) -> str:
 
 def times_at(times: pd.DataFrame, alphas: tuple[float, ...]) -> pd.DataFrame:
     """The times of kernels over several exponents: only integer powers' depend on them, and their slowest counts."""
+    if len(alphas) == 1:
+        return _integer_power_at(times, alphas[0]).sort_values([*KERNEL, "ratio"], kind="stable").reset_index(drop=True)
     each = pd.concat([_integer_power_at(times, alpha) for alpha in alphas], ignore_index=True)
     slowest = each.sort_values([*KERNEL, "ratio"], kind="stable")
     everywhere = slowest.groupby(KERNEL, dropna=False, observed=True)["ns"].transform("size") == len(alphas)

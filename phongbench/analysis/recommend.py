@@ -12,16 +12,18 @@ from typing import Any
 import pandas as pd
 
 from phongbench.analysis import inverse_errors, law_bounds, measured_errors, raw_vectors
+from phongbench.analysis.by_target import cheapest
 from phongbench.analysis.choice import Choice, Judge, as_given, choose, promised, remembered
-from phongbench.analysis.choice_words import answered, plain
+from phongbench.analysis.choice_words import answered
 from phongbench.analysis.error_budget import Budget, edge_words, length_error_of
 from phongbench.analysis.exponents import Exponents
 from phongbench.analysis.front import records
 from phongbench.analysis.promises import DEVICES, UNIT_ON_DEVICES, domain
-from phongbench.analysis.target_costs import checked, own_prices, priced
+from phongbench.analysis.target_costs import checked, own_prices, priced, prices, table_of, unit_of
 from phongbench.compiler.precisions import precision_named
 from phongbench.errors import InputError, UnknownNameError
 from phongbench.formulas.formula import Formula
+from phongbench.formulas.registry import REGISTRY
 from phongbench.formulas.user_files import installed
 from phongbench.results import runs
 from phongbench.results.runs import DEFAULT_ROOT, Run
@@ -220,14 +222,20 @@ def elsewhere(
     budget = Budget.of(length_error=_length_error(length_error, mesh_angle), **question)
     known = _known(run, budget, [], timed=False)
     known = _meant(known, run, budget, inputs, inverse_error, [])
+    if run is not None:
+        known = known[known["error"] <= budget.max_error]  # of others no code need be written
+    cells = records(known)
+    formulas = [Formula.of_row(row) for row in cells]
     judge, told = remembered(_judge(run, budget, search=False)), answer["choices"]
+    kept = None if run is None else run.costs[~run.costs["approximation"].isin(list(REGISTRY))]
     best = []
     for target in TARGETS:
-        cells = _on_target(known, run, budget, (target, None, root), [])
-        chosen = choose(cells, budget.max_error, judge).best
-        if chosen is not None and (not told or str(Formula.of_row(chosen)) != told[0]["name"]):
-            row = plain(chosen, budget)
-            best.append({key: row[key] for key in ("target", "name", "cost", "unit", "ratio", "max_abs")})
+        own = own_prices(kept, target, None)
+        costs = prices(formulas, budget.alpha.values, table_of(target, root), own=own)
+        row = cheapest(zip(costs, cells, strict=True), judge, budget.max_error, unit_of(target, root))
+        if row is not None and (not told or str(Formula.of_row(row)) != told[0]["name"]):
+            named = {"target": target, "name": str(Formula.of_row(row)), "max_abs": float(row["error"])}
+            best.append({key: (row | named)[key] for key in ("target", "name", "cost", "unit", "ratio", "max_abs")})
     return best
 
 

@@ -11,7 +11,7 @@ import pandas as pd
 
 from phongbench.analysis.choice import Choice, choose, promised
 from phongbench.analysis.error_budget import Budget
-from phongbench.analysis.front import front
+from phongbench.analysis.front import front, fronts
 from phongbench.analysis.mesh_edges import lyon
 from phongbench.compiler.precisions import in_order
 from phongbench.formulas.user_files import installed
@@ -60,8 +60,11 @@ class Rows:
 
     def stored(self, name: str) -> pd.DataFrame:
         """A table in the order of its file, without the rows of formulas that remove lengths or make their pair."""
-        rows = self.raw(name)
-        return as_given(rows) if RAW.keys() <= set(TABLES[name].names) else rows
+        if name not in self._kept:
+            rows = self.raw(name)
+            self._kept[name] = as_given(rows) if RAW.keys() <= set(TABLES[name].names) else rows
+        kept: pd.DataFrame = self._kept[name]
+        return kept
 
     def raw(self, name: str) -> pd.DataFrame:
         """A table as the run has it."""
@@ -119,8 +122,8 @@ class Rows:
     @cached_property
     def highlight(self) -> pd.DataFrame:
         """Gated rows on unit vectors against the true angle, stratum highlight: one row per cell and exponent."""
-        rows = at(self.accuracy, stratum="highlight", truth="angle", perturbation="none", length_error=0.0, gated=True)
-        return rows.reset_index(drop=True)
+        unit = {"stratum": "highlight", "truth": "angle", "perturbation": "none", "length_error": 0.0, "gated": True}
+        return ordered(at(self.stored("accuracy"), **unit), TABLES["accuracy"].key).reset_index(drop=True)
 
     @cached_property
     def half_space(self) -> pd.DataFrame:
@@ -199,32 +202,29 @@ class Rows:
 
         Formulas of (N, H) are another lobe, and judged apart: see `half_space`.
         """
-        key = (alpha, precision)
-        if key not in self._fronts:
-            self._fronts[key] = front(
-                self._mirrored, self.timing, alpha=alpha, precision=precision, working_set=self.working_set
-            )
-        return self._fronts[key]
+        question = {"precision": precision, "working_set": self.working_set}
+        if ("fronts", precision) not in self._kept:
+            self._kept["fronts", precision] = fronts(self.mirrored, self.timing, **question)
+        known: pd.DataFrame | None = self._kept["fronts", precision].get(alpha)
+        return front(self.mirrored, self.timing, alpha=alpha, **question) if known is None else known
 
     def choice(self, alpha: float, precision: str, max_error: float) -> Choice:
         """The cheapest formula of that front for an error budget, by the promise that `recommend` decides by."""
         key = (alpha, precision, max_error)
-        if key not in self._choices:
+        if key not in self._kept:
             judge = promised(Budget.of(alpha, max_error, precision=precision), installed())
-            self._choices[key] = choose(self.front(alpha, precision), max_error, judge)
-        return self._choices[key]
+            self._kept[key] = choose(self.front(alpha, precision), max_error, judge)
+        kept: Choice = self._kept[key]
+        return kept
 
     @cached_property
-    def _mirrored(self) -> pd.DataFrame:
+    def mirrored(self) -> pd.DataFrame:
         """Of `highlight`, the formulas of (R, V)."""
         return at(self.highlight, space="reflect")
 
     @cached_property
-    def _choices(self) -> dict[tuple[float, str, float], Choice]:
-        return {}
-
-    @cached_property
-    def _fronts(self) -> dict[tuple[float, str], pd.DataFrame]:
+    def _kept(self) -> dict[Any, Any]:
+        """What was asked for before: tables, fronts and choices."""
         return {}
 
 

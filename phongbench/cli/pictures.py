@@ -8,6 +8,7 @@ from typing import Any
 import click
 
 from phongbench.cli.common import JSON, PATH, WITH, facts, grid, notes, show
+from phongbench.cli.shards import CPU_NAME, pin_processor
 
 
 class Size(click.ParamType[Any]):
@@ -47,6 +48,10 @@ _TABLES = ("ledger", "skips", "tracers", "compared", "absent", "formulas", "left
 @click.option("--bench", is_flag=True, help="Measure what each skip saves, and other tracers beside ours.")
 @click.option("--formulas", is_flag=True, help="Tell each formula's picture error and time beside exact Phong's.")
 @click.option("--threads", type=click.IntRange(min=1), help="[default: all cores]")
+@click.option(
+    "--cluster", metavar="ADDRESS|local:N", help="Draw on a Dask cluster: its scheduler, its file, or N processes."
+)
+@CPU_NAME
 @click.option("--list", "listing", is_flag=True, help="List the shipped scenes.")
 @JSON
 def render(
@@ -54,6 +59,8 @@ def render(
     bench: bool,
     formulas: bool,
     listing: bool,
+    cluster: str | None,
+    cpu_name: str | None,
     as_json: bool,
     files: tuple[Path, ...],
     **options: Any,
@@ -68,6 +75,7 @@ def render(
       phongbench render test-card --formulas
       phongbench render my-scene.toml --with my_highlight.py --specular my-highlight:dot:8 --out picture.exr
       phongbench render many-lights --bench
+      phongbench render test-card --size 7680x4320 --cluster tcp://scheduler:8786
     """
     if listing:
         _list_scenes(as_json)
@@ -78,17 +86,30 @@ def render(
         raise click.UsageError("--bench and --formulas draw no picture: leave --compare and --out away")
     if formulas and options["model"] != "phong":
         raise click.UsageError("--formulas compares with exact Phong: leave --model away")
+    if (bench or formulas) and cluster:
+        raise click.UsageError("--bench and --formulas measure times, which are of one machine: leave --cluster away")
+    pin_processor(cpu_name)
     from phongbench.benchmarks import scene_bench
     from phongbench.cli.terminal import TerminalProgress
     from phongbench.formulas.user_files import registry_with
     from phongbench.scenes import render_to_file
 
     action = scene_bench.measure if bench else scene_bench.judge if formulas else render_to_file.draw
+    options["engine"] = _picture_cluster(cluster, files)
     wanted = render_to_file.RenderOptions(scene, registry=registry_with(files), **options)
     with TerminalProgress(quiet=as_json) as progress:
         answer = action(wanted, progress)
     notes(answer.get("notes", ()), quiet=as_json)
     _show(answer, as_json)
+
+
+def _picture_cluster(address: str | None, files: tuple[Path, ...]) -> Any:
+    """What draws tiles on the cluster at an address; None without one."""
+    if address is None:
+        return None
+    from phongbench.study.cluster.pictures import PictureCluster
+
+    return PictureCluster(address, files)
 
 
 def _list_scenes(as_json: bool) -> None:

@@ -105,7 +105,7 @@ def run(
     given: dict[str, Any] = {"registry": registry, "jobs": jobs, "resume": resume, "fresh": fresh}
     given["command"] = ("phongbench", *sys.argv[1:])
     if dry_run:
-        _forecast(wanted, registry, cores or jobs, as_json)
+        _forecast(wanted, registry, jobs, cores, as_json)
     elif shard and not cluster:
         measure_shard(wanted, shard, out, files, given, as_json)
     else:
@@ -125,13 +125,13 @@ def _measure(plan: Any, out: Path | None, given: dict[str, Any], as_json: bool, 
     exit_on_failures(outcome)
 
 
-def _forecast(plan: Any, registry: Mapping[str, Any], cores: int | None, as_json: bool) -> None:
-    """Tell what a plan would take on so many cores, all of this machine's by default."""
+def _forecast(plan: Any, registry: Mapping[str, Any], jobs: int | None, cluster: int | None, as_json: bool) -> None:
+    """Tell what a plan would take by so many threads here, all cores by default; its sweep by a cluster's cores."""
     from phongbench.cli.terminal import TerminalProgress
     from phongbench.study.forecast import forecast
 
     with TerminalProgress(quiet=as_json) as progress:
-        told = forecast(plan, registry, cores, progress).as_dict()
+        told = forecast(plan, registry, jobs, progress, cluster).as_dict()
     show(told, as_json, lambda: facts(told))
 
 

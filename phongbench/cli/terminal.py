@@ -15,7 +15,7 @@ class TerminalProgress(Progress):
     """Progress bars with rate and time left on a terminal; single lines for each stage elsewhere."""
 
     def __init__(self, *, quiet: bool = False, verbose: bool = False) -> None:
-        self.verbose, self.count, self.begun, self.last = verbose, 0, 0, ""
+        self.verbose, self.count, self.begun, self.last, self.title = verbose, 0, 0, "", ""
         self.console = Console(stderr=True, quiet=quiet)
         self.bars = Bars(
             TextColumn("{task.description:<36}", markup=False),
@@ -48,7 +48,7 @@ class TerminalProgress(Progress):
         """Begin a stage: a new bar, or a line where there is no terminal."""
         self.begun += text != self.last
         self.last = text
-        text = f"{self.begun} of {self.count}  {text}" if self.begun <= self.count else text
+        self.title = text = f"{self.begun} of {self.count}  {text}" if self.begun <= self.count else text
         if self.task is not None:
             self.bars.remove_task(self.task)
         self.task = self.bars.add_task(text, total=total, rate="")
@@ -61,6 +61,11 @@ class TerminalProgress(Progress):
             speed = next((t.speed for t in self.bars.tasks if t.id == self.task), None)
             rate = f"{speed / 1e9:.2f} billion evaluations/s" if speed and speed > 1e6 else ""
             self.bars.update(self.task, advance=steps, rate=rate)
+
+    def status(self, text: str) -> None:
+        """Say it in the bar, after the stage; where there is no terminal it would be a line each time."""
+        if self.task is not None:
+            self.bars.update(self.task, description=f"{self.title}: {text}")
 
     def note(self, text: str) -> None:
         """Print a remark above the bar."""

@@ -73,6 +73,11 @@ class Run:
         return f"{told['index']}/{told['count']}" if told else None
 
     @cached_property
+    def problems(self) -> list[str]:
+        """What was wrong with its files when that was first asked, see `verify`."""
+        return verify(self)
+
+    @cached_property
     def accuracy(self) -> pd.DataFrame:
         """The errors that this machine's processor makes."""
         mine = self._errors["device"] == CPU
@@ -217,11 +222,10 @@ def _fault(run: Run, name: str) -> str | None:
 
 
 def _rows_in(path: Path) -> int:
-    """How many rows a table of a run has, by reading one of its columns."""
-    import pandas as pd
+    """How many rows a table of a run says that it has."""
+    import pyarrow.parquet
 
-    first = TABLES[path.stem].names[:1] if path.stem in TABLES else None  # another version may have more tables
-    return len(pd.read_parquet(path, columns=first))
+    return int(pyarrow.parquet.read_metadata(path).num_rows)
 
 
 def unfinished(run: Run) -> str | None:
@@ -262,11 +266,10 @@ def require_rows(run: Run) -> Run:
 
 
 def intact(run: Run) -> Run:
-    """The run, for building on it: InputError if it is partial, CorruptRunError if a byte has changed."""
+    """The run, for building on it: InputError if it is partial, CorruptRunError if a byte changed; looked at once."""
     if lacking := unfinished(run):
         raise InputError(lacking, str(run.path), remedy(run))
-    problems = verify(run)
-    if problems:
+    if problems := run.problems:
         raise CorruptRunError("; ".join(problems), str(run.path), REMEDY)
     return run
 

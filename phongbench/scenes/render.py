@@ -2,7 +2,7 @@
 
 import os
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from itertools import count as counter
@@ -31,6 +31,39 @@ from phongbench.support.progress import Progress
 #: samples of a tile's side; 64 and 256 cost 10 % more: calls, or the cache
 TILE = 128
 _SHIPPED, _SILENT = SceneSkips(), Progress()
+#: column and row of a tile's upper left pixel
+Tile = tuple[int, int]
+
+
+@dataclass(frozen=True, eq=False)
+class Order:
+    """What a picture is drawn by, as plain data that travels to other processes.
+
+    scene  its picture settings are those wanted
+    side   pixels along a tile's side
+    """
+
+    scene: Scene
+    skips: SceneSkips
+    specular: Formula
+    model: str
+    side: int
+
+    @property
+    def tiles(self) -> list[Tile]:
+        """Row by row."""
+        width, height = self.scene.picture.size
+        return [(x, y) for y in range(0, height, self.side) for x in range(0, width, self.side)]
+
+    def shape(self, tile: Tile) -> tuple[int, int]:
+        """Columns and rows of a tile."""
+        width, height = self.scene.picture.size
+        return min(self.side, width - tile[0]), min(self.side, height - tile[1])
+
+
+#: draws tiles elsewhere, given the order, a progress that is told each tile, and threads: tiles and their colours,
+#: float32 (rows, columns, 3), in any order, each with what was counted since the one before
+TileEngine = Callable[[Order, Progress, int], Iterator[tuple[Sequence[Tile], Sequence[Array], Tally]]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,6 +108,7 @@ def render(
     progress: Progress = _SILENT,
     cancelled: Callable[[], bool] | None = None,
     registry: Mapping[str, Approximation] = REGISTRY,
+    engine: TileEngine | None = None,
 ) -> Rendered:
     """Draw a scene.
 
@@ -86,22 +120,26 @@ def render(
     tile       samples along a tile's side; the picture does not depend on it
     cancelled  asked for each tile; True ends the work
     registry   the approximations that `specular` and materials may name
+    engine     draws the tiles; the picture is the same bits; this process by default
     Raises InputError for a size or depth beyond the limits and for a formula that does not fit a material, naming it;
     CancelledError if the work was given up.
     """
     started = time.perf_counter()
     scene = _with_settings(scene, size=size, depth=depth, supersampling=supersampling, shadows=shadows)
-    tally = Tally()
-    job = _job(scene, skips, specular=specular or EXACT, model=model, registry=registry)
-    job = replace(job, vertex=gouraud.colours(job, tally))
-    (width, height), samples = scene.picture.size, scene.picture.supersampling
-    side = max(1, tile // samples)
-    firsts = [(x, y) for y in range(0, height, side) for x in range(0, width, side)]
-    progress.stage(f"render {scene.name}", len(firsts))
-    picture = np.zeros((height, width, 3), np.float32)
-    tally.add(_draw(job, firsts, side, picture, threads or os.cpu_count() or 1, progress, cancelled))
+    tally, (width, height) = Tally(), scene.picture.size
+    order = Order(scene, skips, specular or EXACT, model, max(1, tile // scene.picture.supersampling))
+    painter = Painter(order, registry, tally)
+    progress.stage(f"render {scene.name}", len(order.tiles))
+    picture, threads = np.zeros((height, width, 3), np.float32), threads or os.cpu_count() or 1
+    if engine:
+        for tiles, colours, counted in engine(order, progress, threads):
+            for (x, y), part in zip(tiles, colours, strict=True):
+                picture[y : y + part.shape[0], x : x + part.shape[1]] = part
+            tally.add(counted)
+    else:
+        tally.add(_draw(painter, picture, threads, progress, cancelled))
     seconds = {"total": time.perf_counter() - started, "tracing": tally.tracing, "shading": tally.shading}
-    return Rendered(picture, _ledger(job, tally), tally.rays, {k: round(v, 6) for k, v in seconds.items()})
+    return Rendered(picture, _ledger(painter.job, tally), tally.rays, {k: round(v, 6) for k, v in seconds.items()})
 
 
 def _with_settings(scene: Scene, **settings: Any) -> Scene:
@@ -114,55 +152,76 @@ def _with_settings(scene: Scene, **settings: Any) -> Scene:
     return replace(scene, picture=picture)
 
 
-def _job(scene: Scene, skips: SceneSkips, *, specular: Formula, **options: Any) -> RenderJob:
-    """What is to be drawn; options are `model` and `registry` of ShadingOptions. Errors name the material."""
+def _job(order: Order, registry: Mapping[str, Approximation], tally: Tally) -> RenderJob:
+    """What draws an order's tiles. Errors name the material.
+
+    tally  receives what colours of vertices took
+    """
+    scene, skips = order.scene, order.skips
+    options: dict[str, Any] = {"model": order.model, "registry": registry}
     options |= {"ambient_light": scene.ambient_light, "skips": skips.shading, "normalise": False}
     arrays, viewer, shadowed = geometry(scene), Viewer(position=(0.0, 0.0, 0.0)), scene.picture.shadows
     lights = arrays.space.lights(scene.lights)
     shadings = []
     for material in scene.materials:
-        options["specular"] = material.specular or specular
+        options["specular"] = material.specular or order.specular
         try:
             shadings.append(PreparedShading(material.reflection, lights, viewer, shadowed=shadowed, **options))
         except InputError as problem:
             about = f"{problem.where}: {problem.what}" if problem.where else problem.what
             raise InputError(about, f"materials.{material.name}", problem.fix) from problem
     dark = np.zeros((9, len(arrays.modes)), np.float32)
-    return RenderJob(scene, arrays, lights, shadings, dark, camera.frame(scene.camera, *scene.picture.size), skips)
+    view = camera.frame(scene.camera, *scene.picture.size)
+    job = RenderJob(scene, arrays, lights, shadings, dark, view, skips)
+    return replace(job, vertex=gouraud.colours(job, tally))
+
+
+class Painter:
+    """An order made ready: draws any of its tiles, the same bits in every process."""
+
+    def __init__(self, order: Order, registry: Mapping[str, Approximation], tally: Tally | None = None) -> None:
+        self.order, self.job = order, _job(order, registry, tally or Tally())
+
+    def draw(self, tiles: Sequence[Tile]) -> tuple[list[Array], Tally]:
+        """The colours of these tiles, each float32 (rows, columns, 3), and what was counted on the way."""
+        worker = self.worker()
+        return [self.tile(worker, tile) for tile in tiles], worker.tally
+
+    def worker(self) -> Worker:
+        """Buffers for one thread."""
+        columns, rows = self.order.shape((0, 0))
+        return Worker(self.job, columns * rows * self.order.scene.picture.supersampling**2)
+
+    def tile(self, worker: Worker, tile: Tile) -> Array:
+        """The colours of a tile, which the worker also counts."""
+        columns, rows = self.order.shape(tile)
+        part = np.zeros((columns * rows, 3), np.float32)
+        worker.draw(tile, (columns, rows), part)
+        return part.reshape(rows, columns, 3)
 
 
 def _draw(
-    job: RenderJob,
-    firsts: list[tuple[int, int]],
-    side: int,
-    picture: Array,
-    threads: int,
-    progress: Progress,
-    cancelled: Callable[[], bool] | None,
+    painter: Painter, picture: Array, threads: int, progress: Progress, cancelled: Callable[[], bool] | None
 ) -> Tally:
     """Draw all tiles; threads take them in turn. What all of them counted."""
-    height, width = picture.shape[:2]
-    samples = job.scene.picture.supersampling
-    pieces, lock = counter(), Lock()
+    tiles, pieces, lock = painter.order.tiles, counter(), Lock()
     failed: list[BaseException] = []
 
     def work() -> Tally:
-        worker = Worker(job, min(side, width) * min(side, height) * samples**2)
-        while (number := next(pieces)) < len(firsts) and not failed:
+        worker = painter.worker()
+        while (number := next(pieces)) < len(tiles) and not failed:
             if cancelled is not None and cancelled():
                 failed.append(CancelledError("rendering was cancelled"))
                 break
-            x, y = firsts[number]
-            shape = min(side, width - x), min(side, height - y)
-            part = np.zeros((shape[0] * shape[1], 3), np.float32)
-            worker.draw((x, y), shape, part)
-            picture[y : y + shape[1], x : x + shape[0]] = part.reshape(shape[1], shape[0], 3)
+            x, y = tiles[number]
+            part = painter.tile(worker, (x, y))
+            picture[y : y + part.shape[0], x : x + part.shape[1]] = part
             with lock:
                 progress.advance()
         return worker.tally
 
     total = Tally()
-    helpers = min(threads, len(firsts))
+    helpers = min(threads, len(tiles))
     if helpers == 1:
         total.add(work())
     else:

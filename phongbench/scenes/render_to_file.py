@@ -10,7 +10,7 @@ from phongbench.formulas.formula import Formula
 from phongbench.formulas.registry import REGISTRY
 from phongbench.formulas.spec import Approximation
 from phongbench.scenes import images, triples
-from phongbench.scenes.render import render
+from phongbench.scenes.render import TileEngine, render
 from phongbench.scenes.scene import Scene
 from phongbench.scenes.scene_files import examples, read_scene
 from phongbench.scenes.skips import SceneSkips
@@ -28,6 +28,7 @@ class RenderOptions:
     """The options of a picture; None takes the scene's own, or what is usual.
 
     registry  the approximations that it may name, the user's own among them
+    engine    draws the tiles, elsewhere; without one this process does
     """
 
     scene: str
@@ -43,6 +44,7 @@ class RenderOptions:
     compare: bool = False
     threads: int | None = None
     registry: Mapping[str, Approximation] = field(default_factory=lambda: REGISTRY)
+    engine: TileEngine | None = None
 
     def read(self) -> Scene:
         """The scene."""
@@ -96,7 +98,7 @@ def draw(options: RenderOptions, progress: Progress = _SILENT) -> dict[str, Any]
     progress.stage(f"prepare {scene.name}", 1)
     preparing = render(scene, **arguments | {"size": _FEW}).seconds["total"]
     progress.advance()
-    done = render(scene, progress=progress, **arguments)
+    done = render(scene, progress=progress, engine=options.engine, **arguments)
     facts: dict[str, Any] = {
         "scene": scene.name,
         "specular": (formula or EXACT).spelled(options.registry),
@@ -108,7 +110,7 @@ def draw(options: RenderOptions, progress: Progress = _SILENT) -> dict[str, Any]
     if not options.compare:
         image_files.save(out, done.picture)
         return facts
-    exact = render(scene.exact(), skips=options.skips, progress=progress, **options.arguments())
+    exact = render(scene.exact(), skips=options.skips, progress=progress, engine=options.engine, **options.arguments())
     facts["error"] = images.compare(exact.picture, done.picture).as_dict()
     names = triples.names(scene, formula or EXACT, options.model, options.registry)
     image_files.save(out, triples.triple(exact.picture, done.picture, names))

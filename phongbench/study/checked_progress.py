@@ -30,6 +30,10 @@ class Checked(Progress):
         """So many stages will follow."""
         self.progress.stages(count)
 
+    def status(self, text: str) -> None:
+        """How far the stage is, at any time."""
+        self.progress.status(text)
+
     def note(self, text: str) -> None:
         """A note, at any time."""
         self.progress.note(text)

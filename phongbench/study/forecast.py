@@ -5,30 +5,73 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from phongbench.accuracy import probes, sweep
+from phongbench.accuracy.sweep import Sweep
 from phongbench.formulas.registry import REGISTRY
 from phongbench.formulas.spec import Approximation
 from phongbench.inputs.plan import Plan
+from phongbench.study import shards
 from phongbench.study.target_costs import checked
 from phongbench.support.process import cores
 from phongbench.support.progress import Progress
 
-#: what a forecast allows for loading a compiled kernel, and for making and writing a row; measured, and rounded up
-LOAD_SECONDS, ROW_SECONDS = 0.015, 2e-5
+#: what a forecast allows for loading a compiled kernel, for making and writing a row, and for handing a shard to a
+#: cluster and taking what it gave; measured, and rounded up
+LOAD_SECONDS, ROW_SECONDS, SHARD_SECONDS = 0.015, 2e-5, 0.01
 
 
 @dataclass(frozen=True)
 class Forecast:
-    """What a plan would take, told before it is run."""
+    """What a plan would take, told before it is run.
+
+    seconds     by stage: accuracy, stability, timing
+    limited_by  what takes longest of it
+    """
 
     cells: int
     rows: int
     evaluations: int
     bytes: int
     seconds: dict[str, float]
+    limited_by: str
 
     def as_dict(self) -> dict[str, Any]:
         """Plain data for JSON."""
         return asdict(self) | {"seconds": {stage: round(value, 1) for stage, value in self.seconds.items()}}
+
+
+@dataclass(frozen=True)
+class Trial:
+    """What was counted and measured of a plan, from which follows what it takes on any number of cores.
+
+    kernels  that a process loads
+    work     seconds of one thread for the sweep
+    longest  seconds of one thread for the block that takes longest: no cluster is faster
+    """
+
+    sweep: Sweep
+    kernels: int
+    work: float
+    longest: float
+
+    def on(self, jobs: int, cluster: int | None = None) -> Forecast:
+        """What the plan takes by so many threads here, the sweep by so many cores of a cluster if they are given."""
+        plan, batches = self.sweep.plan, self.sweep.batches
+        rows = sum(len(batch.cells) * batch.truths for batch in batches)
+        takes = {"measuring": self.work / jobs}
+        if cluster:
+            handing = SHARD_SECONDS * shards.number(batches, cluster)
+            takes = {"measuring": self.work / cluster, "the longest block": self.longest, "handing out": handing}
+        swept = max(takes, key=lambda name: takes[name])
+        loading = LOAD_SECONDS * self.kernels * (2 if cluster else 1)  # by the workers once more, all at once
+        takes = {swept: takes[swept], "loading kernels": loading, "making rows": ROW_SECONDS * rows}
+        seconds = {
+            "accuracy": sum(takes.values()),
+            "stability": sum(probe.seconds(plan, jobs) for probe in probes.chosen(plan)),
+            "timing": plan.timing_budget if plan.timing else 0.0,
+        }
+        takes |= {"probes": seconds["stability"], "timing": seconds["timing"]}
+        most = max(takes, key=lambda name: takes[name])
+        return Forecast(len(self.sweep.cells), rows, self.sweep.evaluations, 90 * rows + 200_000, seconds, most)
 
 
 def forecast(
@@ -36,23 +79,29 @@ def forecast(
     registry: Mapping[str, Approximation] = REGISTRY,
     jobs: int | None = None,
     progress: Progress | None = None,
+    cluster: int | None = None,
 ) -> Forecast:
     """Cells, bytes and seconds of a plan, the latter from a short trial of the real sweep on this machine.
 
-    The trial compiles what the run will then find in the cache, so the seconds are those of a run on a warm cache.
+    jobs     threads here, all cores by default
+    cluster  cores of a cluster like this machine that does the sweep, if it is not this machine
+    """
+    return tried(plan, registry, progress).on(jobs or cores(), cluster)
+
+
+def tried(plan: Plan, registry: Mapping[str, Approximation] = REGISTRY, progress: Progress | None = None) -> Trial:
+    """Try every stratum of a plan.
+
+    This compiles what the run will then find in the cache, so that seconds are those of a run on a warm cache.
     """
     checked(plan.targets)
-    progress, jobs = progress or Progress(), jobs or cores()
+    progress = progress or Progress()
     prepared = sweep.prepare(plan, registry)
-    rows = sum(len(batch.cells) * batch.truths for batch in prepared.batches)
     progress.stage("compiling", 1.0)
     loaded = sweep.compile_kernels(prepared, progress.share)
     progress.stage("trying every stratum")
     rates = sweep.trial_rates(prepared)
-    sweeping = sum(batch.evaluations / rates[batch.stratum.name] for batch in prepared.batches) / jobs
-    seconds = {
-        "accuracy": LOAD_SECONDS * loaded + sweeping + ROW_SECONDS * rows,
-        "stability": sum(probe.seconds(plan, jobs) for probe in probes.chosen(plan)),
-        "timing": plan.timing_budget if plan.timing else 0.0,
-    }
-    return Forecast(len(prepared.cells), rows, prepared.evaluations, 90 * rows + 200_000, seconds)
+    work = [batch.evaluations / rates[batch.stratum.name] for batch in prepared.batches]
+    of_blocks = [min(1.0, sweep.SLAB / batch.samples) for batch in prepared.batches]
+    longest = max(seconds * share for seconds, share in zip(work, of_blocks, strict=True))
+    return Trial(prepared, loaded, sum(work), longest)

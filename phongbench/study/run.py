@@ -6,11 +6,11 @@ it is given, so that measuring does not depend on drawing.
 
 import time
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 import pandas as pd
 
@@ -32,9 +32,16 @@ from phongbench.support import process
 from phongbench.support.process import seldom_collected
 from phongbench.support.progress import Progress, Reached
 
-#: what measures the batches of a sweep that are not done, called as `sweep.run` is; in any order of the batches.
-#: What it knows of a cluster is its attribute `facts`
-Engine = Callable[..., Iterator[Measured | pd.DataFrame]]
+
+class Engine(Protocol):
+    """What measures a sweep elsewhere; `facts` is what it knows of it afterwards."""
+
+    facts: dict[str, int]
+
+    def __call__(
+        self, sweep: Sweep, progress: Progress, *, jobs: int, done: Collection[int]
+    ) -> Iterator[Measured | pd.DataFrame]:
+        """The batches that are not in `done`, or parts of them, in any order; tells evaluations as they are done."""
 
 
 @dataclass
@@ -196,15 +203,19 @@ class _Study:
         done = {int(index) for frame in parts for index in frame["batch"].unique()}
         self.progress.stage("accuracy", float(self.sweep.evaluations))
         self.progress.advance(float(sum(b.evaluations for b in self.sweep.batches if b.index in done)))
-        engine = self.engine or sweep.run
-        measured = engine(self.sweep, jobs=self.jobs, done=done, progress=self.progress.advance)
-        sweep_parts.keep(self.path, parts, measured)
-        if facts := getattr(engine, "facts", None):
-            self.manifest["cluster"] = facts
+        sweep_parts.keep(self.path, parts, self._swept(done))
+        if self.engine and self.engine.facts:
+            self.manifest["cluster"] = self.engine.facts
         self.progress.stage("making the accuracy rows")
         accuracy, worst = tables.accuracy(self.sweep, parts), tables.worst(self.sweep, parts)
         note, detail = self.progress.note, self.progress.detail
         return ProbeContext(self.sweep, accuracy, worst, self.jobs, note=note, detail=detail)
+
+    def _swept(self, done: Collection[int]) -> Iterator[Measured | pd.DataFrame]:
+        """What is left of the sweep, measured by the engine, or by this process."""
+        if self.engine:
+            return self.engine(self.sweep, self.progress, jobs=self.jobs, done=done)
+        return sweep.run(self.sweep, jobs=self.jobs, done=done, progress=self.progress.advance)
 
     def probes(self, context: ProbeContext) -> dict[str, pd.DataFrame]:
         """Run every probe of the plan, or take what an interrupted run kept of it; every table that they add to."""

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from phongbench.accuracy import sweep
-from phongbench.accuracy.accumulators import ErrorAccumulator
+from phongbench.accuracy.accumulators import ARRAYS, ErrorAccumulator
 from phongbench.accuracy.batches import Batch
 from phongbench.accuracy.sweep import Measured, Sweep
 from phongbench.errors import CorruptRunError, InputError
@@ -32,9 +32,6 @@ from phongbench.study.shards import Block, ShardName
 from phongbench.support import process
 from phongbench.support.process import seldom_collected
 from phongbench.support.progress import Progress
-
-#: the arrays of an accumulator, as a block's file names them
-ARRAYS = ("sums", "counts", "bins", "worst")
 
 
 @dataclass

@@ -17,6 +17,9 @@ class Progress:
         """A step of a stage whose whole is 1 begins: so many of so many are done."""
         self.advance(1 / total if done else 0)
 
+    def status(self, text: str) -> None:
+        """How far the current stage is, in words that replace those before."""
+
     def note(self, text: str) -> None:
         """Something worth telling that is not an error."""
 

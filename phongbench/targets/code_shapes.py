@@ -1,12 +1,13 @@
 """What of a formula's code decides its cost: everything but its numbers.
 
 Formulas whose code differs in constants only, as other exponents and slopes make it, cost the same. So costs are kept
-by the shape of the code, and a formula's cost is found by writing its code and looking up the shape.
+by the shape of the code, and a formula's cost is found by writing its code and looking up the shape. A few numbers cost
+less than others on AMD's GPUs, whose instructions hold them: code with such numbers has an exact shape besides.
 """
 
 import hashlib
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import lru_cache
@@ -35,6 +36,10 @@ RAW_GAMMAS = (8, 16, 32)
 DIGITS = 16
 #: numbers that compilers treat as no other: what they multiply, or are the exponent of, is not computed
 _SPECIAL = {0.0, 1.0}
+#: numbers that AMD's instructions hold: of two others that an instruction needs, one takes a register and a move
+_INLINE = {0.5, 2.0, 4.0}
+#: the language of AMD's GPUs, the only one of which exact shapes are kept
+_EXACT = "glsl"
 _TABLE = re.compile(r"^(?:const|static|var).* TABLE\b.*$", re.MULTILINE)
 _NUMBER = re.compile(r"\b\d+(?:\.\d*(?:e[-+]?\d+)?|e[-+]?\d+)f?")
 
@@ -65,20 +70,25 @@ class Code:
 
         Names of directions do not count either.
         """
-        return _shape(self.text)
+        return _shape(self.text, frozenset(_SPECIAL))
+
+    @property
+    def exact_shape(self) -> str:
+        """Likewise, but for those also that AMD's instructions hold."""
+        return _shape(self.text, frozenset(_SPECIAL | _INLINE))
 
 
 @lru_cache(maxsize=1 << 14)
-def _shape(text: str) -> str:
+def _shape(text: str, kept: frozenset[float]) -> str:
     """See `Code.shape`; every target that shares the language asks for it."""
-    bare = _NUMBER.sub(_without_value, _TABLE.sub("TABLE", re.sub(r"//[^\n]*", "", text)))
+
+    def without_value(number: re.Match[str]) -> str:
+        value = float(number[0].rstrip("f"))
+        return str(value) if value in kept else "#"
+
+    bare = _NUMBER.sub(without_value, _TABLE.sub("TABLE", re.sub(r"//[^\n]*", "", text)))
     bare = re.sub(r"\bn\b", "r", re.sub(r"\bh\b", "v", bare))
     return hashlib.sha256(" ".join(bare.split()).encode()).hexdigest()[:DIGITS]
-
-
-def _without_value(number: re.Match[str]) -> str:
-    value = float(number[0].rstrip("f"))
-    return str(value) if value in _SPECIAL else "#"
 
 
 def code(
@@ -108,7 +118,7 @@ def shipped_code(formula: Formula, alpha: float, language: str, precision: str =
 
 
 def catalogue(language: str, registry: Registry = REGISTRY, precision: str = FLOAT32) -> tuple[Code, ...]:
-    """The code of every formula of the full study, one for each shape, in the study's order.
+    """The code of every formula of the full study, one for each shape, in the study's order; see `by_shape`.
 
     What a precision shorter than float32 cannot be written in, such as tricks with bits, is left out.
     """
@@ -118,8 +128,18 @@ def catalogue(language: str, registry: Registry = REGISTRY, precision: str = FLO
         for formula, alpha in _formulas(spec):
             with suppress(*lacking):
                 one = code(formula, alpha, language, registry, precision=precision)
-                codes.setdefault(one.shape, one)
+                first = codes.setdefault(one.shape, one)
+                if language == _EXACT and one.exact_shape != first.exact_shape:
+                    codes.setdefault(one.exact_shape, one)
     return tuple(codes.values())
+
+
+def by_shape(codes: Sequence[Code]) -> dict[str, Code]:
+    """Codes by what they are found by: the first of a shape by that, others of the same by their exact shapes."""
+    found: dict[str, Code] = {}
+    for one in codes:
+        found[one.exact_shape if one.shape in found else one.shape] = one
+    return found
 
 
 def _formulas(spec: Approximation) -> Iterator[tuple[Formula, float]]:

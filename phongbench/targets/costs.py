@@ -18,7 +18,7 @@ from phongbench.formulas.formula import Formula, Registry
 from phongbench.formulas.registry import REGISTRY
 from phongbench.formulas.shader_code.language import FLOAT32
 from phongbench.targets.chips import TARGETS, target_named
-from phongbench.targets.code_shapes import Code, code
+from phongbench.targets.code_shapes import Code, by_shape, code
 from phongbench.targets.measure import Cost, costs, dot_cost
 from phongbench.targets.target import Target
 
@@ -56,7 +56,7 @@ class CostTable:
 
     def known(self, wanted: Code) -> Cost | None:
         """The cost of code that was compiled; None for other code."""
-        row = self.rows.get(wanted.shape)
+        row = self.rows.get(wanted.exact_shape) or self.rows.get(wanted.shape)
         return None if row is None else row[1]
 
     def known_of(self, formula: Formula, alpha: float, registry: Registry = REGISTRY) -> Cost | None:
@@ -123,7 +123,9 @@ def in_precision(precision: str) -> list[str]:
 
 def compiled(target: Target, codes: Sequence[Code], precision: str = FLOAT32) -> CostTable:
     """The table of these codes in one precision, compiled here; InputError where a tool is missing or refuses one."""
-    rows = {one.shape: (one.name, cost) for one, cost in zip(codes, costs(target, codes), strict=True)}
+    found = by_shape(codes)
+    told = costs(target, list(found.values()))
+    rows = {shape: (one.name, cost) for (shape, one), cost in zip(found.items(), told, strict=True)}
     return CostTable(target, target.tool_version(), dot_cost(target, precision), rows, precision)
 
 

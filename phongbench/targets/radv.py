@@ -10,7 +10,7 @@ import tempfile
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
-from functools import cache
+from functools import cache, partial
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -104,9 +104,11 @@ class Radv(Gpu):
         self.checked()
         with tempfile.TemporaryDirectory(prefix="pb-radv-") as folder:
             files = [Path(folder, f"{i}.spv") for i in range(len(programs))]
+            share = max(1, -(-len(files) // cores()))
             with ThreadPoolExecutor(cores()) as pool:
                 list(pool.map(lambda pair: pair[0].write_bytes(spirv(pair[1])), zip(files, programs, strict=True)))
-            answers = _on_null_device(self.chip, [str(file) for file in files])
+                shares = [[str(file) for file in files[i : i + share]] for i in range(0, len(files), share)]
+                answers = [one for found in pool.map(partial(_on_null_device, self.chip), shares) for one in found]
         return [self._counts(answer) for answer in answers]
 
     def _counts(self, answer: dict[str, Any]) -> Counts:

@@ -6,6 +6,7 @@ from typing import Any
 
 import pandas as pd
 
+from phongbench.analysis.front import natives
 from phongbench.analysis.rows import Rows
 from phongbench.formulas.formula import Formula
 from phongbench.formulas.registry import REGISTRY
@@ -27,7 +28,8 @@ def missing(value: Any) -> bool:
 
 def records(frame: pd.DataFrame) -> list[dict[str, Any]]:
     """The rows as dictionaries, column name to value."""
-    return [{str(name): value for name, value in row.items()} for row in frame.to_dict("records")]
+    columns = {str(name): natives(frame[name]) for name in frame.columns}
+    return [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
 
 
 def number(value: Any, digits: int = 3) -> str:

@@ -60,7 +60,7 @@ ELSEWHERE = {
     r"phongbench render \S+ --bench": "measures for seconds: tests/phongbench/scenes/test_render_command.py, small",
     r"make (?:run|test|check|docs|bench|bench-api|soak|help)": "make itself, installing: CI runs check and test",
     r"phongbench (?:run --shard|merge)": "two studies and a third: tests/phongbench/study/test_shards.py",
-    r"phongbench run --cluster": "needs workers: tests/phongbench/study/test_cluster.py starts them",
+    r"phongbench (?:run|render \S+) --cluster": "needs workers: tests/phongbench/study/test_cluster.py starts them",
     r"curl": "tests/api/test_guide.py sends them to a server",
 }
 

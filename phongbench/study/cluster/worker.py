@@ -1,7 +1,7 @@
 """What a worker of a cluster does: it measures the blocks of a shard, and writes nothing."""
 
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import groupby
@@ -10,7 +10,9 @@ from pathlib import Path
 import pandas as pd
 
 from phongbench.accuracy import sweep, tables
+from phongbench.accuracy.accumulators import ARRAYS
 from phongbench.accuracy.sweep import Measured, Sweep, slabs
+from phongbench.formulas.spec import Approximation
 from phongbench.formulas.user_files import registry_with
 from phongbench.inputs.plan import Plan
 from phongbench.results.arithmetic import arithmetic, difference
@@ -52,10 +54,13 @@ class Tally:
         if self.part is not None and other.part is not None and not self.part.equals(other.part):
             return False
         pairs = zip(self.blocks, other.blocks, strict=True)
-        return all(
-            a == b and tables.part([one]).equals(tables.part([two])) and (one.errors.sums == two.errors.sums).all()
-            for (a, one), (b, two) in pairs
-        )
+        return all(a == b and _same_block(one, two) for (a, one), (b, two) in pairs)
+
+
+def _same_block(one: Measured, other: Measured) -> bool:
+    """True if all that was measured is the same bits."""
+    arrays = [[getattr(of.errors, name).tobytes() for name in ARRAYS] for of in (one, other)]
+    return one.cells == other.cells and arrays[0] == arrays[1]
 
 
 def measure(job: Job, blocks: Sequence[tuple[int, int]]) -> Tally:
@@ -84,11 +89,21 @@ def measure(job: Job, blocks: Sequence[tuple[int, int]]) -> Tally:
 @lru_cache(maxsize=2)
 def _prepared(job: Job) -> Sweep:
     """The sweep of a job, with the cells that its client could measure."""
-    with tempfile.TemporaryDirectory() as folder:
-        files = [Path(folder) / name for name, _ in job.files]
-        for file, (_, text) in zip(files, job.files, strict=True):
-            file.write_text(text, encoding="utf-8")
-        registry = registry_with(files)
-    prepared = sweep.prepare(job.plan, registry)
+    prepared = sweep.prepare(job.plan, registry_of(job.files))
     prepared.failures.update(job.failures)
     return prepared
+
+
+def texts_of(files: Sequence[Path]) -> tuple[tuple[str, str], ...]:
+    """Names and texts of the user's own files, as they travel."""
+    return tuple((file.name, file.read_text(encoding="utf-8")) for file in files)
+
+
+def registry_of(texts: Sequence[tuple[str, str]]) -> Mapping[str, Approximation]:
+    """The formulas of this machine and of files that travelled here; two may have the same name."""
+    with tempfile.TemporaryDirectory() as folder:
+        files = [Path(folder) / str(number) / name for number, (name, _) in enumerate(texts)]
+        for file, (_, text) in zip(files, texts, strict=True):
+            file.parent.mkdir()
+            file.write_text(text, encoding="utf-8")
+        return registry_with(files)

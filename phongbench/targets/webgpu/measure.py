@@ -22,13 +22,16 @@ from phongbench.targets.webgpu.programs import CONTEXTS, LONGER, Context
 from phongbench.targets.webgpu.rounds import Timed, Times
 from phongbench.targets.webgpu.session import Adapter, Session
 from phongbench.timing.rounds import Readings
-from phongbench.timing.statistics import Interval, verdict
+from phongbench.timing.statistics import Interval, ratio, verdict
 
 LANGUAGE = "wgsl"
 #: bytes that the copy moves: more than the caches of most GPUs hold
 COPIED = 1 << 26
+#: nanoseconds of a formula that takes no longer than what carries it: it counts as next to nothing
+NO_TIME = 1e-6
+#: of what has no round in common with what it is compared with
+UNTOLD = Interval(math.nan, -math.inf, math.inf)
 _ALPHA = 50.0
-_MOVED = 16
 _NOTHING = "nothing"
 
 
@@ -148,21 +151,27 @@ def _compared(found: Times, keys: Sequence[_Key]) -> dict[tuple[str, Context], M
         carrier = place.get((_NOTHING, context, vectors))
         if name not in (_NOTHING, COPY) and carrier is not None:
             used[:, i] -= found.used[:, carrier]
-    used[~(used > 0)] = np.nan
+    # Without the rounds in which a formula seems to take no time, those that are left would make it too dear.
+    used = np.maximum(used, NO_TIME)
     readings = Readings(used, np.isfinite(used), np.array(found.marked, np.int64))
-    if not readings.rounds(place[BASELINE, CONTEXTS[0], 2]):
+    if not _takes_time(readings, place[BASELINE, CONTEXTS[0], 2]):
         what = "exact Phong takes no longer than nothing by the clock of this device"
         raise MeasurementError(what, "gpu", "let nothing else run, and try again; the others go on")
     rows: dict[tuple[str, Context], Measured] = {}
     for (name, context, _), i in place.items():
         exact, dot = place[BASELINE, context, 2], place[DOT, context, 2]
-        if name != _NOTHING and readings.rounds(i) and readings.rounds(exact):
-            ratio = _ratio(readings, i, exact)
-            ns = ratio.middle * readings.median(exact)
-            rows[name, context] = Measured(ns, ratio, verdict(ratio), _ratio(readings, i, dot).middle)
+        if name != _NOTHING and _takes_time(readings, i) and _takes_time(readings, exact):
+            over_exact = _ratio(readings, i, exact)
+            ns = over_exact.middle * readings.median(exact)
+            rows[name, context] = Measured(ns, over_exact, verdict(over_exact), _ratio(readings, i, dot).middle)
     return rows
 
 
+def _takes_time(readings: Readings, one: int) -> bool:
+    return readings.rounds(one) > 0 and readings.median(one) > NO_TIME
+
+
 def _ratio(readings: Readings, one: int, other: int) -> Interval:
-    both = np.isfinite(readings.used[:, one]) & np.isfinite(readings.used[:, other])
-    return readings.ratio(one, other) if both.any() else Interval(math.nan, -math.inf, math.inf)
+    """From the rounds in which the other took time: nothing can be held against none."""
+    both = np.isfinite(readings.used[:, one]) & (readings.used[:, other] > NO_TIME)
+    return ratio(readings.used[both, one], readings.used[both, other]) if both.any() else UNTOLD

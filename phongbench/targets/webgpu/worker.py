@@ -20,12 +20,11 @@ from phongbench.targets.webgpu.device import Device, Pass, Program
 from phongbench.targets.webgpu.messages import receive, send
 from phongbench.targets.webgpu.rounds import Timed, Times
 
-#: threads of timed programs: enough to fill a GPU
-THREADS = 1 << 16
+#: threads of timed programs: enough to fill a GPU; and a software adapter, where what is done once a thread, such as
+#: laying out the constants of every call, weighs the less the more often each thread repeats its calls
+THREADS, SOFTWARE_THREADS = 1 << 16, 1 << 12
 #: letters of what a driver says
 _LONGEST = 300
-#: bytes of a vector that a copy moves
-_MOVED = 16
 
 
 def adapter() -> dict[str, Any] | None:
@@ -36,7 +35,9 @@ def adapter() -> dict[str, Any] | None:
 
 def timed(things: Sequence[Timed], seconds: float, seed: int) -> Times:
     """Times of these, in rounds; see `rounds.measure`."""
-    device, refused = _device(_directions(seed)), {}
+    about = adapter()
+    threads = SOFTWARE_THREADS if about and about["software"] else THREADS
+    device, refused = _device(_directions(threads, seed)), {}
     pairs: list[tuple[Timed, rounds.Pair]] = []
     for one in things:
         try:
@@ -45,17 +46,14 @@ def timed(things: Sequence[Timed], seconds: float, seed: int) -> Times:
             refused[one.name] = _words(problem)
         else:
             pairs.append((one, _Pair(device, programs, one)))
-    found = rounds.measure(pairs, _threads, clocks=device.clocks, seconds=seconds, seed=seed)
+
+    found = rounds.measure(pairs, device.threads, clocks=device.clocks, seconds=seconds, seed=seed)
     return replace(found, refused=refused)
 
 
-def _threads(one: Timed) -> int:
-    return one.copied // _MOVED if one.copied else THREADS
-
-
-def _directions(seed: int) -> NDArray[np.float32]:
+def _directions(threads: int, seed: int) -> NDArray[np.float32]:
     """Three unit vectors for each thread."""
-    drawn = np.random.default_rng(seed).normal(size=(THREADS, 3, 4))
+    drawn = np.random.default_rng(seed).normal(size=(threads, 3, 4))
     drawn[..., 3] = 0.0
     return np.asarray(drawn / np.linalg.norm(drawn, axis=-1, keepdims=True), np.float32)
 
@@ -70,11 +68,11 @@ class _Pair:
 
     def run(self, repeats: int, places: Sequence[int]) -> Passes:
         """Run the shorter and the longer in this order."""
+        threads = self.one.threads(self.device.threads)
         if self.one.copied:
-            program, threads = self.programs[0], _threads(self.one)
-            passes = [Pass(program, threads, 1, repeats * self.one.calls[place]) for place in places]
+            passes = [Pass(self.programs[0], threads, 1, repeats * self.one.calls[place]) for place in places]
         else:
-            passes = [Pass(self.programs[place], THREADS, repeats) for place in places]
+            passes = [Pass(self.programs[place], threads, repeats) for place in places]
         return self.device.run(passes)
 
 

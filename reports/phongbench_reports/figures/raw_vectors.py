@@ -21,14 +21,13 @@ from phongbench_reports.ticks import log_axis, named_ticks, octaves
 SIZES = (0.0, 0.001, 0.01, 0.05)
 
 
-def points(study: Rows, alpha: float) -> pd.DataFrame:
+def points(study: Rows, rows: pd.DataFrame, alpha: float) -> pd.DataFrame:
     """Recipes with the worst error of both signs at each size, their times, state and name; `lengths` names the panel.
 
     A recipe with a value that is not finite at a size is left out there.
+    rows  errors of recipes at that exponent
     """
-    rows = at(configurations(study.raw("accuracy"), study.precision), alpha=alpha)
-    timing = study.raw("timing")
-    times = kernel_times.times_of(timing, working_set=study.working_set, precision=study.precision)
+    times = kernel_times.times_of(study.raw("timing"), working_set=study.working_set, precision=study.precision)
     times = kernel_times.times_at(times, (alpha,))
     panels = [(_named(size), _at_size(rows, size)) for size in SIZES]
     panels.append(("any length, 0.001 to 1000", at(rows, perturbation=ANY.name)))
@@ -59,7 +58,8 @@ def draw(study: Rows) -> Plate | Absent:
     if rows.empty:
         return Absent("The run measured no recipe from N, L and V.", "Run a preset, which holds such recipes.")
     alpha = nearest(sorted(rows["alpha"].unique()), study.alpha)
-    data = points(study, alpha)
+    rows = at(rows, alpha=alpha)
+    data = points(study, rows, alpha)
     if data.empty:
         return Absent("No timed recipe matches a measured error.", "Run accuracy and timing at the same precision.")
     shown = list(dict.fromkeys(data["lengths"]))
@@ -77,7 +77,7 @@ def draw(study: Rows) -> Plate | Absent:
         axes.set_title(name)
         axes.set_ylabel("time / exact Phong")
     panels[-1].set_xlabel("largest absolute error")
-    source = f"{basis(at(rows, alpha=alpha))}; time: median ratio with its {INTERVAL}, {SETS[study.working_set]}"
+    source = f"{basis(rows)}; time: median ratio with its {INTERVAL}, {SETS[study.working_set]}"
     footnote(figure, f"{study.precision}, {alpha_is(alpha)}; error ≤ 10⁻⁷ at the left edge; {source}")
     command = f"phongbench run --alpha {alpha:g} --precision {study.precision}"
     return Plate(figure, data, _sentence(study, data), _alt(data), source, command)

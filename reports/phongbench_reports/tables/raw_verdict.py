@@ -27,7 +27,7 @@ def raw_verdict(study: Rows, precision: str, budget: float, name: str) -> Table 
     if mine.empty or timed.empty:
         return Absent(f"No recipe from N, L and V was measured and timed in {precision}.", "Run the quick preset.")
     answers = {
-        alpha: cheapest(accuracy, timing, Budget.of(alpha, budget, precision=precision, working_set="l1"), study.name)
+        alpha: cheapest(mine, timing, Budget.of(alpha, budget, precision=precision, working_set="l1"), study.name)
         for alpha in sorted({nearest([float(a) for a in mine["alpha"].unique()], wanted) for wanted in ALPHAS})
     }
     rows = tuple(_row(alpha, *answer, withheld=bool(study.twin_differs)) for alpha, answer in answers.items())

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
 import pandas as pd
 import pytest
 
 from phongbench.analysis.choice import choose
-from phongbench.analysis.front import COLUMNS, front, states
+from phongbench.analysis.front import COLUMNS, front, fronts, records, states
 from phongbench.analysis.kernel_times import multiplications
 from phongbench.errors import InputError
 from phongbench.results.schema import RAW
@@ -163,3 +164,37 @@ def test_an_integer_power_is_timed_by_one_that_multiplies_at_least_as_often(timi
     # 10 takes 4 multiplications, 64 takes 6, 50 and 128 take 7, 200 takes 9; a fractional one has none
     assert found == {10.0: [0.3], 50.0: [0.4], 64.0: [0.3], 128.0: [0.4], 200.0: [], 10.5: []}
     assert [multiplications(exponent) for exponent in (1, 2, 3, 10, 64, 50, 1000)] == [0, 1, 2, 4, 6, 7, 14]
+    together = fronts(accuracy, both)
+    assert {alpha: cells["ratio"].tolist() for alpha, cells in together.items()} == found
+
+
+def test_fronts_made_together_are_those_made_alone(accuracy: pd.DataFrame, timing: pd.DataFrame) -> None:
+    """Errors fall with the exponent at some formulas and rise at others, so that the fronts differ; one is empty."""
+    lyon = accuracy["approximation"] == "lyon"
+    other = accuracy.assign(alpha=200.0, max_abs=accuracy["max_abs"] * np.where(lyon, 3.0, 0.1))
+    untimed = accuracy[accuracy["approximation"] == "untimed"].assign(alpha=10.0)
+    swept = pd.concat([other, accuracy.iloc[::-1], untimed], ignore_index=True)
+    together = fronts(swept, timing)
+    assert list(together) == [10.0, 50.0, 200.0]
+    for alpha, cells in together.items():
+        pd.testing.assert_frame_equal(cells, front(swept, timing, alpha=alpha))
+    assert together[10.0].empty
+    assert state_of(together[50.0]) != state_of(together[200.0])
+
+
+def test_records_hold_pythons_own_values_and_none_for_what_is_missing() -> None:
+    frame = pd.DataFrame(
+        {
+            "text": pd.Series(["a", None], dtype="str"),
+            "whole": pd.Series([1, None], dtype="Int64"),
+            "real": [0.5, np.nan],
+            "flag": [True, False],
+            "kind": pd.Categorical(["b", None]),
+            "mixed": pd.Series([np.float64(0.25), np.nan], dtype=object),
+        }
+    )
+    first, second = records(frame)
+    assert first == {"text": "a", "whole": 1, "real": 0.5, "flag": True, "kind": "b", "mixed": 0.25}
+    assert [type(value) for value in first.values()] == [str, int, float, bool, str, float]
+    assert second == dict.fromkeys(first) | {"flag": False}
+    assert records(frame.iloc[:0]) == []

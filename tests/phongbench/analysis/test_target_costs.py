@@ -100,6 +100,15 @@ def test_other_targets_are_told_where_they_answer_otherwise(run: Run) -> None:
     assert others["rdna2"].startswith("gaussian")
 
 
+@pytest.mark.parametrize("target", FAMILIES)
+def test_what_is_told_of_another_target_is_its_own_answer(run: Run, target: str) -> None:
+    here = recommend(run, **QUESTION, target="gcn4")
+    own = recommend(run, **QUESTION, target=target)["choices"][0]
+    told = {one["target"]: one for one in elsewhere(run, here, **QUESTION)}
+    assert (target in told) == (own["name"] != here["choices"][0]["name"])
+    assert all(value == own[key] for key, value in told.get(target, {}).items())
+
+
 def test_an_own_formula_is_left_out_and_told(run: Run, rows: pd.DataFrame, stored: Stored) -> None:
     own = rows[rows["approximation"] == "gaussian"].assign(approximation="mine", max_abs=0.0)
     mixed = stored("20260101-000000-0123abce", accuracy=pd.concat([rows, own], ignore_index=True), timed=False)

@@ -51,6 +51,23 @@ def test_verify_finds_a_flipped_byte(run):
     assert "bytes have changed" in runs.verify(run)[0]
 
 
+def test_verify_finds_a_table_of_another_length_than_the_manifest_says(run):
+    told = json.loads((run.path / runs.MANIFEST).read_text())
+    told["files"]["accuracy.parquet"]["rows"] += 1
+    runs.write_manifest(run.path, told)
+    assert runs.verify(runs.load(run.path)) == ["accuracy.parquet: does not have 4 rows"]
+
+
+def test_a_run_is_looked_at_once_for_an_answer_and_anew_by_verify(run):
+    path = run.path / "accuracy.parquet"
+    assert runs.intact(run) is run
+    path.write_bytes(path.read_bytes()[:-1])
+    assert runs.intact(run) is run
+    assert runs.verify(run)
+    with pytest.raises(CorruptRunError, match="bytes instead of"):
+        runs.intact(runs.load(run.path))
+
+
 def test_verify_finds_a_missing_and_a_short_file(run):
     path = run.path / "accuracy.parquet"
     path.write_bytes(path.read_bytes()[:-1])

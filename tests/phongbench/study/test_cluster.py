@@ -1,43 +1,53 @@
-"""The sweep on a cluster: real schedulers and workers on loopback, killed and foreign ones; the rows stay."""
+"""The sweep on a cluster: real schedulers and workers on loopback, killed, slow, starved and foreign; the rows stay."""
 
 import os
+import pickle
 import re
+import shutil
 import signal
 import subprocess
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
-from dataclasses import replace
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pandas as pd
 import pytest
+from click.testing import CliRunner
+from soaking.dask_processes import Process, Processes, kill, processes, wait_until
 
+import phongbench
 from phongbench.analysis.summary import summarise
-from phongbench.errors import InputError
-from phongbench.inputs.plan import Plan, preset
+from phongbench.cli.main import EXIT_CODES, main
+from phongbench.errors import InputError, MeasurementError
+from phongbench.formulas.formula import Formula
+from phongbench.formulas.user_files import registry_with
+from phongbench.inputs.plan import Plan
 from phongbench.results import runs
+from phongbench.scenes.render import Rendered, render
+from phongbench.scenes.scene_files import read_scene
 from phongbench.study import run as study
+from phongbench.study.cluster import pictures
 from phongbench.study.cluster.engine import Cluster
+from phongbench.study.cluster.pictures import PictureCluster
 from phongbench.support.progress import Progress
+
+#: a program that measures the plan in a file, and writes down at once what it has
+CLIENT = """
+import pickle, sys
+from pathlib import Path
+from phongbench.study import run, sweep_parts
+from phongbench.study.cluster.engine import Cluster
+sweep_parts.CHECKPOINT_SECONDS = 0.0
+run.run_study(pickle.loads(Path("plan").read_bytes()), Path("run"), engine=Cluster(sys.argv[1]))
+"""
 
 
 @pytest.fixture(scope="module")
-def plan() -> Plan:
+def plan(tiny: Callable[..., Plan]) -> Plan:
     """Batches of two slabs each, so that shards share some."""
-    return replace(
-        preset("quick"),
-        alphas=(10.0,),
-        gammas=(8,),
-        approximations=("phong", "lyon"),
-        slopes=("taylor",),
-        spaces=("reflect",),
-        lambda_forms=("dot",),
-        probes=(),
-        precisions=("float32",),
-        samples=300_000,
-        timing=False,
-    ).validated()
+    return tiny(samples=300_000)
 
 
 @pytest.fixture(scope="module")
@@ -46,51 +56,42 @@ def whole(plan: Plan, tmp_path_factory: pytest.TempPathFactory) -> runs.Run:
     return study.run_study(plan, tmp_path_factory.mktemp("whole") / "run").run
 
 
-def _process(*words: str, **more: str) -> "subprocess.Popen[str]":
-    return subprocess.Popen(
-        [sys.executable, "-m", "distributed.cli.dask_" + words[0], *words[1:], "--no-dashboard"],
-        env={**os.environ, **more},
-        start_new_session=True,
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.PIPE if words[0] == "scheduler" else subprocess.DEVNULL,
-        text=True,
-    )
+@pytest.fixture(scope="module")
+def standing(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Processes]:
+    """A cluster with a worker that nobody harms."""
+    with processes(tmp_path_factory.mktemp("cluster")) as found:
+        yield found
 
 
-def _kill(process: "subprocess.Popen[str]") -> None:
-    if process.poll() is None:
-        os.killpg(process.pid, signal.SIGKILL)
-    process.wait()
+@pytest.fixture
+def second(standing: Processes) -> Iterator[Process]:
+    """Another worker of it."""
+    process = standing.worker()
+    yield process
+    kill(process)
 
 
-@contextmanager
-def cluster(folder: Path, workers: int, **more: str) -> Iterator[tuple[str, list["subprocess.Popen[str]"]]]:
-    """A scheduler and workers; its address and the processes, the scheduler first."""
-    processes = [_process("scheduler", "--host", "127.0.0.1", "--port", "0")]
-    try:
-        said = processes[0].stderr
-        assert said
-        address = next(words[0] for line in said if (words := re.findall(r"tcp://127\.0\.0\.1:[0-9]+", line)))
-        words = (address, "--nthreads", "1", "--no-nanny", "--local-directory")
-        processes += [_process("worker", *words, str(folder / f"w{n}"), **more) for n in range(workers)]
-        yield address, processes
-    finally:
-        for process in processes:
-            _kill(process)
-            if process.stderr:
-                process.stderr.close()
+class Listener(Progress):
+    """Acts when the first shard is there and when nothing more comes, and remembers what it is told."""
 
-
-class Kill(Progress):
-    """Kills a process when the sweep has gone so far."""
-
-    def __init__(self, process: "subprocess.Popen[str]") -> None:
-        self.process, self.steps = process, 0.0
+    def __init__(self, first: Callable[[], object] = int, idle: Callable[[], object] = int) -> None:
+        self.first, self.idle, self.waits = first, idle, 0
+        self.notes: list[str] = []
+        self.told: list[str] = []
 
     def advance(self, steps: float = 1) -> None:
-        self.steps += steps if steps > 1 else 0
-        if self.steps:
-            _kill(self.process)
+        self.waits += steps == 0
+        if steps > 1:
+            first, self.first, self.waits = self.first, int, 0
+            first()
+        if self.waits == 4:  # each a second in which no shard came
+            self.idle()
+
+    def status(self, text: str) -> None:
+        self.told.append(text)
+
+    def note(self, text: str) -> None:
+        self.notes.append(text)
 
 
 def _same(found: runs.Run, whole: runs.Run) -> None:
@@ -98,18 +99,86 @@ def _same(found: runs.Run, whole: runs.Run) -> None:
         pd.testing.assert_frame_equal(getattr(found, table), getattr(whole, table), check_exact=True)
 
 
-def test_two_workers_one_killed_give_the_rows_of_one_machine(plan: Plan, whole: runs.Run, tmp_path: Path) -> None:
-    with cluster(tmp_path, 2) as (address, processes):
-        found = study.run_study(plan, tmp_path / "run", engine=Cluster(address), progress=Kill(processes[2])).run
+def test_a_killed_worker_is_told_and_others_do_its_work(
+    plan: Plan, whole: runs.Run, standing: Processes, second: Process, tmp_path: Path
+) -> None:
+    progress = Listener(first=lambda: kill(second))
+    found = study.run_study(plan, tmp_path / "run", engine=Cluster(standing.address), progress=progress).run
     _same(found, whole)
-    assert found.manifest["cluster"]["shards"] > 1
+    shards = found.manifest["cluster"]["shards"]
+    assert shards > 1
+    assert [re.match(r"(\d+) of (\d+) shards, \d workers?", text)[0] for text in progress.told] == progress.told  # type: ignore[index]
+    assert progress.told[-1].startswith(f"{shards} of {shards} shards, ")
+    assert re.fullmatch(r"cluster: 2 workers, 2 threads; dashboard http://127\.0\.0\.1:\d+/status", progress.notes[0])
+    assert re.fullmatch(rf"cluster: {shards} shards by \d workers, [0-9.]+ billion evaluations/s", progress.notes[-1])
 
 
-def test_a_worker_with_other_arithmetic_is_refused_by_name(plan: Plan, tmp_path: Path) -> None:
-    with cluster(tmp_path, 1, NUMBA_CPU_NAME="x86-64", NUMBA_CPU_FEATURES="") as (address, _):
-        refused = pytest.raises(InputError, match=r"tcp://.*would not give this machine's bits: cpu x86-64 instead of")
-        with refused:
-            study.run_study(plan, tmp_path / "run", engine=Cluster(address))
+def test_a_slow_worker_is_waited_for_while_others_go_on(
+    plan: Plan, whole: runs.Run, standing: Processes, second: Process, tmp_path: Path
+) -> None:
+    progress = Listener(
+        first=lambda: os.killpg(second.pid, signal.SIGSTOP), idle=lambda: os.killpg(second.pid, signal.SIGCONT)
+    )
+    found = study.run_study(plan, tmp_path / "run", engine=Cluster(standing.address), progress=progress).run
+    _same(found, whole)
+
+
+def test_a_worker_that_runs_out_of_memory_is_replaced_and_others_do_its_work(
+    plan: Plan, whole: runs.Run, standing: Processes, tmp_path: Path
+) -> None:
+    starved = standing.worker("--memory-limit", "200MiB")
+    try:
+        found = study.run_study(plan, tmp_path / "run", engine=Cluster(standing.address)).run
+        wait_until(lambda: "exceeded 95% memory budget" in standing.said(), starved)
+    finally:
+        kill(starved)
+    _same(found, whole)
+
+
+@pytest.mark.parametrize("foreign", ["code", "processor"])
+def test_a_late_worker_whose_rows_could_differ_is_refused_by_name(
+    plan: Plan, whole: runs.Run, standing: Processes, tmp_path: Path, foreign: str
+) -> None:
+    environment = {"NUMBA_CPU_NAME": "x86-64", "NUMBA_CPU_FEATURES": ""}
+    if foreign == "code":
+        package = shutil.copytree(Path(phongbench.__file__).parent, tmp_path / "other" / "phongbench")
+        with (package / "errors.py").open("a") as file:
+            file.write("# another edition\n")
+        environment = {"PYTHONPATH": f"{package.parent}:{os.environ.get('PYTHONPATH', '')}"}
+    late: list[Process] = []
+    progress = Listener(first=lambda: late.append(standing.worker("--no-nanny", **environment)))
+    differs = "cpu x86-64 instead of" if foreign == "processor" else "code [0-9a-f]+ instead of"
+    try:
+        with pytest.raises(InputError, match=f"tcp://.*would not give this machine's bits: {differs}"):
+            study.run_study(plan, tmp_path / "run", engine=Cluster(standing.address), progress=progress)
+    finally:
+        for process in late:
+            kill(process)
+    _same(study.run_study(plan, tmp_path / "run", resume=True).run, whole)
+
+
+def test_a_killed_client_goes_on(plan: Plan, whole: runs.Run, standing: Processes, tmp_path: Path) -> None:
+    (tmp_path / "plan").write_bytes(pickle.dumps(plan))
+    with (tmp_path / "log").open("wb") as log:
+        command = [sys.executable, "-c", CLIENT, standing.address]
+        client = subprocess.Popen(command, cwd=tmp_path, start_new_session=True, stdout=log, stderr=log)
+    parts = tmp_path / "run" / "parts"
+    wait_until(lambda: len(list(parts.glob("0*.parquet"))) > 0, client)
+    kill(client)
+    assert not runs.load(tmp_path / "run").complete, (tmp_path / "log").read_text()
+    _same(study.run_study(plan, tmp_path / "run", resume=True, engine=Cluster(standing.address)).run, whole)
+
+
+def test_a_lost_scheduler_is_told_and_the_run_goes_on(plan: Plan, whole: runs.Run, tmp_path: Path) -> None:
+    with processes(tmp_path / "cluster") as lost:
+        progress = Listener(first=lambda: kill(lost.scheduler))
+        with pytest.raises(MeasurementError, match=r"the cluster is lost: its scheduler is gone\n.*--resume") as caught:
+            study.run_study(plan, tmp_path / "run", engine=Cluster(lost.address), progress=progress)
+    assert next(code for kind, code in EXIT_CODES if isinstance(caught.value, kind)) == 3
+    kept = runs.load(tmp_path / "run")
+    assert not kept.complete
+    assert list((kept.path / "parts").glob("0*.parquet"))
+    _same(study.run_study(plan, tmp_path / "run", resume=True).run, whole)
 
 
 def test_two_processes_here_are_compared_with_each_other(plan: Plan, whole: runs.Run, tmp_path: Path) -> None:
@@ -119,6 +188,45 @@ def test_two_processes_here_are_compared_with_each_other(plan: Plan, whole: runs
     assert found.manifest["cluster"]["compared"] >= 1
     told = summarise(found)["facts"]["swept"]
     assert re.fullmatch(r"in \d+ shards by 2 workers; [1-9]\d* measured again by another, the same bits", told)
+
+
+# pictures
+
+
+def _drawn_alike(one: Rendered, other: Rendered) -> None:
+    np.testing.assert_array_equal(one.picture.view(np.uint32), other.picture.view(np.uint32))
+    assert (one.ledger, one.rays) == (other.ledger, other.rays)
+
+
+def test_a_picture_of_a_cluster_has_the_bits_and_the_ledger_of_one_machine(
+    standing: Processes, second: Process, own: Callable[..., Path]
+) -> None:
+    """Meshes shaded in both ways, by a formula of the user's; a worker dies meanwhile."""
+    files = [own("mine")]
+    registry = registry_with(files)
+    given: dict[str, Any] = {"specular": Formula.parse("mine:dot:8", registry), "registry": registry, "tile": 24}
+    scene = read_scene("tessellation")
+    alone = render(scene, size=(160, 90), supersampling=2, **given)
+    progress = Listener(first=lambda: kill(second))
+    engine = PictureCluster(standing.address, files)
+    drawn = render(scene, size=(160, 90), supersampling=2, engine=engine, progress=progress, **given)
+    _drawn_alike(drawn, alone)
+    assert progress.told[-1].startswith("32 of 32 parts, ")
+
+
+def test_the_command_draws_on_a_cluster_and_refuses_to_time_there(
+    standing: Processes, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    words = ["render", "chequerboard", "--size", "160x90", "--out"]
+    for name, more in (("alone", []), ("cluster", ["--cluster", standing.address])):
+        found = CliRunner().invoke(main, [*words, str(tmp_path / f"{name}.npy"), *more])
+        assert found.exit_code == 0, found.output
+    np.testing.assert_array_equal(np.load(tmp_path / "cluster.npy"), np.load(tmp_path / "alone.npy"))
+    found = CliRunner().invoke(main, ["render", "chequerboard", "--bench", "--cluster", standing.address])
+    assert (found.exit_code, "leave --cluster away" in found.stderr) == (2, True)
+    monkeypatch.setattr(pictures, "arithmetic", lambda: {"numba": "0.1"})
+    found = CliRunner().invoke(main, [*words, str(tmp_path / "no.npy"), "--cluster", standing.address])
+    assert (found.exit_code, "instead of 0.1" in found.stderr) == (2, True)
 
 
 @pytest.mark.parametrize("address", ["", "local:0", "local:x", "no such file", "http://x:1", "local:-1"])

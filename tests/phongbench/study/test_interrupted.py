@@ -13,7 +13,7 @@ from click.testing import CliRunner, Result
 from phongbench.analysis.rows import Rows
 from phongbench.cli.main import main
 from phongbench.errors import InterruptedStudyError
-from phongbench.inputs.plan import Plan, preset
+from phongbench.inputs.plan import Plan
 from phongbench.results import runs
 from phongbench.results.runs import Run
 from phongbench.study import run as study
@@ -49,20 +49,8 @@ class Stop(Progress):
 
 
 @pytest.fixture(scope="module")
-def plan() -> Plan:
-    return replace(
-        preset("quick"),
-        alphas=(10.0,),
-        gammas=(8,),
-        approximations=("phong", "lyon"),
-        slopes=("taylor",),
-        spaces=("reflect",),
-        lambda_forms=("dot",),
-        precisions=("float32",),
-        strata=("highlight", "peak"),
-        samples=1000,
-        probes=("hostile",),
-    ).validated()
+def plan(tiny: Callable[..., Plan]) -> Plan:
+    return tiny(strata=("highlight", "peak"), probes=("hostile",), timing=True)
 
 
 @pytest.fixture(scope="module")

@@ -24,20 +24,9 @@ from phongbench.support.progress import Progress
 
 
 @pytest.fixture(scope="module")
-def plan():
-    return replace(
-        preset("quick"),
-        alphas=(10.0, 50.0),
-        gammas=(8,),
-        approximations=("phong", "lyon"),
-        slopes=("taylor",),
-        spaces=("reflect",),
-        probes=(),
-        precisions=("float32",),
-        raw=("phong/each", "lyon:dot:8:minimax/once"),
-        samples=4000,
-        timing=False,
-    ).validated()
+def plan(tiny):
+    forms = preset("quick").lambda_forms
+    return tiny(alphas=(10.0, 50.0), lambda_forms=forms, raw=("phong/each", "lyon:dot:8:minimax/once"), samples=4000)
 
 
 @pytest.fixture(scope="module")

@@ -3,7 +3,6 @@
 import json
 import shutil
 from collections.abc import Callable, Iterator
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +13,7 @@ from click.testing import CliRunner
 from phongbench.accuracy import sweep
 from phongbench.cli.main import main
 from phongbench.errors import CorruptRunError, InputError, InterruptedStudyError
-from phongbench.inputs.plan import Plan, preset
+from phongbench.inputs.plan import Plan
 from phongbench.results import arithmetic, checkpoints, runs
 from phongbench.study import run as study
 from phongbench.study import shards
@@ -29,20 +28,8 @@ COUNT = 3
 
 
 @pytest.fixture(scope="module")
-def plan() -> Plan:
-    return replace(
-        preset("quick"),
-        alphas=(10.0, 50.0),
-        gammas=(8,),
-        approximations=("phong", "lyon"),
-        slopes=("taylor",),
-        spaces=("reflect",),
-        lambda_forms=("dot", "cross"),
-        probes=("hostile",),
-        precisions=("float32",),
-        samples=4000,
-        timing=False,
-    ).validated()
+def plan(tiny: Callable[..., Plan]) -> Plan:
+    return tiny(alphas=(10.0, 50.0), lambda_forms=("dot", "cross"), probes=("hostile",), samples=4000)
 
 
 @pytest.fixture(scope="module", autouse=True)

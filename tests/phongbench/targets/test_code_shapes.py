@@ -8,7 +8,7 @@ from phongbench.errors import InputError
 from phongbench.formulas.formula import Formula
 from phongbench.formulas.registry import REGISTRY, example
 from phongbench.formulas.spec import Approximation
-from phongbench.targets.code_shapes import Code, catalogue, code
+from phongbench.targets.code_shapes import Code, by_shape, catalogue, code
 
 
 def spelled(spec: Approximation) -> Formula:
@@ -56,7 +56,18 @@ def test_the_catalogue_holds_every_formula_and_each_shape_once() -> None:
     assert {code(spelled(spec), example(spec).alpha, "glsl").shape for spec in REGISTRY.values()} <= {
         one.shape for one in codes
     }
-    assert len({one.shape for one in codes}) == len(codes)
+    assert len(by_shape(codes)) == len(codes)
+    assert {one.shape for one in codes} < set(by_shape(codes))
+    assert len({one.shape for one in catalogue("c")}) == len(catalogue("c"))
+
+
+def test_a_slope_that_an_instruction_holds_has_an_exact_shape_of_its_own() -> None:
+    four, other = (code(Formula.parse("lyon:dot:8"), alpha, "glsl") for alpha in (32.0, 50.0))
+    assert four.shape == other.shape
+    assert four.exact_shape != other.exact_shape
+    assert other.exact_shape == other.shape
+    assert by_shape([other, four]) == {other.shape: other, four.exact_shape: four}
+    assert list(by_shape([four])) == [four.shape]
 
 
 def test_an_exponent_that_a_formula_does_not_take_is_refused() -> None:

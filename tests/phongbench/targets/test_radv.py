@@ -79,7 +79,7 @@ def test_code_that_is_none_is_refused_with_the_compilers_words() -> None:
 
 def test_a_driver_that_fails_is_told_and_takes_nothing_with_it() -> None:
     with pytest.raises(InputError, match="RADV failed for NOCHIP"):
-        costs(replace(target_named("rdna2"), chip="NOCHIP"), [])
+        costs(replace(target_named("rdna2"), chip="NOCHIP"), [Code("", POWER)])
 
 
 @pytest.mark.parametrize(

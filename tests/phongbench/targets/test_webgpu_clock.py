@@ -51,7 +51,7 @@ class Device:
 
 def times(stamps: Stamps | None) -> rounds.Times:
     pairs = [(Timed(name, ("", ""), CALLS), Device(ns, stamps)) for name, ns in (("slow", 0.4), ("fast", 0.1))]
-    return rounds.measure(pairs, lambda one: THREADS, clocks=stamps is not None, seconds=0.0, seed=1)
+    return rounds.measure(pairs, THREADS, clocks=stamps is not None, seconds=0.0, seed=1)
 
 
 CLOCKS = {"honest": (honest, True), **{words: (liar, False) for words, liar in LIARS.items()}, "none": (None, False)}
@@ -88,9 +88,7 @@ def test_passes_are_long_enough_for_their_clock() -> None:
 
 
 def test_a_longer_program_that_takes_no_longer_has_no_cost() -> None:
-    found = rounds.measure(
-        [(Timed("none", ("", ""), CALLS), Device(0.0))], lambda one: THREADS, clocks=True, seconds=0.0, seed=1
-    )
+    found = rounds.measure([(Timed("none", ("", ""), CALLS), Device(0.0))], THREADS, clocks=True, seconds=0.0, seed=1)
     assert not np.isfinite(found.used).any() or (found.used[np.isfinite(found.used)] > 0).all()
     assert found.marked[0] >= 0
 
@@ -106,3 +104,11 @@ def test_noise_that_only_adds_is_left_out_by_the_least_of_several_readings() -> 
     device = Disturbed(0.4)
     more = rounds._Reader(True).more(device, 1000)
     assert more / ((CALLS[1] - CALLS[0]) * THREADS * 1000) == pytest.approx(0.4, rel=5e-3)
+
+
+def test_a_copy_has_its_share_of_the_rounds_and_no_more() -> None:
+    copy = Timed("copy", ("", ""), (1, 4), THREADS * rounds.MOVED)
+    pairs = [(Timed("slow", ("", ""), CALLS), Device(0.4)), (copy, Device(5.0))]
+    found = rounds.measure(pairs, THREADS, clocks=True, seconds=60.0, seed=1)
+    assert len(found.used) == rounds.MOST_ROUNDS
+    assert np.isfinite(found.used).sum(axis=0).tolist() == [rounds.MOST_ROUNDS, rounds.COPIES]

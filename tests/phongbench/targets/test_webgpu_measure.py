@@ -130,3 +130,11 @@ def test_tables_are_copied_for_each_call_so_their_programs_are_short() -> None:
     table = Code("table", "var<private> TABLE: array<f32, 2> = array<f32, 2>(1.0, 2.0);")
     assert Context().calls(table) < Context().calls(bare("wgsl", 2, dot=True))
     assert all(LONGER * context.multiply_adds * context.calls(table) <= 512 for context in CONTEXTS)
+
+
+def test_rounds_in_which_a_formula_seems_to_take_no_time_do_not_make_it_dearer() -> None:
+    work = list(measure._work([code_of("lyon:dot:8")], [code_of("lyon:dot:8")]))
+    cheap = {**NS, DOT: 0.01, "lyon:dot:8 50": 0.02}  # of noise as large as they are
+    rows = measure._compared(made(cheap, rounds=201, noise=0.02), work)
+    assert rows[DOT, CONTEXTS[0]].ratio.low <= 0.01 / 0.8 <= rows[DOT, CONTEXTS[0]].ratio.high
+    assert rows["lyon:dot:8 50", CONTEXTS[0]].ratio.middle == pytest.approx(0.02 / 0.8, rel=0.3)

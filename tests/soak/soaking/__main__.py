@@ -9,9 +9,10 @@ from pathlib import Path
 from typing import Any
 
 import click
-from soaking import campaigns, disk_tries, faulty_disk, tables
+from soaking import campaigns, cluster_bars, cluster_kills, disk_tries, faulty_disk, tables
 from soaking import gpu as gpus
 from soaking import inverse as inverses
+from soaking import page as pages
 
 from phongbench.targets.webgpu.session import Session, found
 from phongbench_reports.readme.fill import write
@@ -79,6 +80,34 @@ def service(count: int, minutes: float, seed: int, docs: bool) -> None:
     _tell(found.as_dict(), found.faults)
 
 
+@main.command()
+@click.option("--workers", type=click.IntRange(min=0), default=20, show_default=True)
+@click.option("--clients", type=click.IntRange(min=0), default=20, show_default=True)
+@click.option("--schedulers", type=click.IntRange(min=0), default=5, show_default=True)
+@SEED
+@DOCS
+def cluster(workers: int, clients: int, schedulers: int, seed: int, docs: bool) -> None:
+    """Kills on a cluster at random moments of a sweep: of workers, clients and schedulers; the rows stay."""
+    counts = {"worker": workers, "client": clients, "scheduler": schedulers}
+    with tempfile.TemporaryDirectory(prefix="phongbench-soak-") as folder:
+        done = cluster_kills.random_kills(Path(folder), counts, seed, _say)
+    if docs:
+        write(CHECKOUT, {"cluster_kills": tables.of_kills(done)}, {})
+    _tell({name: one.as_dict() for name, one in done.items()}, [fault for one in done.values() for fault in one.faults])
+
+
+@main.command()
+@click.option("--preset", "preset_name", default="standard", show_default=True)
+@click.option(
+    "--samples", type=click.IntRange(min=1), default=20_000, show_default=True, help="Instead of the preset's."
+)
+@click.option("--rounds", type=click.IntRange(min=1), default=3, show_default=True)
+def scaling(preset_name: str, samples: int, rounds: int) -> None:
+    """Two workers against one, and against threads: what a cluster's engine costs; let nothing else run."""
+    with tempfile.TemporaryDirectory(prefix="phongbench-soak-") as folder:
+        _tell(*cluster_bars.measured(Path(folder), preset_name, samples, rounds, _say))
+
+
 def _say(text: str) -> None:
     click.echo(text, err=True)
 
@@ -109,6 +138,14 @@ def gpu(runs: int, twins: int) -> None:
         click.progressbar(length=runs + twins + 3, hidden=not sys.stderr.isatty(), file=sys.stderr) as bar,
     ):
         seen = gpus.soak(runs, twins, gpus.here(session, adapter), bar.update)
+    _tell(seen.as_dict(), seen.faults)
+
+
+@main.command()
+def page() -> None:
+    """The page's measurement of its device, by WebGPU and by WebGL 2, against its bars; let nothing else run."""
+    with tempfile.TemporaryDirectory(prefix="phongbench-soak-") as folder:
+        seen = pages.measured(Path(folder))
     _tell(seen.as_dict(), seen.faults)
 
 

@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
+from soaking.cluster_kills import Kills
 from soaking.disk_tries import Tries
 from soaking.faulty_disk import CALLS
 
@@ -69,3 +70,14 @@ _CLIENTS = {
     "gave up": "whose client gave up waiting for a request's end",
     "cut off": "whose worker was killed",
 }
+
+
+def of_kills(found: Mapping[str, Kills]) -> str:
+    """A line for each victim: its kills, how the runs ended that were hit, and what was wrong afterwards."""
+    headings = ["killed", "kills", "in the sweep", "ended all the same", "went on with `--resume`", "other rows"]
+    lines = []
+    for victim, kills in found.items():
+        count, done = kills.ends.total(), kills.ends["done"]
+        numbers = [count, kills.sweeping, done, count - done, len(kills.faults)]
+        lines.append([victim, *(f"{number:,}" for number in numbers)])
+    return table(headings, lines, right=range(1, len(headings)))
