@@ -15,6 +15,7 @@ RUN    := $(VENV)/.installed-run
 TEST   := $(VENV)/.installed-test
 DEV    := $(VENV)/.installed-dev
 KILLS  ?= 1000
+REQUESTS ?= 1000000
 RECENT  = { $(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
     { echo 'phongbench needs Python 3.11 or newer; name one: make GOAL PYTHON=python3.12' >&2; exit 2; }; }
 
@@ -38,12 +39,13 @@ run: $(RUN) ## a quick study on this machine; prints what to ship, where the tim
 test: $(TEST) ## the tests, on all cores
 	PYTHONDONTWRITEBYTECODE= $(PY) -m pytest --numprocesses=auto
 
-soak: $(TEST) ## for hours: attacked budgets, devices at their worst, random lines and pictures, disk faults, KILLS=1000
+soak: $(TEST) ## for hours: attacked budgets, devices at their worst, random lines and pictures, disk faults, KILLS=1000, REQUESTS=1000000
 	PHONGBENCH_SOAK=1000 $(PY) -m pytest --numprocesses=auto tests/phongbench/analysis/test_promise.py tests/phongbench/analysis/test_raw_promise.py \
 		tests/phongbench/accuracy/test_contract_catalogue.py
 	PYTHONPATH=tests/soak $(PY) -m soaking inverse
 	PYTHONPATH=tests/soak $(PY) -m soaking disk --docs
 	PYTHONPATH=tests/soak $(PY) -m soaking kills --count $(KILLS) --docs
+	PYTHONPATH=tests/soak:tests/api $(PY) -m soaking service --requests $(REQUESTS) --docs
 	PYTHONPATH=tests/soak $(PY) -m soaking gpu
 
 mutate: $(TEST) ## 200 single changes of the product, each against the tests that run it; goes on where it stopped
