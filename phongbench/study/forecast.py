@@ -17,7 +17,7 @@ from phongbench.support.progress import Progress
 
 #: what a forecast allows for making a cell ready, for loading a compiled kernel, for making and writing a row, and for
 #: handing a shard to a cluster and taking what it gave; measured, and rounded up
-CELL_SECONDS, LOAD_SECONDS, ROW_SECONDS, SHARD_SECONDS = 5e-5, 0.02, 2e-5, 0.01
+CELL_SECONDS, LOAD_SECONDS, ROW_SECONDS, SHARD_SECONDS = 1.2e-4, 0.02, 2e-5, 0.01
 #: bytes of a row in the tables, and of what does not grow with the rows
 ROW_BYTES, OTHER_BYTES = 90, 200_000
 
