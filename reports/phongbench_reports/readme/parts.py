@@ -13,7 +13,7 @@ from phongbench.errors import InputError
 README = "README.md"
 DOCS = "reports/docs"
 #: the parts that `make soak` and `make mutate` write, by page; `make docs` writes all others
-SOAKED, MUTATED = ("disk_faults", "kills"), ("mutations", "survivors")
+SOAKED, MUTATED = ("disk_faults", "kills", "attacked"), ("mutations", "survivors")
 ATTACKED = dict.fromkeys(SOAKED, "soak") | dict.fromkeys(MUTATED, "mutate")
 #: page -> its generated parts
 PAGES: Mapping[str, tuple[str, ...]] = {
@@ -23,8 +23,8 @@ PAGES: Mapping[str, tuple[str, ...]] = {
     f"{DOCS}/inverse.md": ("heads",),
     f"{DOCS}/speed.md": ("verdict", "speed", "raw", "peers", "alarms", "throughput", "times", "machine"),
     f"{DOCS}/claims.md": ("claims",),
-    f"{DOCS}/studies.md": SOAKED,
-    f"{DOCS}/soaks.md": MUTATED,
+    f"{DOCS}/studies.md": SOAKED[:2],
+    f"{DOCS}/soaks.md": (*MUTATED, "attacked"),
     f"{DOCS}/pictures.md": ("scenes",),
     f"{DOCS}/service.md": ("service",),
 }
