@@ -21,7 +21,7 @@ PAGES: Mapping[str, tuple[str, ...]] = {
     f"{DOCS}/code.md": ("shader",),
     f"{DOCS}/columns.md": ("columns",),
     f"{DOCS}/inverse.md": ("heads",),
-    f"{DOCS}/speed.md": ("verdict", "speed", "raw", "peers", "alarms", "throughput", "times", "machine"),
+    f"{DOCS}/speed.md": ("verdict", "speed", "raw", "peers", "rooflines", "alarms", "throughput", "times", "machine"),
     f"{DOCS}/claims.md": ("claims",),
     f"{DOCS}/studies.md": SOAKED[:2],
     f"{DOCS}/soaks.md": (*MUTATED, "attacked"),
