@@ -44,6 +44,7 @@ def read(data: bytes, *, head: bool = False) -> tuple[int, dict[str, str], bytes
     [
         (b"HTTP/1.1 200 OK\r\nContent-Length: 2\r\n\r\nabHTTP", False, 200, b"ab"),
         (b"HTTP/1.1 404 Not Found\r\nContent-Length: 2\r\n\r\n", True, 404, b""),
+        (b"HTTP/1.1 400 Bad\r\nconnection: close\r\n\r\nno HTTP", False, 400, b"no HTTP"),
         (b"HTTP/1.1 304 Not Modified\r\netag: x\r\n\r\n", False, 304, b""),
         (b"HTTP/1.1 100 Continue\r\n\r\nHTTP/1.1 200 \r\ncontent-length: 0\r\n\r\n", False, 200, b""),
         (b"HTTP/1.1 200 \r\nTransfer-Encoding: chunked\r\n\r\n3\r\nabc\r\n2\r\nde\r\n0\r\n\r\n", False, 200, b"abcde"),

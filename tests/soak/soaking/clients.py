@@ -189,6 +189,8 @@ async def answer(reader: asyncio.StreamReader, head: bool) -> tuple[int, dict[st
         return status, headers, b""
     if headers.get("transfer-encoding") == "chunked":
         return status, headers, await _chunks(reader)
+    if "content-length" not in headers:  # what was no HTTP is answered so: to the end of the connection
+        return status, headers, await reader.read(-1)
     return status, headers, await reader.readexactly(int(headers["content-length"]))
 
 
