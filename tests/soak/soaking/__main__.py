@@ -68,6 +68,7 @@ def kills(count: int, minutes: float, seed: int, docs: bool) -> None:
 @click.option("--workers", type=click.IntRange(min=0), default=20, show_default=True)
 @click.option("--clients", type=click.IntRange(min=0), default=20, show_default=True)
 @click.option("--schedulers", type=click.IntRange(min=0), default=5, show_default=True)
+@MINUTES
 @SEED
 @DOCS
 def cluster(workers: int, clients: int, schedulers: int, seed: int, docs: bool) -> None:

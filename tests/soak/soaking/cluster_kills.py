@@ -22,14 +22,14 @@ from phongbench.errors import PhongbenchError
 from phongbench.results import runs
 
 #: the plan: a sweep of some seconds, hardly anything else
-PLAN = """alphas = [10, 50]
+PLAN = """alphas = [10]
 gammas = [8]
 approximations = ["phong", "lyon"]
 slopes = ["taylor"]
 spaces = ["reflect"]
-lambda_forms = ["dot", "cross"]
-precisions = ["float32", "float64"]
-samples = 4000000
+lambda_forms = ["dot"]
+precisions = ["float32"]
+samples = 200000
 probes = ["hostile"]
 timing = false
 """
@@ -154,15 +154,21 @@ def _parts(folder: Path) -> list[Any]:
     return read_parts(folder)
 
 
-def random_kills(box: Path, counts: dict[str, int], seed: int, say: Callable[[str], None]) -> dict[str, Kills]:
-    """So many kills of each victim, at random moments, in random order."""
+def random_kills(
+    box: Path, counts: dict[str, int], minutes: float, seed: int, say: Callable[[str], None]
+) -> dict[str, Kills]:
+    """So many kills of each victim, at random moments, in random order, none begun after so many minutes."""
     rng, found, arena = random.Random(seed), {victim: Kills() for victim in VICTIMS}, Arena(box)
+    end = time.monotonic() + 60 * minutes
     try:
         victims = [victim for victim, count in counts.items() for _ in range(count)]
         rng.shuffle(victims)
         for number, victim in enumerate(victims, 1):
+            if time.monotonic() > end:
+                break
             say(f"{number} of {len(victims)}: a {victim}")
             arena.tried(victim, rng.uniform(0.0, 1.0), rng, found[victim])
+            say(", ".join(f"{name} {dict(one.ends)} {len(one.faults)} faults" for name, one in found.items()))
     finally:
         arena.cluster.end()
     return found
