@@ -71,11 +71,11 @@ def kills(count: int, minutes: float, seed: int, docs: bool) -> None:
 @MINUTES
 @SEED
 @DOCS
-def cluster(workers: int, clients: int, schedulers: int, seed: int, docs: bool) -> None:
+def cluster(workers: int, clients: int, schedulers: int, minutes: float, seed: int, docs: bool) -> None:
     """Kills on a cluster at random moments of a sweep: of workers, clients and schedulers; the rows stay."""
     counts = {"worker": workers, "client": clients, "scheduler": schedulers}
     with tempfile.TemporaryDirectory(prefix="phongbench-soak-") as folder:
-        done = cluster_kills.random_kills(Path(folder), counts, seed, _say)
+        done = cluster_kills.random_kills(Path(folder), counts, minutes, seed, _say)
     if docs:
         write(CHECKOUT, {"cluster_kills": tables.of_kills(done)}, {})
     _tell({name: one.as_dict() for name, one in done.items()}, [fault for one in done.values() for fault in one.faults])
