@@ -70,7 +70,8 @@ class Arena:
     def __init__(self, box: Path) -> None:
         self.box, self.folder, self.plan = box, box / "run", box / "plan.toml"
         self.plan.write_text(PLAN)
-        self.clusters, self.cluster = 0, self._new()
+        self.clusters = 0
+        self.cluster = self._new()
         _ended(self._client(box / "alone", alone=True))
         self.tables = runs.load(box / "alone").manifest["files"]
         began = time.monotonic()
