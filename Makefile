@@ -41,6 +41,7 @@ soak: $(TEST) ## for hours: attacked budgets, devices at their worst, random lin
 	PYTHONPATH=tests/soak $(PY) -m soaking inverse
 	PYTHONPATH=tests/soak $(PY) -m soaking disk --docs
 	PYTHONPATH=tests/soak $(PY) -m soaking kills --count $(KILLS) --docs
+	PYTHONPATH=tests/soak $(PY) -m soaking cluster --docs
 	PYTHONPATH=tests/soak $(PY) -m soaking gpu
 
 mutate: $(TEST) ## 200 single changes of the product, each against the tests that run it; goes on where it stopped

@@ -23,7 +23,7 @@ ROUNDED_BY_SOFTWARE = 4
 HARDWARE = ("float16", "float32", "float64")
 #: shards for each thread of a cluster, and at least, since its end waits for the last and one of a hundred is measured
 #: twice; but none that is predicted to take less than so many picoseconds, since handing it out takes time, too
-EACH, LEAST, SHORTEST = 8, 128, 100_000_000_000
+EACH, LEAST, SHORTEST = 8, 128, 400_000_000_000
 
 #: a batch, and the pair at which its slab begins
 Block = tuple[Batch, int]

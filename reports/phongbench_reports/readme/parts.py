@@ -14,7 +14,8 @@ README = "README.md"
 DOCS = "reports/docs"
 #: the parts that `make soak` and `make mutate` write, by page; `make docs` writes all others
 SOAKED, MUTATED = ("disk_faults", "kills"), ("mutations", "survivors")
-ATTACKED = dict.fromkeys(SOAKED, "soak") | dict.fromkeys(MUTATED, "mutate")
+CLUSTERED = ("cluster_kills",)
+ATTACKED = dict.fromkeys((*SOAKED, *CLUSTERED), "soak") | dict.fromkeys(MUTATED, "mutate")
 #: page -> its generated parts
 PAGES: Mapping[str, tuple[str, ...]] = {
     README: ("goals", "pictures", "targets", "raw_answer", "glossary"),
@@ -24,8 +25,9 @@ PAGES: Mapping[str, tuple[str, ...]] = {
     f"{DOCS}/speed.md": ("verdict", "speed", "raw", "peers", "alarms", "throughput", "times", "machine"),
     f"{DOCS}/claims.md": ("claims",),
     f"{DOCS}/studies.md": SOAKED,
-    f"{DOCS}/soaks.md": MUTATED,
+    f"{DOCS}/soaks.md": (*MUTATED, *CLUSTERED),
     f"{DOCS}/pictures.md": ("scenes",),
+    f"{DOCS}/scale.md": ("predicted",),
     f"{DOCS}/service.md": ("service",),
 }
 NAMES = tuple(name for names in PAGES.values() for name in names)

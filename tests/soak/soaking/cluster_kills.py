@@ -4,6 +4,7 @@ A run whose worker is killed has to end as if nothing had happened. One whose cl
 has to go on by `run --resume` on a cluster. Afterwards its tables are those of one machine, byte for byte.
 """
 
+import json
 import random
 import shutil
 import subprocess
@@ -74,7 +75,6 @@ class Arena:
         self.cluster = self._new()
         _ended(self._client(box / "alone", alone=True))
         self.tables = runs.load(box / "alone").manifest["files"]
-        began = time.monotonic()
         client = self._begun()
         began = time.monotonic()
         _ended(client)
@@ -169,7 +169,7 @@ def random_kills(
                 break
             say(f"{number} of {len(victims)}: a {victim}")
             arena.tried(victim, rng.uniform(0.0, 1.0), rng, found[victim])
-            say(", ".join(f"{name} {dict(one.ends)} {len(one.faults)} faults" for name, one in found.items()))
+            say("; ".join(f"{name}: {json.dumps(one.as_dict())}" for name, one in found.items()))
     finally:
         arena.cluster.end()
     return found
