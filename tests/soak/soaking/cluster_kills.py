@@ -36,8 +36,8 @@ timing = false
 """
 #: who is killed
 VICTIMS = ("worker", "client", "scheduler")
-#: exit code of a run whose cluster is lost
-LOST = 3
+#: exit codes of a run whose cluster is lost, and of one whose cluster was so before it could be reached
+LOST, ABSENT = 3, 2
 _WORKERS, _TOLD = 2, 20
 
 
@@ -46,7 +46,7 @@ class Kills:
     """What came of killing one kind of victim.
 
     sweeping  of the kills, those that came while the sweep went on
-    ends      how the run that was hit ended: done, lost (it said so), killed
+    ends      how the run that was hit ended: done, lost or absent (it said so of its cluster), killed
     kept      rows of its sweep that a run went on from, over all tries
     faults    in words
     """
@@ -92,9 +92,12 @@ class Arena:
         workers = [worker for worker in self.cluster.workers if worker.poll() is None]
         kill({"worker": rng.choice(workers), "client": client, "scheduler": self.cluster.scheduler}[victim])
         code, said = _ended(client)
-        if "Traceback" in said or code not in {"worker": (0,), "client": (0, -9), "scheduler": (0, LOST)}[victim]:
+        if (
+            "Traceback" in said
+            or code not in {"worker": (0,), "client": (0, -9), "scheduler": (0, LOST, ABSENT)}[victim]
+        ):
             found.faults.append(f"{victim}, {moment:.2f}: exit {code}, {said[-600:]}")
-        found.ends[{0: "done", LOST: "lost", -9: "killed"}.get(code, f"exit {code}")] += 1
+        found.ends[{0: "done", LOST: "lost", ABSENT: "absent", -9: "killed"}.get(code, f"exit {code}")] += 1
         self._heal()
         if code:
             kept = (len(frame) for frame in _parts(self.folder))
