@@ -38,6 +38,8 @@ timing = false
 VICTIMS = ("worker", "client", "scheduler")
 #: exit codes of a run whose cluster is lost, and of one whose cluster was so before it could be reached
 LOST, ABSENT = 3, 2
+#: exit codes that the run may have which was hit
+ALLOWED = {"worker": (0,), "client": (0, -9), "scheduler": (0, LOST, ABSENT)}
 _WORKERS, _TOLD = 2, 20
 
 
