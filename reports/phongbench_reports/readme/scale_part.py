@@ -1,5 +1,7 @@
 """How long the larger presets would take on more and more cores, and what limits each: on paper, from a short trial."""
 
+from collections.abc import Sequence
+
 from phongbench.inputs.plan import preset
 from phongbench.study import forecast
 from phongbench.study.forecast import Forecast
@@ -10,10 +12,10 @@ PRESETS, CORES = ("standard", "full"), (1, 16, 256, 4096)
 _UNITS = ((86_400.0, "d"), (3600.0, "h"), (60.0, "min"))
 
 
-def predicted() -> str:
+def predicted(presets: Sequence[str] = PRESETS) -> str:
     """A table of the seconds that a forecast gives, and where they come from."""
     lines = []
-    for name in PRESETS:
+    for name in presets:
         trial = forecast.tried(preset(name))
         lines += [_line(name, count, trial.on(cores(), None if count == 1 else count)) for count in CORES]
     headings = ("preset", "cores", "sweep", "probes", "times", "in all", "longest")

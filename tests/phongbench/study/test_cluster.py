@@ -29,7 +29,7 @@ from phongbench.formulas.user_files import registry_with
 from phongbench.inputs.plan import Plan
 from phongbench.results import runs
 from phongbench.scenes.render import Rendered, render
-from phongbench.scenes.scene_files import read_scene
+from phongbench.scenes.scene import Scene
 from phongbench.study import run as study
 from phongbench.study.cluster import pictures
 from phongbench.study.cluster.engine import Cluster
@@ -226,13 +226,13 @@ def _drawn_alike(one: Rendered, other: Rendered) -> None:
 
 
 def test_a_picture_of_a_cluster_has_the_bits_and_the_ledger_of_one_machine(
-    standing: Processes, second: Process, own: Callable[..., Path]
+    standing: Processes, second: Process, own: Callable[..., Path], written: Callable[[str], Scene], small: str
 ) -> None:
-    """Meshes shaded in both ways, by a formula of the user's; a worker dies meanwhile."""
+    """Mirrors, by a formula of the user's; a worker dies meanwhile."""
     files = [own("mine")]
     registry = registry_with(files)
     given: dict[str, Any] = {"specular": Formula.parse("mine:dot:8", registry), "registry": registry, "tile": 24}
-    scene = read_scene("tessellation")
+    scene = written(small)
     alone = render(scene, size=(160, 90), supersampling=2, **given)
     progress = Listener(first=lambda: kill(second))
     engine = PictureCluster(standing.address, files)
@@ -244,7 +244,7 @@ def test_a_picture_of_a_cluster_has_the_bits_and_the_ledger_of_one_machine(
 def test_the_command_draws_on_a_cluster_and_refuses_to_time_there(
     standing: Processes, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    words = ["render", "chequerboard", "--size", "160x90", "--out"]
+    words = ["render", "torus", "--size", "160x90", "--out"]
     for name, more in (("alone", []), ("cluster", ["--cluster", standing.address])):
         found = CliRunner().invoke(main, [*words, str(tmp_path / f"{name}.npy"), *more])
         assert found.exit_code == 0, found.output

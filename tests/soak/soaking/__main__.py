@@ -87,10 +87,10 @@ def cluster(workers: int, clients: int, schedulers: int, minutes: float, seed: i
     "--samples", type=click.IntRange(min=1), default=20_000, show_default=True, help="Instead of the preset's."
 )
 @click.option("--rounds", type=click.IntRange(min=1), default=3, show_default=True)
-def scaling(preset_name: str, samples: int, rounds: int) -> None:
+def scaling(preset_name: str, every: int, rounds: int) -> None:
     """Two workers against one, and against threads: what a cluster's engine costs; let nothing else run."""
     with tempfile.TemporaryDirectory(prefix="phongbench-soak-") as folder:
-        _tell(*cluster_bars.measured(Path(folder), preset_name, samples, rounds, _say))
+        _tell(*cluster_bars.measured(Path(folder), preset_name, every, rounds, _say))
 
 
 def _say(text: str) -> None:
