@@ -8,10 +8,14 @@ PIP    := $(PY) -m pip --disable-pip-version-check --no-input
 # Two thirds of pip's work were byte-compiling what nothing imports: Python compiles what it imports, once, if it may.
 INSTALL = $(PIP) install --quiet --no-compile -c constraints.txt
 export PYTHONDONTWRITEBYTECODE =
+# What a run needs in two halves that have no package in common: two installers share the cores.
+HALVES  = "matplotlib numba pandas scipy" "fastapi filelock jinja2 markdown-it-py mpmath orjson platformdirs psutil pyarrow \
+	python-flint python-multipart rich uvicorn"
 RUN    := $(VENV)/.installed-run
 TEST   := $(VENV)/.installed-test
 DEV    := $(VENV)/.installed-dev
 KILLS  ?= 1000
+REQUESTS ?= 1000000
 RECENT  = { $(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
     { echo 'phongbench needs Python 3.11 or newer; name one: make GOAL PYTHON=python3.12' >&2; exit 2; }; }
 
@@ -35,13 +39,14 @@ run: $(RUN) ## a quick study on this machine; prints what to ship, where the tim
 test: $(TEST) ## the tests, on all cores
 	PYTHONDONTWRITEBYTECODE= $(PY) -m pytest --numprocesses=auto
 
-soak: $(TEST) ## for hours: attacked budgets, devices at their worst, random lines and pictures, disk faults, KILLS=1000
+soak: $(TEST) ## for hours: attacked budgets, devices at their worst, random lines and pictures, disk faults, KILLS=1000, REQUESTS=1000000
 	PHONGBENCH_SOAK=1000 $(PY) -m pytest --numprocesses=auto tests/phongbench/analysis/test_promise.py tests/phongbench/analysis/test_raw_promise.py \
 		tests/phongbench/accuracy/test_contract_catalogue.py
 	PYTHONPATH=tests/soak $(PY) -m soaking inverse
 	PYTHONPATH=tests/soak $(PY) -m soaking disk --docs
 	PYTHONPATH=tests/soak $(PY) -m soaking kills --count $(KILLS) --docs
 	PYTHONPATH=tests/soak $(PY) -m soaking cluster --docs
+	PYTHONPATH=tests/soak:tests/api $(PY) -m soaking service --requests $(REQUESTS) --docs
 	PYTHONPATH=tests/soak $(PY) -m soaking gpu
 
 mutate: $(TEST) ## 200 single changes of the product, each against the tests that run it; goes on where it stopped
@@ -85,7 +90,8 @@ clean: ## remove the environment, caches and build output (runs are kept)
 $(RUN): pyproject.toml constraints.txt
 	@$(PY) -c 'import sys, pip; sys.exit(sys.version_info < (3, 11))' 2>/dev/null || \
 	    { $(RECENT) && $(PYTHON) -m venv --clear $(VENV); }
-	$(INSTALL) -e ".[certify]"
+	@for half in $(HALVES); do $(INSTALL) --no-warn-conflicts $$half & done; $(INSTALL) --no-deps --no-warn-conflicts -e . || { wait; exit 1; }; wait
+	@$(INSTALL) "phongbench[certify]" # what is lacking still
 	@pwd -P >$(VENV)/.checkout
 	@touch $@
 

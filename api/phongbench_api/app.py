@@ -1,6 +1,7 @@
 """One server: routes, guard, problem documents, and kernels that are warm before it is ready."""
 
 import asyncio
+import logging
 import signal
 import threading
 from collections.abc import AsyncIterator, Iterator
@@ -19,17 +20,30 @@ from phongbench_api.routes import ROUTERS
 from phongbench_api.service import Service
 from phongbench_api.settings import Settings
 
+log = logging.getLogger("phongbench.api")
+
 
 @asynccontextmanager
 async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     """Warm up beside the event loop, so that health answers meanwhile; listen for the signal to go down."""
     service: Service = app.state.service
     async with anyio.create_task_group() as group:
-        group.start_soon(anyio.to_thread.run_sync, service.warm_up)
+        group.start_soon(_warm_up, service)
         with _draining_on_signals(service):
             yield
         service.admission.draining = True
     service.cool_down()
+
+
+async def _warm_up(service: Service) -> None:
+    """Compile the kernels; where that fails the server would never be ready, so its process gives up, if it may."""
+    try:
+        await anyio.to_thread.run_sync(service.warm_up)
+    except Exception:
+        if service.give_up is None:
+            raise
+        log.exception("the kernels cannot be compiled")
+        service.give_up()
 
 
 @contextmanager

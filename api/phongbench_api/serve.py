@@ -5,17 +5,20 @@ import logging
 import os
 import signal
 import socket
+import sys
 from asyncio import TimerHandle, Transport
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import uvicorn
 from fastapi import FastAPI
+from uvicorn.config import STARTUP_FAILURE
 from uvicorn.protocols.http.h11_impl import H11Protocol
 from uvicorn.supervisors import Multiprocess
 
-from phongbench.errors import InputError
+from phongbench.errors import InputError, PhongbenchError
 from phongbench.support.user_paths import reading
 from phongbench_api.app import create_app
 from phongbench_api.http.cross_origin import origin
@@ -32,6 +35,7 @@ def serve(settings: Settings, app: FastAPI | None = None) -> None:
     """Serve until SIGTERM or SIGINT; then requests under way finish, and it returns.
 
     Raises InputError if it cannot listen, where the runs are in no folder that can be read, and for what is no origin.
+    PhongbenchError where a worker cannot start: the next one could not either.
     app  what to serve by one worker instead of the usual application, as load programs do
     """
     for text in settings.cors:
@@ -48,20 +52,38 @@ def serve(settings: Settings, app: FastAPI | None = None) -> None:
         if settings.workers > 1:
             os.environ[ENVIRONMENT] = json.dumps(asdict(settings), default=str)
             config = _config(f"{__name__}:from_environment", settings, factory=True)
-            Multiprocess(config, sockets=[listening]).run()
+            _supervise(Multiprocess(config, sockets=[listening]))
             return
         # uvicorn raises the signal again once it is done: this is what it then meets
         for number in (signal.SIGTERM, signal.SIGINT):
             signal.signal(number, lambda *_: None)
-        uvicorn.Server(_config(app or create_app(settings), settings)).run(sockets=[listening])
+        served = app or create_app(settings)
+        served.state.service.give_up = partial(os._exit, 1)
+        uvicorn.Server(_config(served, settings)).run(sockets=[listening])
+
+
+def _supervise(workers: Multiprocess) -> None:
+    """Replace workers that die, until a signal ends all; PhongbenchError once one cannot even start."""
+    workers.run()
+    if any(worker.exitcode == STARTUP_FAILURE for worker in workers.processes):
+        raise PhongbenchError("a worker could not start", None, "its reason stands above; phongbench doctor tells more")
 
 
 def from_environment() -> FastAPI:
-    """The application of a worker process, by the settings of the one that started it."""
-    members: dict[str, Any] = json.loads(os.environ[ENVIRONMENT])
-    members |= {"runs": Path(members["runs"])} | {name: tuple(members[name]) for name in ("allowed_hosts", "cors")}
+    """The application of a worker process, by the settings of the one that started it.
+
+    What cannot start ends with the exit code that says so: for any other the next one would be tried, without end.
+    """
     _log_to_stderr()
-    return create_app(Settings(**members))
+    try:
+        members: dict[str, Any] = json.loads(os.environ[ENVIRONMENT])
+        members |= {"runs": Path(members["runs"])} | {name: tuple(members[name]) for name in ("allowed_hosts", "cors")}
+        app = create_app(Settings(**members))
+    except Exception:
+        log.exception("a worker cannot start")
+        sys.exit(STARTUP_FAILURE)
+    app.state.service.give_up = partial(os._exit, STARTUP_FAILURE)
+    return app
 
 
 def _log_to_stderr() -> None:

@@ -4,6 +4,7 @@ import gc
 import logging
 import threading
 import time
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -22,12 +23,17 @@ log = logging.getLogger("phongbench.api")
 
 @dataclass
 class Service:
-    """One server's state. `warm` is set once its kernels are compiled."""
+    """One server's state.
+
+    warm     set once its kernels are compiled
+    give_up  what ends its process where they cannot be; None: it has none of its own
+    """
 
     settings: Settings
     warm: threading.Event = field(default_factory=threading.Event)
     kernels: Kernels = field(default_factory=Kernels)
     answers: AnswerCache = field(default_factory=AnswerCache)
+    give_up: Callable[[], object] | None = None
 
     def warm_up(self) -> None:
         """Compile and time the kernels; stops between two of them once the server goes down.

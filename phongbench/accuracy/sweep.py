@@ -6,7 +6,6 @@ precision, space, stratum and scale). Within a block every piece of pairs is mad
 once, the exact value once per alpha, and then every cell passes over it while it lies in the cache.
 """
 
-import time
 from collections import deque
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -23,6 +22,7 @@ from phongbench.formulas.kernel import Kernel, known_values, table_row
 from phongbench.formulas.registry import REGISTRY
 from phongbench.formulas.spec import Approximation
 from phongbench.inputs.plan import Cell, Plan
+from phongbench.timing.interleaved import THREAD_CLOCK, clocked
 
 #: pairs made and measured together; their coordinates stay in the second-level cache
 PIECE = 8192
@@ -174,17 +174,47 @@ def blocks(sweep: Sweep, chosen: Iterable[tuple[Batch, int]], jobs: int = 1) -> 
                 block.cancel()
 
 
-def trial_rates(sweep: Sweep, samples: int = 2 * PIECE) -> dict[str, float]:
-    """Evaluations per second and thread for each stratum of the sweep, from a short trial of its middle batch."""
-    rates: dict[str, float] = {}
-    for name in dict.fromkeys(b.stratum.name for b in sweep.batches):
-        alike = [b for b in sweep.batches if b.stratum.name == name]
-        batch = replace(alike[len(alike) // 2], samples=samples)
-        _block(sweep, batch, 0)  # compiles, and fills the caches
-        started = time.perf_counter()
-        _block(sweep, batch, 0)
-        rates[name] = batch.evaluations / (time.perf_counter() - started)
-    return rates
+def trial(sweep: Sweep, samples: int = PIECE) -> Callable[[Batch], float]:
+    """Predicts the seconds of a batch on one thread, from short trials of the smallest and the largest of its kind.
+
+    In batches of a kind a pair takes so long, and every cell on it so long more: exponents that share a batch share its
+    pairs. What other programs take of the processor meanwhile is not counted.
+    """
+    kinds: dict[tuple[Any, ...], list[Batch]] = {}
+    for batch in sweep.batches:
+        kinds.setdefault(_kind(batch), []).append(batch)
+    costs: dict[tuple[Any, ...], tuple[float, float]] = {}
+
+    def seconds(batch: Batch) -> float:
+        kind = _kind(batch)
+        if kind not in costs:
+            costs[kind] = _costs(sweep, kinds[kind], samples)
+        pair, cell = costs[kind]
+        return batch.samples * (pair + cell * len(batch.cells))
+
+    return seconds
+
+
+def _kind(batch: Batch) -> tuple[Any, ...]:
+    """What is the same in batches whose pairs and cells cost the same."""
+    return batch.stratum.name, batch.precision, batch.recipe, batch.normalise, batch.truths
+
+
+def _costs(sweep: Sweep, alike: list[Batch], samples: int) -> tuple[float, float]:
+    """Seconds of a pair, and of a cell on it, by batches of one kind."""
+    few, many = min(alike, key=lambda b: len(b.cells)), max(alike, key=lambda b: len(b.cells))
+    short, long = (_tried(sweep, batch, min(samples, batch.samples)) for batch in (few, many))
+    more = len(many.cells) - len(few.cells)
+    cell = max(0.0, long - short) / more if more else long / len(many.cells)
+    return max(0.0, long - cell * len(many.cells)), cell
+
+
+def _tried(sweep: Sweep, batch: Batch, samples: int) -> float:
+    """Seconds that a pair takes with all cells of a batch."""
+    batch = replace(batch, samples=samples)
+    _block(sweep, batch, 0)  # compiles, and fills the caches
+    once = clocked(lambda: _block(sweep, batch, 0), THREAD_CLOCK)
+    return min(once(), once()) / samples
 
 
 def _block(sweep: Sweep, batch: Batch, start: int) -> Measured:

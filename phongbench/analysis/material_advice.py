@@ -9,6 +9,9 @@ from phongbench.errors import InputError
 from phongbench.inputs.mtl_files import read_mtl
 from phongbench.results.runs import Run
 
+#: so many materials without a highlight are named
+NAMED = 3
+
 
 def for_materials(run: Run | None, file: Path, targets: Sequence[str], **question: Any) -> dict[str, Any]:
     """Answers for the materials that have a highlight, as plain data.
@@ -18,7 +21,7 @@ def for_materials(run: Run | None, file: Path, targets: Sequence[str], **questio
     materials  for each target, and each material in the order of the file: material, its name, and the answer, which
                materials of one exponent share. An exponent that the run did not measure has no choices, and says so as
                its verdict
-    notes      what is odd in the file
+    notes      what is odd in the file, and which materials have no highlight
     Raises InputError where no material has a positive Ns, and what `recommend` raises of the rest of the question.
     """
     read = read_mtl(file)
@@ -37,7 +40,14 @@ def for_materials(run: Run | None, file: Path, targets: Sequence[str], **questio
     if len(problems) == len(known):
         raise problems[0]
     answers = [{"material": one.name, **known[target, one.shininess]} for target in targets for one in shiny]
-    return {"materials": answers, "notes": list(read.notes)}
+    dull = [material.name for material in read.materials if not material.shininess > 0]
+    return {"materials": answers, "notes": [*read.notes, *_left_out(file, dull)]}
+
+
+def _left_out(file: Path, names: Sequence[str]) -> list[str]:
+    """A note on materials without a highlight, a few of them by name; nothing where there are none."""
+    more = f" and {len(names) - NAMED} more" if len(names) > NAMED else ""
+    return [f"{file}: no highlight, for want of a positive Ns: {', '.join(names[:NAMED])}{more}"] if names else []
 
 
 def _unanswered(alpha: float, target: str, problem: InputError, file: Path, question: dict[str, Any]) -> dict[str, Any]:

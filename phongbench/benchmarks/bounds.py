@@ -21,9 +21,12 @@ from phongbench.formulas import pair_kernels
 from phongbench.formulas.kernel import Kernel, read_only
 from phongbench.formulas.spec import MAX_COEFFICIENTS
 
-#: what a bound can come from, and the calibrating loops
+#: what the bound of a loop can come from
 PORTS, VECTORS, BYTES = "multiply-add ports", "vector ports", "bytes"
 UNITS = (PORTS, VECTORS, BYTES)
+#: what whole calls are bound by, too: a root and a quotient for each unit vector, which share one slow unit
+ROOTS = "roots and quotients"
+CALIBRATED = (*UNITS, ROOTS)
 #: how much longer than its bound a loop may take unexplained
 ROOM = 1.3
 _LABEL = re.compile(r"^(\.?\w+):")
@@ -36,6 +39,7 @@ _MOVE = re.compile(r"v?p?(?:mov(?!mskp)|broadcast)")
 _SCALAR = re.compile(r"(?<=s)[sd]$")
 #: an array's element: not the stack, where constants and tables lie, not a constant, not one value for all lanes
 _ARRAY = re.compile(r"(?<![\w.])-?\d*\(%(?!r[si]p\b)\w+(?:,%\w+)?(?:,\d)?\)(?!\{1to)")
+_ROOTS_EACH = 2
 _FRAME = "movq\t%rsp, %rbp"
 _BYTES = {"x": 16, "y": 32, "z": 64}
 
@@ -168,7 +172,13 @@ def _busy(unit: str) -> tuple[Any, type]:
         for i in range(len(out)):
             out[i] = (a[0, i] + a[1, i]) + (a[2, i] + b[0, i]) + (b[1, i] + b[2, i])
 
-    body = {PORTS: multiply_adds, VECTORS: whole_numbers, BYTES: sums}[unit]
+    def roots(a: Any, b: Any, coefficients: Any, table: Any, out: Any) -> None:
+        p, q = coefficients[0], coefficients[1]
+        for i in range(len(out)):
+            x = a[0, i] * a[0, i]
+            out[i] = p / np.sqrt(x + p) + p / np.sqrt(x + q)
+
+    body = {PORTS: multiply_adds, VECTORS: whole_numbers, BYTES: sums, ROOTS: roots}[unit]
     kind = np.int64 if unit == VECTORS else np.float32
     return jit.elementwise(pair_kernels.pairs_signature(kind), body), kind
 
@@ -186,7 +196,7 @@ def passing(kernel: Kernel, a: Array, b: Array, out: Array) -> Callable[[], Arra
 
 
 def calibrating(unit: str, a: Array, b: Array, out: Array) -> Callable[[], Array]:
-    """A pass of the loop that asks for this one of UNITS, over float32 arrays, whose memory it takes as its numbers."""
+    """A pass of the loop that asks for this one of CALIBRATED, over float32 arrays whose memory it takes as its own."""
     loop, kind = _busy(unit)
     row: Array = np.zeros(MAX_COEFFICIENTS, kind)
     table: Array = np.zeros(1, kind)
@@ -195,7 +205,12 @@ def calibrating(unit: str, a: Array, b: Array, out: Array) -> Callable[[], Array
 
 
 def rate(unit: str, ns: float) -> float | None:
-    """What a unit does in a nanosecond, if a float32 element of its calibrating loop takes so many; None if unknown."""
+    """What a unit does in a nanosecond, if a float32 element of its calibrating loop takes so many; None if unknown.
+
+    One of ROOTS is a root with a quotient, of a float32 number.
+    """
+    if unit == ROOTS:
+        return _ROOTS_EACH / ns
     loop, kind = _busy(unit)
     work = of_loop(loop, np.dtype(kind).itemsize)
     return None if work is None else work.of(unit) / ns * (np.dtype(np.float32).itemsize / np.dtype(kind).itemsize)
@@ -207,16 +222,31 @@ def of_loop(loop: Any, itemsize: int = 4) -> Work | None:
     return counted(jit.code(loop)[1], itemsize)
 
 
+def rates(least: Mapping[str, float]) -> dict[str, float]:
+    """What each of CALIBRATED does in a nanosecond: whole vectors, bytes, or roots; nothing where code is not counted.
+
+    least  nanoseconds an element, at best, of the calibrating loop of each of CALIBRATED, and maybe of others
+    """
+    given = {unit: found for unit in CALIBRATED if (found := rate(unit, least[unit])) is not None}
+    return given if len(given) == len(CALIBRATED) else {}
+
+
+def lanes() -> int:
+    """float32 numbers of a whole vector, as the calibrating loop of multiply-adds has them."""
+    work = of_loop(_busy(PORTS)[0])
+    return 1 if work is None else work.lanes
+
+
 def rows(working_set: str, least: Mapping[str, float], asked: Mapping[str, Work | None]) -> list[dict[str, Any]]:
     """Loops beside their bounds in one working set; none where code is not counted.
 
-    least  nanoseconds an element, at best, of each kind of work and of the calibrating loop of each of UNITS
+    least  nanoseconds an element, at best, of each kind of work and of the calibrating loop of each of CALIBRATED
     asked  what a kind of work asks; those without a time are left out
     serial                         nanoseconds if computing and moving bytes never overlapped
     multiply_adds, vectors, bytes  of an element alone, vectors aside
     """
-    given = {unit: found for unit in UNITS if (found := rate(unit, least[unit])) is not None}
-    if len(given) < len(UNITS):
+    given = rates(least)
+    if not given:
         return []
     return [
         _row(work, asks, least[work], given) | {"working_set": working_set}

@@ -21,17 +21,17 @@ import numpy as np
 
 from phongbench import __version__
 from phongbench.benchmarks import bounds, kernel_peers, numpy_sweep, subnormals
+from phongbench.benchmarks.arena import Arena
 from phongbench.benchmarks.kernel_peers import ALL_WORKS, ALPHA, FORMULAS, GAMMA, WORKS, Peer, exact_values
 from phongbench.compiler import jit
 from phongbench.compiler.lowering import FLOAT32
-from phongbench.compiler.precisions import Array
 from phongbench.errors import InputError
 from phongbench.results.machine import machine
 from phongbench.support.progress import Progress
 from phongbench.timing import statistics, timed_kernels
-from phongbench.timing.blocks import aligned_rows, block_bytes, elements_of
+from phongbench.timing.blocks import block_bytes
 from phongbench.timing.budget import GOOD_ROUNDS, MOST_ROUNDS
-from phongbench.timing.epoch_loop import spin, tick
+from phongbench.timing.epoch_loop import tick
 from phongbench.timing.interference import Witness, disturbed
 from phongbench.timing.machine_lock import machine_lock
 from phongbench.timing.rounds import Epoch, Readings, agreed, repeats_for, run_rounds
@@ -47,22 +47,6 @@ WORKING_SETS = ("l2", "memory")
 EPOCH_NS = 300_000
 #: float32 rounding of a.b, magnified by the exponent
 TOLERANCE = 8 * ALPHA * float(np.finfo(np.float32).eps)
-
-
-class Arena:
-    """The arrays everybody works on, as a timing session lays them out, but writable: some peers insist on that."""
-
-    def __init__(self, total_bytes: int, seed: int) -> None:
-        self.elements = elements_of(total_bytes, FLOAT32)
-        rows = aligned_rows(*timed_kernels.highlight_pairs(FLOAT32, seed, self.elements))
-        self.a, self.b = rows[:3], rows[3:6]
-        self.out: Array = rows[6]
-        self.scratch = np.zeros(16, np.int64)
-
-    def spin(self) -> float:
-        """Nanoseconds of a fixed chain of instructions, by its second run: the first may follow 512-bit vectors."""
-        spin(self.scratch)
-        return float(spin(self.scratch))
 
 
 @dataclass
@@ -121,8 +105,8 @@ def bench(
 
     names           peers, or None for all
     budget_seconds  for the rounds; compiling and the sweep come on top
-    returns         machine, alpha, gamma, the level of intervals, `rows`, `bounds` of our own loops, `absent`
-                    {peer: why}, `notes`, `subnormals`, `sweep`, as plain data
+    returns         machine, alpha, gamma, the level of intervals, `rows`, `bounds` of our own loops, `ours` and
+                    `ceilings` for a ledger, `absent` {peer: why}, `notes`, `subnormals`, `sweep`, as plain data
     Raises UnknownNameError for an unknown peer, InputError where the budget is too short, saying what it takes,
     LockedError while another timing runs.
     """
@@ -154,6 +138,8 @@ def bench(
         "interval": LEVEL_TEXT,
         "rows": rows,
         "bounds": limits,
+        "ours": [row for contest in contests for row in contest.ours],
+        "ceilings": {contest.working_set: bounds.rates(contest.least) for contest in contests},
         "absent": absent,
         "notes": notes,
         "subnormals": slow,
@@ -211,7 +197,7 @@ class _Contest:
         ]
         self.entrants = [entrant for entrant in entrants if self._right(entrant)]
         arrays = self.arena.a, self.arena.b, self.arena.out
-        self.entrants += [Entrant(unit, _MACHINE, "", bounds.calibrating(unit, *arrays)) for unit in bounds.UNITS]
+        self.entrants += [Entrant(unit, _MACHINE, "", bounds.calibrating(unit, *arrays)) for unit in bounds.CALIBRATED]
         step = tick()
         for entrant in self.entrants:
             entrant.calibrate(step)
@@ -250,6 +236,7 @@ class _Contest:
             )
         shown = [(e.work, readings.least(i)) for i, e in enumerate(self.entrants) if e.by in (OURS, _MACHINE)]
         self.least = {work: ns / self.arena.elements for work, ns in shown}
+        self.ours = self._over_sums(readings)
         competing = [(i, entrant) for i, entrant in enumerate(self.entrants) if entrant.by != _MACHINE]
         rows = [self._row(i, readings) for i, entrant in competing if self._right(entrant)]
         twins = [row for row in rows if row["by"] == TWIN]
@@ -260,6 +247,22 @@ class _Contest:
             if row["cores"] > 1.2:
                 self.notes.append(f"{row['by']} used {row['cores']:.1f} cores, not one ({self.working_set})")
         return rows
+
+    def _over_sums(self, readings: Readings) -> list[dict[str, Any]]:
+        """Our loops and the calibrating ones, over the one of these that only reads and adds: what a ledger keeps."""
+        sums = next(i for i, e in enumerate(self.entrants) if (e.by, e.work) == (_MACHINE, bounds.BYTES))
+        return [
+            {
+                "part": "kernel" if e.by == OURS else "ceiling",
+                "name": e.work,
+                "place": self.working_set,
+                "ns": readings.least(i) / self.arena.elements,
+                **readings.ratio(i, sums).columns(),
+                "rounds": readings.rounds(i),
+            }
+            for i, e in enumerate(self.entrants)
+            if e.by in (OURS, _MACHINE)
+        ]
 
     def _epoch(self, witness: Witness, index: int) -> Epoch:
         entrant = self.entrants[index]

@@ -18,6 +18,7 @@ from phongbench.formulas.slopes import beta, sharpness
 from phongbench.inputs.plan import Cell, Plan, preset
 from phongbench.results.schema import ACCURACY, CPU
 from phongbench.timing.interleaved import clocked, interleaved
+from phongbench.timing.statistics import MIN_ROUNDS
 
 
 def _phong(x: Array, deficit: Array, cell: Cell) -> Array:
@@ -112,8 +113,11 @@ def _key(cell: Cell, batch: Batch, truth: str) -> dict[str, Any]:
     return dict(zip(ACCURACY.key, (*of_cell, f.recipe, f.normalise, *of_batch), strict=True))
 
 
-def throughput(samples: int = 1 << 17, repeats: int = 3) -> dict[str, float]:
-    """Evaluations per second of the sweep and of plain NumPy over the same cells, one thread each, and their ratio."""
+def throughput(samples: int = 1 << 17, repeats: int = MIN_ROUNDS) -> dict[str, Any]:
+    """Evaluations per second of the sweep and of plain NumPy over the same cells, one thread each, by the least times.
+
+    ratio  how many times as many the sweep does: the median over the rounds, with the ends of its interval
+    """
     prepared = sweep.prepare(plan_of_bench(samples))
     small = sweep.prepare(plan_of_bench(1 << 14))
     sweep.compile_kernels(prepared)
@@ -121,4 +125,11 @@ def throughput(samples: int = 1 << 17, repeats: int = 3) -> dict[str, float]:
     calls = {"ours": lambda: list(sweep.run(prepared)), "numpy": lambda: numpy_sweep(small)}
     times = interleaved({name: clocked(call) for name, call in calls.items()}, rounds=repeats)
     fast, plain = prepared.evaluations / times.seconds("ours"), small.evaluations / times.seconds("numpy")
-    return {"evaluations_per_second": fast, "numpy_evaluations_per_second": plain, "ratio": fast / plain}
+    times_as_long = times.row("numpy", "ours")
+    more = prepared.evaluations / small.evaluations
+    return {
+        "evaluations_per_second": fast,
+        "numpy_evaluations_per_second": plain,
+        "rounds": times_as_long["rounds"],
+        **{name: end and more * end for name, end in times_as_long.items() if name.startswith("ratio")},
+    }

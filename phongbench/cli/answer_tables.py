@@ -186,49 +186,6 @@ def claims_table(answer: Mapping[str, Any], *, verbose: bool = False) -> None:
     say(f"of run {answer['run']}: {summary}; {more} the rules, all conditions and the rows that decide", err=True)
 
 
-def bench_tables(answer: Mapping[str, Any]) -> None:
-    """The comparison with peers, one table for each kind of work, then who is absent, then the sweep."""
-    columns = ("by", "version", "ns", "time / ours", LEVEL, "cores", "largest error", "verdict")
-    for work in dict.fromkeys((r["work"], r["working_set"], r["elements"]) for r in answer["rows"]):
-        mine = [r for r in answer["rows"] if (r["work"], r["working_set"], r["elements"]) == work]
-        rows = [
-            (r["by"], r["version"], r["ns"], r["ratio"], interval(r), r["cores"], r["error"], r["verdict"])
-            for r in mine
-        ]
-        title = f"{work[0]}, float32, {work[2]:,} elements ({work[1]}), ns per element"
-        table(title, columns, rows, right=columns[2:7])
-    for working_set in dict.fromkeys(r["working_set"] for r in answer.get("bounds", ())):
-        _bounds(working_set, [r for r in answer["bounds"] if r["working_set"] == working_set])
-    for name, why in answer["absent"].items():
-        say(f"{name} is absent: {why}")
-    for note in answer["notes"]:
-        say(f"note: {note}")
-    heads = ("pairs", "subnormal", "bare chain", "ours", "chain / ours", LEVEL)
-    slow = [
-        (r["pairs"], f"{r['subnormal']:.1%}", r["chain_ns"], r["ours_ns"], r["ratio"], interval(r))
-        for r in answer.get("subnormals", ())
-    ]
-    if slow:
-        table("What subnormal numbers cost: lyon, gamma 64, float32, in l1, ns per element", heads, slow)
-    sweep = answer["sweep"]
-    say(
-        f"accuracy sweep: {sweep['evaluations_per_second'] / 1e9:.2f} billion evaluations a second and core, "
-        f"{sweep['ratio']:.0f} times plain NumPy over the same cells"
-    )
-
-
-def _bounds(working_set: str, bounds: Sequence[Mapping[str, Any]]) -> None:
-    """Our loops beside the least time that their code can take."""
-    heads = ("work", "ns", "bound", "ns / bound", "bound by", "multiply-adds", "vector operations", "bytes")
-    rows = [
-        (r["work"], r["ns"], r["bound"], r["over_bound"], r["bound_by"], r["multiply_adds"], r["vectors"], r["bytes"])
-        for r in bounds
-    ]
-    table(
-        f"Our loops and their bounds, float32, {working_set}, for an element", heads, rows, right=heads[1:4] + heads[5:]
-    )
-
-
 def _spread(choice: Mapping[str, Any]) -> str:
     """A time's interval, or the cost that a compiler counted."""
     if choice.get("cost_kind") == "compiled":

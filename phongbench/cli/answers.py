@@ -1,4 +1,4 @@
-"""What a run answers, and how fast we are: the front, the textbook claims, the comparison with peers."""
+"""What a run answers: the front, and the textbook claims."""
 
 from functools import partial
 from typing import Any
@@ -83,26 +83,3 @@ def claims(run_name: str, verbose: bool, as_json: bool) -> None:
 
     judged = answer(runs.find(run_name, ROOT))
     show(judged, as_json, lambda: claims_table(judged, verbose=verbose))
-
-
-@click.command(short_help="Time our kernels against NumPy, numexpr, JAX, PyTorch, Taichi and C.")
-@click.option("--peers", "names", type=CommaList("names"), help="numpy,numexpr,jax,torch,taichi,c  [default: all]")
-@click.option("--budget", type=float, default=10.0, show_default=True, metavar="SECONDS", help="For the rounds.")
-@JSON
-def bench(names: tuple[str, ...] | None, budget: float, as_json: bool) -> None:
-    """Time the same work, exact Phong and Lyon gamma 8 in float32, by our kernels and by every installed peer.
-
-    Beside loops written by hand in C, compiled here, a Gaussian and Lyon's cross form are timed too.
-
-    All run interleaved on one thread over the same vectors, one Python call a pass, and their results are checked.
-    Peers that are not installed are said to be absent; the extra `peers` brings them. The sweep's throughput against
-    plain NumPy is measured too. Beside the time of our loops stands the least that their code can take on this machine,
-    by its multiply-adds, its vector operations and its bytes.
-    """
-    from phongbench.benchmarks.kernel_bench import bench
-    from phongbench.cli.answer_tables import bench_tables
-    from phongbench.cli.terminal import TerminalProgress
-
-    with TerminalProgress(quiet=as_json) as progress:
-        answer = bench(names, budget_seconds=budget, progress=progress)
-    show(answer, as_json, lambda: bench_tables(answer))

@@ -14,7 +14,8 @@ import click
 
 from phongbench import __version__
 from phongbench.cli.advice import recommend
-from phongbench.cli.answers import bench, claims, front
+from phongbench.cli.answers import claims, front
+from phongbench.cli.benchmarks import bench
 from phongbench.cli.common import say
 from phongbench.cli.installation import approximations, doctor
 from phongbench.cli.inverse import inverse

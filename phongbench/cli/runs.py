@@ -2,11 +2,14 @@
 
 import shlex
 import sys
+from pathlib import Path
 from typing import Any
 
 import click
 
 from phongbench.cli.common import DIFFERENT, JSON, ROOT, CommaList, facts, grid, say, show
+from phongbench.errors import InputError
+from phongbench.support.user_paths import is_folder
 
 
 @click.command("list", short_help="List the runs here.")
@@ -91,17 +94,48 @@ def verify(run_name: str, as_json: bool) -> None:
         sys.exit(DIFFERENT)
 
 
-@click.command(short_help="What changed between two runs.")
+@click.command(short_help="What changed between two runs, or two ledgers.")
 @click.argument("run_a", metavar="A")
 @click.argument("run_b", metavar="B")
-@click.option("--metric", default="max_abs", show_default=True, help="Column of the accuracy rows.")
-@click.option("--tolerance", default=0.0, type=float, help="Largest change that counts as equal.")
+@click.option("--metric", help="Column of the accuracy rows.  [default: max_abs]")
+@click.option("--tolerance", type=float, help="Largest change that counts as equal.  [default: 0]")
 @JSON
-def compare(run_a: str, run_b: str, metric: str, tolerance: float, as_json: bool) -> None:
+def compare(run_a: str, run_b: str, metric: str | None, tolerance: float | None, as_json: bool) -> None:
     """Show which accuracy rows of two runs differ, and which times; exit 1 if any accuracy row does.
 
     Times are compared as ratios to exact Phong's in the same run, and only where both were timed on one machine.
+
+    Of two ledgers that `phongbench bench` wrote on one machine it tells which times moved, as ratios over those of a
+    yardstick; exit 0 whatever moved.
+
+    \b
+    Examples:
+      phongbench compare study-a study-b --tolerance 1e-6
+      phongbench compare before.json after.json
     """
+    ledgers = [name for name in (run_a, run_b) if name.lower().endswith(".json") and not is_folder(name)]
+    if len(ledgers) == 1:
+        raise InputError("one is a ledger and the other a run", ledgers[0], "compare two ledgers, or two runs")
+    if not ledgers:
+        _compare_runs(run_a, run_b, metric or "max_abs", tolerance or 0.0, as_json)
+    elif metric is not None or tolerance is not None:
+        raise click.UsageError("--metric and --tolerance are of runs: leave them away for ledgers")
+    else:
+        _compare_ledgers(run_a, run_b, as_json)
+
+
+def _compare_ledgers(file_a: str, file_b: str, as_json: bool) -> None:
+    """Show what moved between two performance ledgers."""
+    from phongbench.analysis.compare_ledgers import compare_ledgers
+    from phongbench.cli.bench_tables import ledger_tables
+    from phongbench.results.ledgers import read
+
+    found = compare_ledgers(read(Path(file_a)), read(Path(file_b)), second=file_b)
+    show(found, as_json, lambda: ledger_tables(found))
+
+
+def _compare_runs(run_a: str, run_b: str, metric: str, tolerance: float, as_json: bool) -> None:
+    """Show what changed between two runs; exit 1 if an accuracy row did."""
     from phongbench.analysis.compare import compare as compare_runs
     from phongbench.analysis.compare_times import compare_times
     from phongbench.cli.layout import table

@@ -105,7 +105,7 @@ def run(
     given: dict[str, Any] = {"registry": registry, "jobs": jobs, "resume": resume, "fresh": fresh}
     given["command"] = ("phongbench", *sys.argv[1:])
     if dry_run:
-        _forecast(wanted, registry, jobs, cores, as_json)
+        _forecast(wanted, registry, jobs, cores, shard, as_json)
     elif shard and not cluster:
         measure_shard(wanted, shard, out, files, given, as_json)
     else:
@@ -125,13 +125,17 @@ def _measure(plan: Any, out: Path | None, given: dict[str, Any], as_json: bool, 
     exit_on_failures(outcome)
 
 
-def _forecast(plan: Any, registry: Mapping[str, Any], jobs: int | None, cluster: int | None, as_json: bool) -> None:
-    """Tell what a plan would take by so many threads here, all cores by default; its sweep by a cluster's cores."""
+def _forecast(
+    plan: Any, registry: Mapping[str, Any], jobs: int | None, cluster: int | None, shard: str | None, as_json: bool
+) -> None:
+    """Tell what a plan, or a shard of it, would take by so many threads here, or its sweep by a cluster's cores."""
     from phongbench.cli.terminal import TerminalProgress
     from phongbench.study.forecast import forecast
+    from phongbench.study.shards import ShardName
 
+    part = ShardName.parsed(shard) if shard else None
     with TerminalProgress(quiet=as_json) as progress:
-        told = forecast(plan, registry, jobs, progress, cluster).as_dict()
+        told = forecast(plan, registry, jobs, progress, cluster, part).as_dict()
     show(told, as_json, lambda: facts(told))
 
 

@@ -1,4 +1,4 @@
-"""What a plan would take, from a short trial of the real sweep; nothing is stored."""
+"""What a plan would take, from short trials of the real sweep; nothing is stored."""
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
@@ -10,6 +10,7 @@ from phongbench.formulas.registry import REGISTRY
 from phongbench.formulas.spec import Approximation
 from phongbench.inputs.plan import Plan
 from phongbench.study import shards
+from phongbench.study.shards import Block, ShardName
 from phongbench.study.target_costs import checked
 from phongbench.support.process import cores
 from phongbench.support.progress import Progress
@@ -17,6 +18,8 @@ from phongbench.support.progress import Progress
 #: what a forecast allows for loading a compiled kernel, for making and writing a row, and for handing a shard to a
 #: cluster and taking what it gave; measured, and rounded up
 LOAD_SECONDS, ROW_SECONDS, SHARD_SECONDS = 0.015, 2e-5, 0.01
+#: bytes of a row in the tables, and of what does not grow with the rows
+ROW_BYTES, OTHER_BYTES = 90, 200_000
 
 
 @dataclass(frozen=True)
@@ -46,17 +49,20 @@ class Trial:
     kernels  that a process loads
     work     seconds of one thread for the sweep
     longest  seconds of one thread for the block that takes longest: no cluster is faster
+    shard    the part of the sweep that is meant; None for all of it, its probes and its timing
     """
 
     sweep: Sweep
     kernels: int
     work: float
     longest: float
+    shard: ShardName | None = None
 
     def on(self, jobs: int, cluster: int | None = None) -> Forecast:
         """What the plan takes by so many threads here, the sweep by so many cores of a cluster if they are given."""
         plan, batches = self.sweep.plan, self.sweep.batches
-        rows = sum(len(batch.cells) * batch.truths for batch in batches)
+        blocks = _blocks(self.sweep, self.shard)
+        rows = sum(len(batch.cells) * batch.truths for batch in {batch.index: batch for batch, _ in blocks}.values())
         takes = {"measuring": self.work / jobs}
         if cluster:
             handing = SHARD_SECONDS * shards.number(batches, cluster)
@@ -64,14 +70,13 @@ class Trial:
         swept = max(takes, key=lambda name: takes[name])
         loading = LOAD_SECONDS * self.kernels * (2 if cluster else 1)  # by the workers once more, all at once
         takes = {swept: takes[swept], "loading kernels": loading, "making rows": ROW_SECONDS * rows}
-        seconds = {
-            "accuracy": sum(takes.values()),
-            "stability": sum(probe.seconds(plan, jobs) for probe in probes.chosen(plan)),
-            "timing": plan.timing_budget if plan.timing else 0.0,
-        }
-        takes |= {"probes": seconds["stability"], "timing": seconds["timing"]}
+        seconds = {"accuracy": sum(takes.values())}
+        if self.shard is None:
+            seconds["stability"] = takes["probes"] = sum(probe.seconds(plan, jobs) for probe in probes.chosen(plan))
+            seconds["timing"] = takes["timing"] = plan.timing_budget if plan.timing else 0.0
         most = max(takes, key=lambda name: takes[name])
-        return Forecast(len(self.sweep.cells), rows, self.sweep.evaluations, 90 * rows + 200_000, seconds, most)
+        size = ROW_BYTES * rows + OTHER_BYTES
+        return Forecast(len(self.sweep.cells), rows, shards.evaluations(blocks), size, seconds, most)
 
 
 def forecast(
@@ -80,28 +85,39 @@ def forecast(
     jobs: int | None = None,
     progress: Progress | None = None,
     cluster: int | None = None,
+    shard: ShardName | None = None,
 ) -> Forecast:
-    """Cells, bytes and seconds of a plan, the latter from a short trial of the real sweep on this machine.
+    """Cells, bytes and seconds of a plan, the latter from short trials of the real sweep on this machine.
 
     jobs     threads here, all cores by default
     cluster  cores of a cluster like this machine that does the sweep, if it is not this machine
+    shard    the part of the sweep that is meant, without probes and timing; all of it by default
     """
-    return tried(plan, registry, progress).on(jobs or cores(), cluster)
+    return tried(plan, registry, progress, shard).on(jobs or cores(), cluster)
 
 
-def tried(plan: Plan, registry: Mapping[str, Approximation] = REGISTRY, progress: Progress | None = None) -> Trial:
-    """Try every stratum of a plan.
+def tried(
+    plan: Plan,
+    registry: Mapping[str, Approximation] = REGISTRY,
+    progress: Progress | None = None,
+    shard: ShardName | None = None,
+) -> Trial:
+    """Try every kind of batch of a plan, or of a shard of it.
 
-    This compiles what the run will then find in the cache, so that seconds are those of a run on a warm cache.
+    This compiles what the run will then find in the cache, so that seconds are those of a run on a warm cache, to which
+    other programs leave the processor.
     """
     checked(plan.targets)
     progress = progress or Progress()
     prepared = sweep.prepare(plan, registry)
+    blocks = _blocks(prepared, shard)
     progress.stage("compiling", 1.0)
     loaded = sweep.compile_kernels(prepared, progress.share)
-    progress.stage("trying every stratum")
-    rates = sweep.trial_rates(prepared)
-    work = [batch.evaluations / rates[batch.stratum.name] for batch in prepared.batches]
-    of_blocks = [min(1.0, sweep.SLAB / batch.samples) for batch in prepared.batches]
-    longest = max(seconds * share for seconds, share in zip(work, of_blocks, strict=True))
-    return Trial(prepared, loaded, sum(work), longest)
+    progress.stage("trying every kind of batch")
+    seconds_of = sweep.trial(prepared)
+    work = [seconds_of(batch) * shards.pairs((batch, start)) / batch.samples for batch, start in blocks]
+    return Trial(prepared, loaded, sum(work), max(work), shard)
+
+
+def _blocks(prepared: Sweep, shard: ShardName | None) -> list[Block]:
+    return shards.cut(prepared.batches, shard.count if shard else 1)[shard.index - 1 if shard else 0]

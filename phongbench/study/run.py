@@ -76,6 +76,7 @@ class Outcome:
             "cells": self.cells,
             "evaluations": self.evaluations,
             "seconds": {name: round(value, 3) for name, value in self.seconds.items()},
+            "peak_mib": process.peak_mib(),
             "failed_cells": self.failed_cells,
             "violations": self.violations,
             "report": None if self.report is None else str(self.report),

@@ -57,6 +57,7 @@ class ShardOutcome:
             "blocks": self.blocks,
             "evaluations": self.evaluations,
             "seconds": round(self.seconds, 3),
+            "peak_mib": process.peak_mib(),
             "failed_cells": sum(self.failures.values()),
         }
 

@@ -49,10 +49,16 @@ class ShardName:
         return f"{self.index}/{self.count}"
 
 
+def pairs(block: Block) -> int:
+    """How many pairs a block has."""
+    batch, start = block
+    return min(start + SLAB, batch.samples) - start
+
+
 def cost(batch: Batch, start: int) -> int:
     """What a block is predicted to take, in picoseconds of one thread."""
     cell = CELL_COST * (1 if batch.precision.name in HARDWARE else ROUNDED_BY_SOFTWARE)
-    return (min(start + SLAB, batch.samples) - start) * (PAIR_COST + cell * len(batch.cells))
+    return pairs((batch, start)) * (PAIR_COST + cell * len(batch.cells))
 
 
 def number(batches: Sequence[Batch], threads: int) -> int:
@@ -89,4 +95,4 @@ def whole_batches(blocks: Sequence[Block]) -> set[int]:
 
 def evaluations(blocks: Iterable[Block]) -> int:
     """(sample, cell) pairs of these blocks."""
-    return sum((min(start + SLAB, batch.samples) - start) * len(batch.cells) for batch, start in blocks)
+    return sum(pairs(block) * len(block[0].cells) for block in blocks)

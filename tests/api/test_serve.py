@@ -2,6 +2,8 @@
 
 import signal
 import socket
+import subprocess
+import sys
 import threading
 from collections.abc import Callable
 from functools import partial
@@ -38,13 +40,34 @@ def test_a_signal_ends_it_with_exit_code_0(serve: Callable[..., Any], number: in
     assert server.stop(number) == 0
 
 
-def test_workers_share_the_door_and_leave_together(serve: Callable[..., Any]) -> None:
-    server = serve("--workers", "2")
-    workers = [p for p in psutil.Process(server.process.pid).children() if "spawn_main" in " ".join(p.cmdline())]
-    assert len(workers) == 2
-    assert get(f"{server.url}/healthz").json() == {"status": "ok"}
-    assert server.stop() == 0
-    assert not [p for p in workers if p.is_running()]
+#: a server of two workers that cannot make their application, or compile what it needs
+BROKEN = """
+from pathlib import Path
+import phongbench_api.serve as module
+
+def fail(*_):
+    raise RuntimeError("broken on purpose")
+
+if __name__ == "__main__":
+    module.serve(module.Settings(port=0, workers=2, runs=Path("none")))
+elif {application}:
+    module.create_app = fail
+else:
+    from phongbench_api.work.warm_kernels import Kernels
+    Kernels.warm = fail
+"""
+
+
+@pytest.mark.parametrize("application", [True, False], ids=["application", "kernels"])
+def test_workers_that_cannot_start_end_the_server_and_say_why(application: bool, tmp_path: Path) -> None:
+    script = tmp_path / "broken.py"  # its workers run it too, under another name
+    script.write_text(BROKEN.format(application=application))
+    ended = subprocess.run(
+        [sys.executable, script], cwd=tmp_path, capture_output=True, text=True, timeout=600, check=False
+    )
+    assert ended.returncode == 1
+    assert "a worker could not start" in ended.stderr
+    assert "broken on purpose" in ended.stderr
 
 
 def test_a_request_under_way_finishes_and_new_ones_are_refused(serve: Callable[..., Any]) -> None:

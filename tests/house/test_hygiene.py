@@ -2,9 +2,11 @@
 
 import re
 import tomllib
+from importlib.metadata import distribution
 from pathlib import Path
 
 import pytest
+from packaging.requirements import Requirement
 
 # Folders that belong to some machine, and the addresses and options of package indexes and local wheel stores.
 # Each is written so that it does not match itself.
@@ -66,6 +68,28 @@ def test_every_dependency_is_pinned(root: Path) -> None:
     wanted = sum(extras, project["dependencies"])
     pinned = {normal(line.partition("==")[0]) for line in (root / "constraints.txt").read_text().splitlines()}
     assert not {normal(re.split(r"[<>=!~\[; ]", name)[0]) for name in wanted} - pinned - {normal(project["name"])}
+
+
+def test_the_halves_that_are_installed_at_once_are_all_that_a_run_needs_and_share_no_package(root: Path) -> None:
+    told = re.search(r"^HALVES +=((?:.*\\\n)*.*)$", (root / "Makefile").read_text(), re.MULTILINE)
+    assert told
+    first, second = (with_all_they_need(half.split()) for half in re.findall(r'"([^"]+)"', told[1].replace("\\\n", "")))
+    assert first & second == set()
+    project = tomllib.loads((root / "pyproject.toml").read_text())["project"]
+    needed = [*project["dependencies"], *project["optional-dependencies"]["certify"]]
+    assert {normal(Requirement(one).name) for one in needed} - first - second == set()
+
+
+def with_all_they_need(names: list[str]) -> set[str]:
+    """These packages, and what they need in turn, as they are installed here."""
+    found: set[str] = set()
+    while names:
+        name = normal(names.pop())
+        if name not in found:
+            found.add(name)
+            needed = map(Requirement, distribution(name).requires or ())
+            names += [one.name for one in needed if one.marker is None or one.marker.evaluate({"extra": ""})]
+    return found
 
 
 def normal(name: str) -> str:

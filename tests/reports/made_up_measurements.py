@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from phongbench.benchmarks.false_alarms import Alarms
-from phongbench_reports.readme.measurements import Wall
+from phongbench.benchmarks.study_bench import Wall
 
 RATES = {"evaluations_per_second": 5.1e8, "numpy_evaluations_per_second": 1.05e7, "ratio": 48.57}
 

@@ -12,7 +12,7 @@ from soaking.tables import of_tries
 
 #: faults that are tried here; `python -m soaking disk` tries each at every call
 SOME = 40
-COMMANDS = ("run", "run --resume", "report", "render")
+COMMANDS = ("run", "run --resume", "merge", "report", "render")
 
 needs_preloading = pytest.mark.skipif(
     sys.platform != "linux" or shutil.which("cc") is None, reason="preloads a library that cc builds"
@@ -42,10 +42,10 @@ def test_a_sample_of_every_fault_leaves_all_whole() -> None:
 
 
 def test_the_table_counts_calls_and_ends() -> None:
-    tries = Tries({"open": 2, "write": 1200, "fsync": 0, "rename": 1, "mkdir": 0}, faults=["x"])
+    tries = Tries({"open": 2, "write": 1200, "fsync": 0, "rename": 1, "mkdir": 0}, states={"a", "b"}, faults=["x"])
     tries.ends.update({"EIO: refused": 2, "EINTR: done": 1, "kill -9: killed": 3})
     *_, line = of_tries({"run": tries}).splitlines()
-    assert line == "| `run` | 2 | 1,200 | 0 | 1 | 0 | 1,203 | 6 | 1 | 2 | 3 | 1 |"
+    assert line == "| `run` | 2 | 1,200 | 0 | 1 | 0 | 1,203 | 6 | 1 | 2 | 3 | 2 | 1 |"
     killed = Tries()
     killed.ends["random kill: killed"] = 4
-    assert of_tries({"report": killed}).splitlines()[-1] == "| `report` | 4 | 0 | 0 | 4 | 0 |"
+    assert of_tries({"report": killed}).splitlines()[-1] == "| `report` | 4 | 0 | 0 | 4 | 0 | 0 |"

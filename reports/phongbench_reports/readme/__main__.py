@@ -9,13 +9,14 @@ from pathlib import Path
 import click
 
 from phongbench.benchmarks import false_alarms, kernel_bench
+from phongbench.benchmarks.study_bench import study_as_command
 from phongbench.errors import InputError, PhongbenchError
 from phongbench.results import runs
 from phongbench.support.process import cores
 from phongbench.support.progress import Progress
-from phongbench_reports.readme import bench_parts, heads_part, measurements, pictures, scale_part, tour
+from phongbench_reports.readme import bench_parts, heads_part, measurements, pictures, roofline_part, scale_part, tour
 from phongbench_reports.readme.fill import of_run, write
-from phongbench_reports.readme.measurements import PEER_SECONDS, REPEATS, load_programs, study_as_command
+from phongbench_reports.readme.measurements import PEER_SECONDS, REPEATS, load_programs
 from phongbench_reports.readme.parts import problems
 
 CHECKOUT = Path(__file__).resolve().parents[3]
@@ -49,6 +50,10 @@ def _study(wanted: Wanted) -> Made:
 def _peers(_: Wanted) -> Made:
     compared = kernel_bench.bench(budget_seconds=PEER_SECONDS)
     return {"peers": bench_parts.peers(compared), "throughput": bench_parts.throughput(compared["sweep"])}, {}
+
+
+def _rooflines(_: Wanted) -> Made:
+    return {"rooflines": roofline_part.rooflines(roofline_part.measured())}, {}
 
 
 def _alarms(_: Wanted) -> Made:
@@ -92,6 +97,7 @@ def _goals(wanted: Wanted) -> Made:
 STEPS: Mapping[str, Callable[[Wanted], Made]] = {
     "study": _study,
     "peers": _peers,
+    "rooflines": _rooflines,
     "alarms": _alarms,
     "scenes": _scenes,
     "service": _service,

@@ -6,8 +6,9 @@ from typing import Any
 
 from phongbench.benchmarks import scene_bench
 from phongbench.benchmarks.false_alarms import ALLOWED, Alarms
+from phongbench.benchmarks.study_bench import Wall
 from phongbench_reports.readme.markdown import table
-from phongbench_reports.readme.measurements import RACE, SCENES, SIZE, Goal, Wall
+from phongbench_reports.readme.measurements import RACE, SCENES, SIZE, Goal
 from phongbench_reports.text import INTERVAL, listed, number, ratio
 
 

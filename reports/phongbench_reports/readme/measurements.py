@@ -1,6 +1,5 @@
 """What the pages tell beside a run: measured here, on this machine, while nothing else runs."""
 
-import json
 import os
 import subprocess
 import sys
@@ -21,36 +20,6 @@ PEER_SECONDS, REPEATS = 20.0, 200
 #: scenes whose skips are measured, with the depth of reflections; and what the plain tracer is compared on
 SCENES = {"many-lights": 2, "chequerboard": 5, "copper-and-glass": 0, "tessellation": 1, "test-card": 1, "torus": 1}
 RACE, DEPTH, SIZE = "chequerboard", 3, (1280, 720)
-
-
-@dataclass(frozen=True)
-class Wall:
-    """What the study took as a command, from start to exit of its process.
-
-    name      str                cold or warm
-    document  what `phongbench run --json` printed
-    seconds   float              wall time of the process
-    """
-
-    name: str
-    document: Mapping[str, Any]
-    seconds: float
-
-
-def study_as_command(name: str, folder: Path, cache: Path, extra: Sequence[str] = ()) -> Wall:
-    """Run the quick study in a process of its own, with its kernels cached in `cache`."""
-    command = [sys.executable, "-m", "phongbench", "run", "--preset", "quick", "--out", str(folder), "--json", *extra]
-    environment = {**os.environ, "PHONGBENCH_CACHE": str(cache)}
-    started = time.perf_counter()
-    done = subprocess.run(command, check=False, stdout=subprocess.PIPE, cwd=folder.parent, env=environment)
-    seconds = time.perf_counter() - started
-    if done.returncode:
-        raise MeasurementError(
-            f"the {name} study ended with exit code {done.returncode}", "phongbench run", "see above"
-        )
-    return Wall(name, json.loads(done.stdout), seconds)
-
-
 #: what `make` and this checkout tell their children, and a clone must not hear
 _INHERITED = ("MAKEFLAGS", "MAKELEVEL", "MFLAGS", "PHONGBENCH_STARTED", "PYTHONPATH", "VIRTUAL_ENV")
 

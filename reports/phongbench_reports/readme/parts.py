@@ -13,19 +13,18 @@ from phongbench.errors import InputError
 README = "README.md"
 DOCS = "reports/docs"
 #: the parts that `make soak` and `make mutate` write, by page; `make docs` writes all others
-SOAKED, MUTATED = ("disk_faults", "kills"), ("mutations", "survivors")
-CLUSTERED = ("cluster_kills",)
-ATTACKED = dict.fromkeys((*SOAKED, *CLUSTERED), "soak") | dict.fromkeys(MUTATED, "mutate")
+SOAKED, MUTATED = ("disk_faults", "kills", "attacked", "cluster_kills"), ("mutations", "survivors")
+ATTACKED = dict.fromkeys(SOAKED, "soak") | dict.fromkeys(MUTATED, "mutate")
 #: page -> its generated parts
 PAGES: Mapping[str, tuple[str, ...]] = {
     README: ("goals", "pictures", "targets", "raw_answer", "glossary"),
     f"{DOCS}/code.md": ("shader",),
     f"{DOCS}/columns.md": ("columns",),
     f"{DOCS}/inverse.md": ("heads",),
-    f"{DOCS}/speed.md": ("verdict", "speed", "raw", "peers", "alarms", "throughput", "times", "machine"),
+    f"{DOCS}/speed.md": ("verdict", "speed", "raw", "peers", "rooflines", "alarms", "throughput", "times", "machine"),
     f"{DOCS}/claims.md": ("claims",),
-    f"{DOCS}/studies.md": SOAKED,
-    f"{DOCS}/soaks.md": (*MUTATED, *CLUSTERED),
+    f"{DOCS}/studies.md": SOAKED[:2],
+    f"{DOCS}/soaks.md": (*MUTATED, *SOAKED[2:]),
     f"{DOCS}/pictures.md": ("scenes",),
     f"{DOCS}/scale.md": ("predicted",),
     f"{DOCS}/service.md": ("service",),

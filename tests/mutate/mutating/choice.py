@@ -11,8 +11,8 @@ from mutating.changes import FUNCTIONS, Change, bound, head
 
 #: file of the product -> lines
 Lines = Mapping[str, Collection[int]]
-#: tests that run no statement of the product but read its sources: asked about every change
-READERS = ("tests/house/test_values.py",)
+#: tests that run no statement of the product but read its sources, or the declarations of its commands
+READERS = ("tests/house/test_values.py", "tests/phongbench/cli/test_options.py")
 _PRODUCT = ("phongbench", "api/phongbench_api", "reports/phongbench_reports")
 #: what is made of a constant may be made into something else: so many steps are followed
 _STEPS = 3
@@ -140,7 +140,8 @@ class Traces:
         named: Collection[str] = (),
         free: Collection[str] = (),
     ) -> list[str]:
-        """The tests that meet a change, those of the file named like its module first, then the quickest.
+        """The tests that meet a change, those of the file named like its module first, then the quickest, then the rest
+        of that file: what runs when its module is imported, no test runs.
 
         seconds  how long they take together at most; the first is asked whatever it takes
         asked    those that are left out
@@ -152,11 +153,11 @@ class Traces:
         for test in self.tests:
             keys = self.needed(test.needs)
             lines = (test.lines, *(self.fixtures[key].lines for key in keys))
-            at_import = bool(change.names) and (test.file in named or Path(test.file).name == like)
+            alike = Path(test.file).name == like
             met = test.file in READERS or any(meets(each, wanted) for each in lines)
-            if test.name not in asked and (met or at_import):
+            if test.name not in asked and (met or alike or (change.names and test.file in named)):
                 dear = test.seconds + sum(self.fixtures[key].seconds for key in keys.difference(free))
-                meeting.append((Path(test.file).name != like, not met, dear, test.name, test, keys))
+                meeting.append((not met, not alike, dear, test.name, test, keys))
         found: list[str] = []
         paid: set[str] = set()
         for *_, test, keys in sorted(meeting, key=lambda one: one[:4]):

@@ -27,7 +27,14 @@ _PAGES = ("README.md", "CONTRIBUTING.md", "DECISIONS.md", "CHANGELOG.md", "LICEN
 RINGS: Sequence[Sequence[str]] = (
     ("phongbench/support", "phongbench/results", "phongbench/inputs", "phongbench/analysis", "phongbench/cli"),
     ("house/test_values.py", "phongbench/face", "api/routes", "reports/tables"),
-    ("phongbench/study/test_run.py", "phongbench/scenes/test_scene_files.py", "phongbench/accuracy/test_sweep.py"),
+    (
+        "phongbench/scenes/test_images.py",
+        "phongbench/scenes/test_render_command.py",
+        "phongbench/scenes/test_scene_files.py",
+        "phongbench/inverse/test_picture_files.py",
+        "phongbench/accuracy/test_sweep.py",
+        "phongbench/study/test_run.py",
+    ),
 )
 #: how long the tests of one change take together in its own room, and in each ring, where nothing is wrong
 MOST_SECONDS = 40.0

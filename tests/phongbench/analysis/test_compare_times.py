@@ -35,6 +35,15 @@ def test_a_change_beyond_both_intervals_is_told(stored: Callable[..., Run], fact
     assert {row["verdict"] for row in others} == {"unresolved"}
 
 
+def test_what_changed_most_comes_first_and_what_did_not_change_last(stored: Callable[..., Run]) -> None:
+    def changed(row: Any) -> float:
+        return {"lyon": 1.5, "gaussian": 0.5}.get(row.approximation, 1.0)
+
+    rows = compare_times(stored(FIRST, ratio=lambda row: 1.0, **HERE), stored(SECOND, ratio=changed, **HERE))["rows"]
+    verdicts = [row["verdict"] for row in rows]
+    assert list(dict.fromkeys(verdicts)) == ["faster", "slower", "unresolved"]  # twice as fast, then by a half slower
+
+
 def test_both_ways_round_the_same_is_found(stored: Callable[..., Run]) -> None:
     runs = stored(FIRST, ratio=slower_by(1.0), **HERE), stored(SECOND, ratio=slower_by(1.5), **HERE)
     there, back = compare_times(*runs)["rows"], compare_times(*reversed(runs))["rows"]

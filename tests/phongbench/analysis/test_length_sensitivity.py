@@ -82,3 +82,9 @@ def test_a_power_is_found_again():
         {"length_error": [1e-4, -1e-3, 1e-3, 0.1], "length_max": [1e-6, 1e-2, 1e-2, 5.0], "rounding_max": [1e-6] * 4}
     )
     assert length_sensitivity.small(rows)["length_error"].tolist() == [1e-3]
+
+
+@pytest.mark.parametrize(("times", "clear"), [(9.5, False), (10.5, True)])
+def test_a_change_is_clear_of_rounding_from_ten_times_on(times, clear):
+    row = pd.DataFrame({"length_error": [1e-3], "length_max": [times * 1e-4], "rounding_max": [1e-4]})
+    assert len(length_sensitivity.small(row)) == clear

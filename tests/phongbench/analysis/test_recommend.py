@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import pandas as pd
@@ -9,6 +10,7 @@ import pytest
 
 from phongbench.analysis.error_budget import number
 from phongbench.analysis.front import points
+from phongbench.analysis.material_advice import for_materials
 from phongbench.analysis.recommend import recommend, run_for
 from phongbench.errors import CorruptRunError, InputError, UnknownNameError
 from phongbench.results.runs import Run
@@ -346,3 +348,14 @@ def test_untimed_partial_and_changed_runs_are_refused(stored: Stored) -> None:
 def test_unknown_names_list_the_known_ones() -> None:
     with pytest.raises(UnknownNameError, match="float16"):
         recommend(None, alpha=50, max_error=0.01, precision="half")
+
+
+@pytest.mark.parametrize(("dull", "said"), [("chalk", "positive Ns: chalk"), ("a b c d e", "Ns: a, b, c and 2 more")])
+def test_materials_without_a_highlight_are_told_and_not_answered(tmp_path: Path, dull: str, said: str) -> None:
+    file = tmp_path / "scene.mtl"
+    materials = {"gold": "Ns 51.2", **dict.fromkeys(dull.split(), "Ns 0"), "jade": "Ns 76.8"}
+    file.write_text("".join(f"newmtl {name}\n{line}\n" for name, line in materials.items()))
+    found = for_materials(None, file, ["cpu"], max_error=0.02)
+    assert [one["material"] for one in found["materials"]] == ["gold", "jade"]
+    [note] = found["notes"]
+    assert note.endswith(said)

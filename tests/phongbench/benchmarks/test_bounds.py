@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from phongbench.benchmarks import bounds
-from phongbench.benchmarks.bounds import BYTES, PORTS, UNITS, VECTORS, Work, counted, excuses
+from phongbench.benchmarks.bounds import BYTES, CALIBRATED, PORTS, ROOTS, VECTORS, Work, counted, excuses
 from phongbench.compiler import jit
 from phongbench.compiler.lowering import FLOAT32
 from phongbench.results.schema import DOT, FMA
@@ -76,12 +76,18 @@ def test_each_squaring_is_one_more_multiplication_and_not_a_byte() -> None:
 
 
 @on_x86
-@pytest.mark.parametrize("unit", UNITS)
+@pytest.mark.parametrize("unit", CALIBRATED)
 def test_a_calibrating_loop_asks_for_its_unit(unit: str) -> None:
     a = np.linspace(0.1, 0.9, 3 * 256, dtype=np.float32).reshape(3, 256)
     out = np.full(256, np.nan, np.float32)
     bounds.calibrating(unit, a, a, out)()
     assert not np.isnan(out).all()
+    if unit == ROOTS:  # two to an element, and both on the slow unit
+        code = bounds.jit.code(bounds._busy(unit)[0])[1]
+        assert {name: code.count(name) > 0 for name in ("sqrtps", "divps")} == {"sqrtps": True, "divps": True}
+        np.testing.assert_allclose(out, 0.75 / np.sqrt(a[0] ** 2 + 0.75) + 0.75 / np.sqrt(a[0] ** 2 + 0.5), rtol=1e-6)
+        assert bounds.rate(unit, 4.0) == 0.5
+        return
     work = bounds.of_loop(bounds._busy(unit)[0], 8 if unit == VECTORS else 4)
     assert work is not None
     if unit == BYTES:

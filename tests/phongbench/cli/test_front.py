@@ -152,28 +152,3 @@ def test_a_changed_byte_is_refused(call: Call, stored: Callable[..., Run]) -> No
         found = call(*words)
         assert found.exit_code == 6
         assert "bytes have changed" in found.stderr
-
-
-def test_bench_prints_a_table_and_who_is_absent(call: Call, monkeypatch: pytest.MonkeyPatch) -> None:
-    row = {
-        "work": "exact Phong",
-        "by": "numpy",
-        "version": "2",
-        "working_set": "l2",
-        "elements": 37504,
-        "ns": 1.9,
-        "ratio": 2.9,
-        "ratio_low": 2.8,
-        "ratio_high": 3.0,
-        "verdict": "slower",
-        "cores": 1.0,
-        "error": 4e-6,
-    }
-    sweep = {"evaluations_per_second": 5e8, "numpy_evaluations_per_second": 1e7, "ratio": 50.0}
-    found = {"rows": [row], "absent": {"torch": "not installed"}, "notes": ["8 rounds only"], "sweep": sweep}
-    monkeypatch.setattr("phongbench.benchmarks.kernel_bench.bench", lambda names, **more: found | {"names": names})
-    told = call("bench", "--peers", "numpy,torch")
-    assert told.exit_code == 0, told.stderr
-    for words in ("2.8 .. 3", "torch is absent: not installed", "0.50 billion", "50 times plain NumPy"):
-        assert words in told.stdout
-    assert json.loads(call("bench", "--peers", "numpy", "--json").stdout)["names"] == ["numpy"]

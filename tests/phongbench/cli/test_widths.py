@@ -4,15 +4,19 @@ import copy
 import pydoc
 import re
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import click
 import pytest
 from click.testing import CliRunner
+from made_up_bench import BENCH
 
+from phongbench.benchmarks import ledger
 from phongbench.cli import layout
 from phongbench.cli.main import main
+from phongbench.results import ledgers
 from phongbench.results.runs import Run
 
 WIDTHS = (60, 80, 100, 160)
@@ -24,6 +28,7 @@ LINES = (
     "show latest --target cpu,rdna2",
     f"verify {FIRST}",
     f"compare {FIRST} {SECOND}",
+    "compare before.json after.json",
     "front latest --alpha 10..50 --all",
     "front latest --alpha 50 --target rdna2",
     "recommend --alpha 50 --max-error 0.02",
@@ -34,7 +39,7 @@ LINES = (
     "approximations",
     "targets",
     "doctor",
-    "bench",
+    "bench --out bench.json",
     "render --list",
     "run --only lyon --alpha 10..50 --gamma 8 --precision float32 --samples 2000 --dry-run",
 )
@@ -47,7 +52,9 @@ SLOW = tuple(
     )
 )  # fmt: skip
 #: heads of first columns: a stacked row begins with what stands there, and not with its head
-HEADS = {"run", "alpha", "formula", "material", "name", "check", "by", "scene"}
+HEADS = {
+    "run", "alpha", "formula", "material", "name", "check", "by", "scene", "in", "work", "call", "stage", "what",
+}  # fmt: skip
 #: what prints documents or code, which are not laid out, or shares its printing with those above
 OTHERS = {"report", "merge", "serve", "shade", "shader", "inverse"}
 
@@ -64,7 +71,10 @@ def printed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, stored: Callable[..
     checks = [{"check": "kernel cache", "state": "good", "detail": f"{'/a/rather/long/path' * 3} (53.0 MiB)"}]
     monkeypatch.setattr("phongbench.study.doctor.examine", lambda: checks)
     monkeypatch.setattr("phongbench.study.forecast.forecast", lambda *_: _Forecast())
-    monkeypatch.setattr("phongbench.benchmarks.kernel_bench.bench", lambda names, **_: BENCH)
+    monkeypatch.setattr("phongbench.benchmarks.ledger.measure", lambda names, **_: BENCH)
+    for name, changed in (("before.json", 1.0), ("after.json", 2.0)):
+        scaled = tuple(_scaled(entry, changed) for entry in ledger.entries(BENCH))
+        ledgers.write(ledgers.Ledger("20260101-000000", PROVENANCE, scaled), tmp_path / name)
     for place in SLOW:  # only how an answer is printed differs between widths
         monkeypatch.setattr(place, _once(pydoc.locate(place)))
 
@@ -91,18 +101,17 @@ def _once(answer: Any) -> Callable[..., Any]:
     return asked
 
 
+PROVENANCE = {"machine_fingerprint": "m", "code": "c", "machine": {"cpu": "a processor"}}
+
+
+def _scaled(entry: ledgers.Entry, factor: float) -> ledgers.Entry:
+    ends = {name: end and factor * end for name in ("ratio_low", "ratio_high") for end in [getattr(entry, name)]}
+    return replace(entry, ratio=factor * entry.ratio, **ends)
+
+
 class _Forecast:
     def as_dict(self) -> dict[str, Any]:
         return {"cells": 1764, "bytes": 4_908_440, "seconds": {"accuracy": 15.9, "stability": 4.0, "timing": 6.0}}
-
-
-_TIME = {"ns": 1.9, "ratio": 2.9, "ratio_low": 2.8, "ratio_high": 3.0, "verdict": "slower", "cores": 1.0, "error": 4e-6}
-BENCH = {
-    "rows": [{"work": "exact Phong", "by": "numpy", "version": "2", "working_set": "l2", "elements": 37504, **_TIME}],
-    "absent": {"torch": "not installed"},
-    "notes": ["8 rounds only"],
-    "sweep": {"evaluations_per_second": 5e8, "numpy_evaluations_per_second": 1e7, "ratio": 50.0},
-}
 
 
 @pytest.mark.parametrize("words", LINES)

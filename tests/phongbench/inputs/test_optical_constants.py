@@ -21,6 +21,11 @@ def test_head_on_copper_reflects_as_published() -> None:
     )  # linear red, green, blue of physically based tables
 
 
+def test_at_its_ends_the_table_stands_as_published() -> None:
+    assert optical_constants._between(659.5) == (0.22, 3.747)
+    assert optical_constants._between(430.5) == (1.25, 2.305)
+
+
 def test_a_wavelength_outside_is_refused() -> None:
     with pytest.raises(ValueError, match="700"):
         optical_constants._between(700.0)

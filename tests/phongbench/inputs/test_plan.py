@@ -2,13 +2,14 @@
 
 import math
 from dataclasses import replace
+from itertools import pairwise
 
 import pytest
 
 from phongbench.errors import InputError, UnknownNameError
 from phongbench.inputs.mtl_files import OPENGL
 from phongbench.inputs.plan import PRESETS, QUICK_ALPHAS, STANDARD_ALPHAS, Plan, preset
-from phongbench.inputs.plan_files import compose, read_plan
+from phongbench.inputs.plan_files import Between, compose, read_plan
 
 QUICK = preset("quick")
 
@@ -152,6 +153,23 @@ def test_compose_prefers_wishes_and_refuses_contradictions(tmp_path):
         compose(None, None, path, alphas=(1.0,))
     with pytest.raises(UnknownNameError, match="preset"):
         compose(None, "qick")
+
+
+@pytest.mark.parametrize(("low", "high"), [(20.0, 80.0), (10.0, 10.0), (1.0, 10000.0), (49.0, 51.0)])
+def test_exponents_between_two_are_as_close_as_those_of_a_preset(low, high):
+    like = QUICK.alphas
+    found = Between(low, high).alphas(like)
+    assert (found[0], found[-1]) == (low, high)
+    assert list(found) == sorted(set(found))
+    usual = (max(like) / min(like)) ** (1 / (len(like) - 1))
+    assert all(after / before <= usual * 1.01 for before, after in pairwise(found))  # rounded to three digits
+    assert (high / low) ** (1 / max(len(found) - 2, 1)) >= usual or len(found) <= 2  # one fewer would be too few
+
+
+@pytest.mark.parametrize(("low", "high"), [(0.0, 1.0), (-1.0, 1.0), (2.0, 1.0), (1.0, math.inf), (math.nan, 1.0)])
+def test_a_range_from_high_to_low_or_to_no_exponent_is_refused(low, high):
+    with pytest.raises(InputError, match="no range of exponents"):
+        Between(low, high).alphas(QUICK.alphas)
 
 
 def test_materials_give_the_exponents(tmp_path):

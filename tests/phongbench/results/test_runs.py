@@ -92,6 +92,16 @@ def test_runs_are_found_by_path_by_id_and_as_latest(run):
         runs.find("latest", root / "empty")
 
 
+def test_of_many_runs_the_newest_five_are_named(run):
+    names = [f"20260101-00000{second}-abcdef01" for second in range(7)]
+    for name in names[1:]:
+        run.path.with_name(name).mkdir()
+        runs.write_manifest(run.path.with_name(name), dict(run.manifest) | {"run": name})
+    with pytest.raises(InputError) as error:
+        runs.find("nope", run.path.parent)
+    assert [name in str(error.value.fix) for name in names] == 2 * [False] + 5 * [True]
+
+
 @pytest.mark.parametrize("text", ["", "{", "[]", '{"schema": 1}', "{}", "\x00"])
 def test_a_broken_manifest_is_refused(run, text):
     (run.path / "manifest.json").write_text(text)
@@ -167,6 +177,15 @@ def test_a_table_that_is_no_parquet_is_refused(run):
     (run.path / "accuracy.parquet").write_bytes(b"PAR1 nonsense")
     with pytest.raises(CorruptRunError, match="cannot be read"):
         _ = runs.load(run.path).accuracy
+
+
+def test_columns_that_older_runs_lack_are_known_and_no_others():
+    lacking = {name: [c.name for c in table.columns if c.optional] for name, table in schema.TABLES.items()}
+    assert {name: columns for name, columns in lacking.items() if columns} == {
+        "accuracy": ["device"],
+        "timing": ["repeats", "compile_ms", "lit", "processes"],
+        "costs": ["reads"],
+    }
 
 
 def test_a_corrupt_run_does_not_hide_the_others(run):

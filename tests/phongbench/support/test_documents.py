@@ -35,6 +35,19 @@ def test_a_key_that_nobody_read_is_refused_by_name(document: Table) -> None:
     document.finish()
 
 
+def test_of_a_long_key_as_much_is_shown_as_a_line_holds() -> None:
+    with pytest.raises(UnknownNameError) as error:
+        Table({"k" * 100: 1}).finish()
+    assert "k" * 60 in error.value.what
+    assert "k" * 61 not in error.value.what
+
+
+def test_zero_is_a_whole_number_of_its_own_accord() -> None:
+    assert Table({"n": 0}).whole("n") == 0
+    with pytest.raises(InputError, match="whole number from 0"):
+        Table({"n": -1}).whole("n")
+
+
 def test_a_name_that_the_document_does_not_have_is_refused_with_those_it_has(document: Table) -> None:
     assert isinstance(document.unknown("material", "gold", ["golden"], "light"), UnknownNameError)
     assert "nor any other" in document.unknown("material", "gold", [], "light").what

@@ -12,14 +12,16 @@ from typing import Any
 import pandas as pd
 import pytest
 from click.testing import CliRunner
+from made_up_bench import BENCH
 from made_up_measurements import ALARMS, COMPARED, PICTURES, WALLS
 
+from phongbench.benchmarks import study_bench
 from phongbench.errors import InputError, MeasurementError
 from phongbench.inputs.plan import preset
 from phongbench.results.runs import load
 from phongbench.study.run import run_study
 from phongbench_reports.readme import __main__ as program
-from phongbench_reports.readme import bench_parts, measurements, parts, pictures, tour
+from phongbench_reports.readme import bench_parts, measurements, parts, pictures, roofline_part, tour
 from phongbench_reports.readme.__main__ import main
 from phongbench_reports.readme.fill import of_run, write
 
@@ -43,6 +45,7 @@ def measured(checkout: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """The checkout, where what takes long is made up: all but what a run gives."""
     monkeypatch.setattr("phongbench.benchmarks.kernel_bench.bench", lambda **_: COMPARED)
     monkeypatch.setattr("phongbench.benchmarks.false_alarms.count", lambda *_, **__: ALARMS)
+    monkeypatch.setattr(program.roofline_part, "measured", lambda: BENCH)
     monkeypatch.setattr(measurements, "measured_scenes", lambda *_: PICTURES)
     monkeypatch.setattr(measurements, "service", lambda _: "of the service")
     monkeypatch.setattr(program.heads_part, "heads", lambda: "of heads")
@@ -161,13 +164,24 @@ def test_a_stored_run_fills_its_parts(checkout: Path, tmp_path: Path) -> None:
 
 def test_a_study_that_fails_is_told_with_its_exit_code(tmp_path: Path) -> None:
     with pytest.raises(MeasurementError, match="exit code 2"):
-        measurements.study_as_command("cold", tmp_path / "cold", tmp_path / "cache", ["--alpha", "-1"])
+        study_bench.study_as_command("cold", tmp_path / "cold", tmp_path / "cache", ["--alpha", "-1"])
 
 
 def test_the_load_program_is_looked_for_before_anything_is_measured(checkout: Path) -> None:
     found = CliRunner().invoke(main, ["--run", "latest", "--root", str(checkout)])
     assert found.exit_code == 1
     assert "the load program is not there" in found.stderr
+
+
+def test_rooflines_tell_what_the_machine_gives_and_why_time_is_lost() -> None:
+    slow = {**BENCH, "notes": ["shade: 1.8 times its roofline; waits", "8 rounds only"]}
+    text = roofline_part.rooflines(slow)
+    assert "| exact Phong | l2 | 0.360 ns | 0.200 ns | 1.80 | bytes |" in text
+    assert text.count("640x360") == 2
+    assert "- shade: 1.8 times its roofline; waits." in text
+    assert "8 rounds" not in text
+    assert "None takes 1.3 times its bound." in roofline_part.rooflines({**BENCH, "notes": []})
+    assert "which this machine does not run" in roofline_part.rooflines({**BENCH, "bounds": []})
 
 
 @pytest.fixture

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import click
-from soaking import cluster_bars, cluster_kills, disk_tries, faulty_disk, tables
+from soaking import campaigns, cluster_bars, cluster_kills, disk_tries, faulty_disk, tables
 from soaking import gpu as gpus
 from soaking import inverse as inverses
 from soaking import page as pages
@@ -48,9 +48,9 @@ def inverse(count: int, seed: int) -> None:
 @SEED
 @DOCS
 def disk(count: int | None, in_turn: bool, minutes: float, seed: int, docs: bool) -> None:
-    """Each call to the disk fails, in each way: run, run --resume, report and render leave nothing half-written."""
-    extent = disk_tries.Extent(count, minutes, seed)
-    _inside("disk_faults" * docs, lambda bench: disk_tries.every_fault(bench, in_turn, extent, _say))
+    """Each call to the disk fails, in each way: run, run --resume, merge, report, render leave nothing half-written."""
+    extent = campaigns.Extent(count, minutes, seed)
+    _inside("disk_faults" * docs, lambda bench: campaigns.every_fault(bench, in_turn, extent, _say))
 
 
 @main.command()
@@ -59,9 +59,25 @@ def disk(count: int | None, in_turn: bool, minutes: float, seed: int, docs: bool
 @SEED
 @DOCS
 def kills(count: int, minutes: float, seed: int, docs: bool) -> None:
-    """Kills at random moments: run, run --resume and report go on to the same rows."""
-    extent = disk_tries.Extent(count, minutes, seed)
-    _inside("kills" * docs, lambda bench: disk_tries.random_kills(bench, extent, _say))
+    """Kills at random moments: run, run --resume, merge and report go on to the same rows."""
+    extent = campaigns.Extent(count, minutes, seed)
+    _inside("kills" * docs, lambda bench: campaigns.random_kills(bench, extent, _say))
+
+
+@main.command()
+@click.option("--requests", "count", type=click.IntRange(min=10), default=1_000_000, show_default=True)
+@MINUTES
+@SEED
+@DOCS
+def service(count: int, minutes: float, seed: int, docs: bool) -> None:
+    """Random and hostile requests to a service of two workers, by clients that stall, vanish and trickle."""
+    from soaking import service as services  # what it sends lies in tests/api
+
+    with tempfile.TemporaryDirectory(prefix="phongbench-soak-") as folder:
+        found = services.soak(count, minutes, seed, Path(folder), _say)
+    if docs:
+        write(CHECKOUT, {"attacked": tables.of_service(found.as_dict())}, {})
+    _tell(found.as_dict(), found.faults)
 
 
 @main.command()

@@ -1,7 +1,7 @@
 """Every fault of the disk and every moment of a kill: what a command leaves is whole, and done again it gives the same.
 
-Commands are `run` and `run --resume` of a small plan, `report` and `render`. After each fault the folder is looked at,
-then the command is done again without one.
+Commands are `run` and `run --resume` of a small plan, `merge` of its two shards, `report` and `render`. After each
+fault the folder is looked at, then the command is done again without one.
 """
 
 import contextlib
@@ -9,24 +9,21 @@ import gc
 import hashlib
 import importlib
 import io
-import random
 import shutil
-import time
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-from itertools import cycle, islice, zip_longest
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
-from soaking.faulty_disk import FAULTS, KILLED, Ended, Fault, call
+from soaking.faulty_disk import KILLED, Ended, Fault, call
 
 from phongbench.analysis.rows import Rows
 from phongbench.cli.main import EXIT_CODES, main
 from phongbench.errors import PhongbenchError, StorageError
 from phongbench.results import runs
 
-#: the plan of `run`: a cell, a probe, no timing
+#: the plan of `run`: a cell, two blocks of work that its two shards share, a probe, no timing
 PLAN = """alphas = [10]
 gammas = [8]
 approximations = ["lyon"]
@@ -35,14 +32,12 @@ spaces = ["reflect"]
 lambda_forms = ["dot"]
 precisions = ["float32"]
 strata = ["peak"]
-samples = 1000
+samples = 300_000
 probes = ["hostile"]
 timing = false
 """
 DISK = next(code for kind, code in EXIT_CODES if kind is StorageError)
-KILLED_COMMANDS = ("run", "run --resume", "report")
 _TOLD = 20
-T = TypeVar("T")
 
 
 @dataclass(frozen=True)
@@ -68,16 +63,23 @@ class Tries:
 
     calls   to the disk, by kind, when nothing fails
     ends    how tries ended, by the fault and what the command made of it
+    states  different folders that were left: from each the command went on once
     faults  in words
     """
 
     calls: dict[str, int] = field(default_factory=dict)
     ends: Counter[str] = field(default_factory=Counter)
+    states: set[str] = field(default_factory=set)
     faults: list[str] = field(default_factory=list)
 
     def as_dict(self) -> dict[str, Any]:
         """Plain data."""
-        told = {"points": sum(self.calls.values()), "calls": self.calls, "tries": self.ends.total()}
+        told = {
+            "points": sum(self.calls.values()),
+            "calls": self.calls,
+            "tries": self.ends.total(),
+            "states": len(self.states),
+        }
         return told | {"ends": dict(sorted(self.ends.items())), "faults": self.faults[:_TOLD]}
 
 
@@ -86,17 +88,20 @@ class Bench:
 
     def __init__(self, box: Path) -> None:
         self.folder, self.plan = box / "tried-here", box / "plan.toml"
+        self._known: dict[tuple[str, bool, str], list[str]] = {}
         self.plan.write_text(PLAN)
-        _here(self._run(self.folder))  # in this process: kernels are loaded once for all tries
+        here(self._run(self.folder))  # in this process: kernels are loaded once for all tries
         self.reference, self.partial = self.folder.rename(box / "reference"), box / "partial"
         self.tables = runs.load(self.reference).manifest["files"]
+        self.shards = [self._shard(box, index) for index in (1, 2)]
         self._interrupt()
         self._draw_once()
-        _here(self._render(box))
+        here(self._render(box))
         self.picture = {"picture.png": _digest(box / "picture.png")}
         commands = (
             Command("run", None, self._run, self._go_on, self._broken_run),
             Command("run --resume", self.partial, self._go_on, self._go_on, self._broken_run),
+            Command("merge", None, self._merge, self._go_on_merging, self._broken_run),
             Command("report", self.reference, self._report, self._report, self._broken_report),
             Command("render", None, self._render, self._render, self._broken_picture),
         )
@@ -104,10 +109,22 @@ class Bench:
         gc.freeze()  # what is here is shared with every process to come, until one of them looks for garbage in it
 
     def _run(self, folder: Path) -> list[str]:
-        return ["run", str(self.plan), "--no-report", "--jobs", "1", "--out", str(folder)]
+        return ["run", str(self.plan), "--no-report", "--json", "--jobs", "1", "--out", str(folder)]
 
     def _go_on(self, folder: Path) -> list[str]:
         return [*self._run(folder), *(["--resume"] if (folder / runs.MANIFEST).exists() else [])]
+
+    def _shard(self, box: Path, index: int) -> str:
+        """The folder of a shard, measured here."""
+        folder = box / f"shard-{index}"
+        here([*self._run(folder), "--shard", f"{index}/2"])
+        return str(folder)
+
+    def _merge(self, folder: Path) -> list[str]:
+        return ["merge", *self.shards, "--no-report", "--json", "--jobs", "1", "--out", str(folder)]
+
+    def _go_on_merging(self, folder: Path) -> list[str]:
+        return self._go_on(folder) if (folder / runs.MANIFEST).exists() else self._merge(folder)
 
     @staticmethod
     def _report(folder: Path) -> list[str]:
@@ -130,15 +147,23 @@ class Bench:
         folder = self.ready(command)
         ended = call(command.words(folder), folder, fault, seconds)
         name = str(fault) if fault else f"kill -9 after {seconds:.3f} s"
-        wrong = list(_wrong_end(ended, folder))
-        wrong += command.broken(folder, ended.code == 0)
-        again = call(command.again(folder), folder)
-        if again.code:
-            wrong.append(f"does not go on: exit {again.code}, {again.said[-600:]}")
-        wrong += command.broken(folder, True)
+        state, done = _state(folder), ended.code == 0
+        if (command.name, done, state) not in self._known:
+            self._known[command.name, done, state] = list(self._left(command, folder, done))
         outcome = {0: "done", DISK: "refused", KILLED: "killed"}.get(ended.code, f"exit {ended.code}")
         found.ends[f"{fault.kind if fault else 'random kill'}: {outcome}"] += 1
-        found.faults += [f"{command.name}, {name}: {fault_}" for fault_ in wrong]
+        found.states.add(state)
+        wrong = [*_wrong_end(ended, folder), *self._known[command.name, done, state]]
+        found.faults += [f"{command.name}, {name}: {one}" for one in wrong]
+
+    @staticmethod
+    def _left(command: Command, folder: Path, done: bool) -> Iterator[str]:
+        """What is wrong with a folder that is left, and once the command went on from it: equal ones are tried once."""
+        yield from command.broken(folder, done)
+        again = call(command.again(folder), folder)
+        if again.code:
+            yield f"does not go on: exit {again.code}, {again.said[-600:]}"
+        yield from command.broken(folder, True)
 
     def _interrupt(self) -> None:
         """Makes the run that a kill stopped after its sweep."""
@@ -157,7 +182,7 @@ class Bench:
         sections = reports.sections_of(Rows(runs.load(self.folder)))
         reports.sections_of = lambda *given, **more: sections
         reports.cores = lambda: 1
-        _here(self._report(self.folder))
+        here(self._report(self.folder))
         self.pages = _digests(self.folder / "report")
 
     def _broken_run(self, folder: Path, done: bool) -> Iterator[str]:
@@ -183,7 +208,8 @@ class Bench:
         yield from _differences(self.picture, folder, done)
 
 
-def _here(words: list[str]) -> None:
+def here(words: list[str]) -> None:
+    """Run a command of phongbench in this process, and drop what it prints."""
     with contextlib.redirect_stdout(io.StringIO()):
         main(args=words, prog_name="phongbench", standalone_mode=False)
 
@@ -216,52 +242,11 @@ def _digests(folder: Path) -> dict[str, str]:
     return {str(path.relative_to(folder)): _digest(path) for path in sorted(folder.rglob("*")) if path.is_file()}
 
 
+def _state(folder: Path) -> str:
+    """A digest of all that a folder holds, and of whether it is there."""
+    there = [(str(path.relative_to(folder)), path.is_file() and _digest(path)) for path in sorted(folder.rglob("*"))]
+    return hashlib.sha256(repr((folder.exists(), there)).encode()).hexdigest()
+
+
 def _digest(path: Path) -> str:
     return hashlib.sha256(path.read_bytes()).hexdigest()
-
-
-@dataclass(frozen=True)
-class Extent:
-    """How many tries are made: so many, and no new one after so many minutes; drawn by a seed."""
-
-    count: int | None
-    minutes: float
-    seed: int
-
-    def of(self, tries: Iterable[T], say: Callable[[str], None]) -> Iterator[T]:
-        """The first tries; each is told."""
-        end = time.monotonic() + 60 * self.minutes
-        for number, one in enumerate(islice(tries, self.count), 1):
-            if time.monotonic() > end:
-                return
-            say(f"try {number}")
-            yield one
-
-
-def every_fault(bench: Bench, in_turn: bool, extent: Extent, say: Callable[[str], None]) -> dict[str, Tries]:
-    """Each fault at each call of each command, or one of them in turn at each; shuffled, the commands by turns."""
-    rng, found, kinds = random.Random(extent.seed), {name: Tries() for name in bench.commands}, list(FAULTS)
-    tries: list[list[tuple[str, Fault]]] = []
-    for name, command in bench.commands.items():
-        folder = bench.ready(command)
-        found[name].calls = dict(call(command.words(folder), folder).calls)
-        points = range(1, sum(found[name].calls.values()) + 1)
-        pairs = [(kind, at) for at in points for kind in (kinds[at % len(kinds)],) * in_turn or kinds]
-        rng.shuffle(pairs)
-        tries.append([(name, Fault(*pair)) for pair in pairs])
-    by_turns = (one for round_ in zip_longest(*tries) for one in round_ if one is not None)
-    for name, fault in extent.of(by_turns, say):
-        bench.tried(bench.commands[name], found[name], fault)
-    return found
-
-
-def random_kills(bench: Bench, extent: Extent, say: Callable[[str], None]) -> dict[str, Tries]:
-    """Kills at random moments of run, run --resume and report, in turn, up to a tenth after the command's usual end."""
-    rng, found, longest = random.Random(extent.seed), {name: Tries() for name in KILLED_COMMANDS}, {}
-    for name in found:
-        folder, started = bench.ready(bench.commands[name]), time.monotonic()
-        call(bench.commands[name].words(folder), folder)
-        longest[name] = 1.1 * (time.monotonic() - started)
-    for name in extent.of(cycle(found), say):
-        bench.tried(bench.commands[name], found[name], seconds=rng.uniform(0.0, longest[name]))
-    return found

@@ -36,7 +36,7 @@ _LIBRARY = "PHONGBENCH_FAULTY_DISK"
 
 
 def preloaded(words: list[str]) -> "subprocess.CompletedProcess[str]":
-    """Run `python -m soaking` with these words, and the library, which is built for it."""
+    """Run `python -m soaking` with these words, and the library, which is built for it; SIGTERM is passed on."""
     with tempfile.TemporaryDirectory(prefix="phongbench-faulty-") as folder:
         library = Path(folder) / "faulty.so"
         compiler = ["cc", "-O1", "-shared", "-fPIC", "-o", str(library), str(SOURCE), "-ldl"]
@@ -44,7 +44,13 @@ def preloaded(words: list[str]) -> "subprocess.CompletedProcess[str]":
         paths = os.pathsep.join(filter(None, (str(Path(__file__).parents[1]), os.environ.get("PYTHONPATH"))))
         surroundings = os.environ | {"LD_PRELOAD": str(library), _LIBRARY: str(library), "PYTHONPATH": paths}
         command = [sys.executable, "-m", "soaking", *words]
-        return subprocess.run(command, env=surroundings, stdout=subprocess.PIPE, text=True, check=False)
+        with subprocess.Popen(command, env=surroundings, stdout=subprocess.PIPE, text=True) as process:
+            before = signal.signal(signal.SIGTERM, lambda number, _: process.send_signal(number))
+            try:
+                told = process.communicate()[0]
+            finally:
+                signal.signal(signal.SIGTERM, before)
+        return subprocess.CompletedProcess(command, process.returncode, told)
 
 
 def is_preloaded() -> bool:

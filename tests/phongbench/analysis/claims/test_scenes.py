@@ -3,10 +3,14 @@
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
 from claim_tables import CODE, accuracy, judged, table
 from hypothesis import given, settings
 from hypothesis import strategies as st
+
+from phongbench.analysis.claims.claim import VISIBLE
+from phongbench.analysis.claims.far_lights import far_enough
 
 # i: far lights
 
@@ -47,6 +51,14 @@ def test_the_distance_that_is_far_enough_is_found_between_measured_ones(sides: f
     (record,) = found["conditions"]
     assert record["sides_from"] == pytest.approx(sides)
     assert record["error_times_sides"] == pytest.approx(sides * CODE)
+
+
+def test_an_error_of_just_one_code_is_near_enough() -> None:
+    distances = pd.Series([1.0, 2.0, 4.0])
+    assert far_enough(distances, pd.Series([VISIBLE, VISIBLE, VISIBLE])) == 1.0
+    assert far_enough(distances, pd.Series([2 * VISIBLE, VISIBLE, 0.0])) == 2.0
+    assert far_enough(distances, pd.Series([2 * VISIBLE, 0.0, 0.0])) == 2.0
+    assert far_enough(distances, pd.Series([0.0, 0.0, 2 * VISIBLE])) is None
 
 
 # l: stopping reflections
