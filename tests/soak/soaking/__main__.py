@@ -99,9 +99,7 @@ def cluster(workers: int, clients: int, schedulers: int, minutes: float, seed: i
 
 @main.command()
 @click.option("--preset", "preset_name", default="standard", show_default=True)
-@click.option(
-    "--samples", type=click.IntRange(min=1), default=20_000, show_default=True, help="Instead of the preset's."
-)
+@click.option("--every", type=click.IntRange(min=1), default=14, show_default=True, help="One of so many exponents.")
 @click.option("--rounds", type=click.IntRange(min=1), default=3, show_default=True)
 def scaling(preset_name: str, every: int, rounds: int) -> None:
     """Two workers against one, and against threads: what a cluster's engine costs; let nothing else run."""

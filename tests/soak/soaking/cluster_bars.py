@@ -1,6 +1,6 @@
 """Sweeps by one worker, by two, and by threads on the same cores, in turns: what the engine of a cluster costs.
 
-Workers stand and have loaded their kernels, as threads have; connecting counts. The plan is a preset's with fewer alphas.
+Workers stand and have loaded their kernels, as threads have; connecting counts. The plan is a preset with few alphas.
 """
 
 import statistics

@@ -67,7 +67,7 @@ class Kills:
 class Arena:
     """A cluster, the plan, and the tables that it gives on one machine.
 
-    seconds  that a run takes from the moment its folder is there
+    seconds  that a run takes from the moment its folder is there to the end of its sweep
     """
 
     def __init__(self, box: Path) -> None:
@@ -79,8 +79,9 @@ class Arena:
         self.tables = runs.load(box / "alone").manifest["files"]
         client = self._begun()
         began = time.monotonic()
-        _ended(client)
+        wait_until(self._swept, client)
         self.seconds = time.monotonic() - began
+        _ended(client)
         if wrong := list(self.wrong()):
             raise RuntimeError(f"nobody was killed, yet {'; '.join(wrong)}")
 
@@ -90,7 +91,7 @@ class Arena:
         client = self._begun()
         with suppress(subprocess.TimeoutExpired):
             client.wait(moment * self.seconds)
-        found.sweeping += "accuracy.parquet" not in runs.load(self.folder).manifest["files"]
+        found.sweeping += not self._swept()
         workers = [worker for worker in self.cluster.workers if worker.poll() is None]
         kill({"worker": rng.choice(workers), "client": client, "scheduler": self.cluster.scheduler}[victim])
         code, said = _ended(client)
@@ -120,6 +121,9 @@ class Arena:
         for name, facts in self.tables.items():
             if run.manifest["files"].get(name) != facts:
                 yield f"{name} has other rows"
+
+    def _swept(self) -> bool:
+        return "accuracy.parquet" in runs.load(self.folder).manifest["files"]
 
     def _new(self) -> Processes:
         self.clusters += 1
