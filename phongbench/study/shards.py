@@ -22,7 +22,7 @@ PAIR_COST, CELL_COST = 25_000, 4_000
 ROUNDED_BY_SOFTWARE = 4
 HARDWARE = ("float16", "float32", "float64")
 #: shards for each thread of a cluster, and at least, since its end waits for the last and one of a hundred is measured
-#: twice; but as long as each thread has one, none that is predicted to take less than so many picoseconds, since handing
+#: twice; but as long as each thread has one, none that is predicted to take fewer picoseconds than this, for handing
 #: it out takes time, too
 EACH, LEAST, SHORTEST = 8, 128, 400_000_000_000
 
