@@ -58,8 +58,8 @@ check: $(DEV) ## lint, format, types, layers
 	$(PY) -m mypy
 	$(PY) -c 'from importlinter.cli import lint_imports_command; lint_imports_command()' --no-logo --no-cache
 
-bench: $(TEST) ## our kernels and sweep against NumPy and every other installed peer
-	$(PY) -m phongbench bench
+bench: $(TEST) ## our kernels, sweep, shading, pictures and stages beside peers and bounds; a ledger of them
+	$(PY) -m phongbench bench $(BENCH)
 
 bench-api: $(TEST) ## the service over loopback: against an echo, against /healthz, overloaded
 	PYTHONPATH=tests/api $(PY) -m load

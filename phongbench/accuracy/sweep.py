@@ -28,6 +28,8 @@ from phongbench.timing.interleaved import THREAD_CLOCK, clocked
 PIECE = 8192
 #: pairs in a block; sums are merged in slab order, so the bits do not depend on who computed which slab
 SLAB = 1 << 18
+#: how many times as many pairs the larger of two trials has
+FURTHER = 4
 
 
 @dataclass
@@ -174,47 +176,60 @@ def blocks(sweep: Sweep, chosen: Iterable[tuple[Batch, int]], jobs: int = 1) -> 
                 block.cancel()
 
 
-def trial(sweep: Sweep, samples: int = PIECE) -> Callable[[Batch], float]:
-    """Predicts the seconds of a batch on one thread, from short trials of the smallest and the largest of its kind.
+def trial(sweep: Sweep, samples: int = PIECE) -> Callable[[Batch, int], float]:
+    """Predicts the seconds of a block on one thread, by its batch and its pairs, from short trials.
 
-    In batches of a kind a pair takes so long, and every cell on it so long more: exponents that share a batch share its
-    pairs. What other programs take of the processor meanwhile is not counted.
+    Of a kind of batches the one with the fewest and the one with the most cells are tried, with few pairs and with
+    more: a block takes so long, every pair of it so long more, and both grow with the cells. What other programs take
+    of the processor meanwhile is not counted.
     """
     kinds: dict[tuple[Any, ...], list[Batch]] = {}
     for batch in sweep.batches:
         kinds.setdefault(_kind(batch), []).append(batch)
-    costs: dict[tuple[Any, ...], tuple[float, float]] = {}
+    costs: dict[tuple[Any, ...], Callable[[int, int], float]] = {}
 
-    def seconds(batch: Batch) -> float:
+    def seconds(batch: Batch, pairs: int) -> float:
         kind = _kind(batch)
         if kind not in costs:
-            costs[kind] = _costs(sweep, kinds[kind], samples)
-        pair, cell = costs[kind]
-        return batch.samples * (pair + cell * len(batch.cells))
+            costs[kind] = _cost(sweep, kinds[kind], samples)
+        return costs[kind](len(batch.cells), pairs)
 
     return seconds
 
 
 def _kind(batch: Batch) -> tuple[Any, ...]:
-    """What is the same in batches whose pairs and cells cost the same."""
+    """What is the same in batches whose blocks, pairs and cells cost the same."""
     return batch.stratum.name, batch.precision, batch.recipe, batch.normalise, batch.truths
 
 
-def _costs(sweep: Sweep, alike: list[Batch], samples: int) -> tuple[float, float]:
-    """Seconds of a pair, and of a cell on it, by batches of one kind."""
+def _cost(sweep: Sweep, alike: list[Batch], samples: int) -> Callable[[int, int], float]:
+    """Seconds of a block of one kind, by the number of its cells and of its pairs."""
     few, many = min(alike, key=lambda b: len(b.cells)), max(alike, key=lambda b: len(b.cells))
-    short, long = (_tried(sweep, batch, min(samples, batch.samples)) for batch in (few, many))
-    more = len(many.cells) - len(few.cells)
-    cell = max(0.0, long - short) / more if more else long / len(many.cells)
-    return max(0.0, long - cell * len(many.cells)), cell
+    ends = [(len(batch.cells), *_tried(sweep, batch, samples)) for batch in (few, many)]
+
+    def seconds(cells: int, pairs: int) -> float:
+        (n, block, pair), (m, block_m, pair_m) = ends
+        share = (cells - n) / (m - n) if m > n else 0.0
+        return block + share * (block_m - block) + pairs * (pair + share * (pair_m - pair))
+
+    return seconds
 
 
-def _tried(sweep: Sweep, batch: Batch, samples: int) -> float:
-    """Seconds that a pair takes with all cells of a batch."""
-    batch = replace(batch, samples=samples)
-    _block(sweep, batch, 0)  # compiles, and fills the caches
+def _tried(sweep: Sweep, batch: Batch, samples: int) -> tuple[float, float]:
+    """Seconds of a block of a batch whatever its pairs, and of each pair with all cells; from two sizes of blocks."""
+    small, large = (min(count, batch.samples) for count in (samples, FURTHER * samples))
+    took = {count: _clocked_block(sweep, replace(batch, samples=count)) for count in (small, large)}
+    if large < 2 * small:  # a whole block, of few pairs
+        return 0.0, took[large] / large
+    pair = max(0.0, took[large] - took[small]) / (large - small)
+    return max(0.0, took[small] - small * pair), pair
+
+
+def _clocked_block(sweep: Sweep, batch: Batch) -> float:
+    """Seconds of the first block of a batch, by the second or third time: the first compiles, and fills the caches."""
+    _block(sweep, batch, 0)
     once = clocked(lambda: _block(sweep, batch, 0), THREAD_CLOCK)
-    return min(once(), once()) / samples
+    return min(once(), once())
 
 
 def _block(sweep: Sweep, batch: Batch, start: int) -> Measured:

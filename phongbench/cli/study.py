@@ -177,7 +177,8 @@ def _interrupted() -> Path:
 def report(run_name: str, out: Path | None, single_file: bool) -> None:
     """Draw the report of a run: a folder that opens by double click, or one file.
 
-    Of an interrupted run it tells what was measured, as soon as there are errors.
+    Of an interrupted run it tells what was measured, as soon as there are errors. A folder that holds the report
+    already, whole and drawn of the same run by the same version, is left as it is.
     """
     from phongbench.cli.terminal import TerminalProgress
     from phongbench.results import runs

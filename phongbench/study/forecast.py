@@ -15,9 +15,9 @@ from phongbench.study.target_costs import checked
 from phongbench.support.process import cores
 from phongbench.support.progress import Progress
 
-#: what a forecast allows for loading a compiled kernel, for making and writing a row, and for handing a shard to a
-#: cluster and taking what it gave; measured, and rounded up
-LOAD_SECONDS, ROW_SECONDS, SHARD_SECONDS = 0.015, 2e-5, 0.01
+#: what a forecast allows for making a cell ready, for loading a compiled kernel, for making and writing a row, and for
+#: handing a shard to a cluster and taking what it gave; measured, and rounded up
+CELL_SECONDS, LOAD_SECONDS, ROW_SECONDS, SHARD_SECONDS = 1.2e-4, 0.02, 2e-5, 0.01
 #: bytes of a row in the tables, and of what does not grow with the rows
 ROW_BYTES, OTHER_BYTES = 90, 200_000
 
@@ -68,7 +68,8 @@ class Trial:
             handing = SHARD_SECONDS * shards.number(batches, cluster)
             takes = {"measuring": self.work / cluster, "the longest block": self.longest, "handing out": handing}
         swept = max(takes, key=lambda name: takes[name])
-        loading = LOAD_SECONDS * self.kernels * (2 if cluster else 1)  # by the workers once more, all at once
+        loading = LOAD_SECONDS * self.kernels + CELL_SECONDS * len(self.sweep.cells)
+        loading *= 2 if cluster else 1  # by the workers once more, all at once
         takes = {swept: takes[swept], "loading kernels": loading, "making rows": ROW_SECONDS * rows}
         seconds = {"accuracy": sum(takes.values())}
         if self.shard is None:
@@ -115,7 +116,7 @@ def tried(
     loaded = sweep.compile_kernels(prepared, progress.share)
     progress.stage("trying every kind of batch")
     seconds_of = sweep.trial(prepared)
-    work = [seconds_of(batch) * shards.pairs((batch, start)) / batch.samples for batch, start in blocks]
+    work = [seconds_of(block[0], shards.pairs(block)) for block in blocks]
     return Trial(prepared, loaded, sum(work), max(work), shard)
 
 

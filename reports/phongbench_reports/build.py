@@ -19,6 +19,7 @@ from phongbench.support.process import cores, seldom_collected
 from phongbench.support.user_paths import make_folder
 from phongbench_reports.figures import FIGURES
 from phongbench_reports.figures.pictures import SECTIONS
+from phongbench_reports.kept import is_current, origin, remember
 from phongbench_reports.page import Links, Section, render, style_sheet
 from phongbench_reports.plots import Plate, ink, svg_pair
 from phongbench_reports.second_process import Drawn, Shared, beside, drawn
@@ -164,7 +165,7 @@ def _data_address(media: str, content: bytes) -> str:
 def build(
     run: Run, out: Path, *, single_file: bool = False, processes: int = 1, progress: Progressed | None = None
 ) -> Path:
-    """Writes the report of a run.
+    """Writes the report of a run; a folder that holds it already, whole and made by the same code, is left as it is.
 
     run          phongbench.results.runs.Run
     out          Path     folder of the report; made if missing, its former report replaced
@@ -179,6 +180,9 @@ def build(
     named = single_file and out.suffix.lower() in (".html", ".htm") and not out.is_dir()
     index = out if named else out / "index.html"
     make_folder(index.parent)
+    of = None if single_file else origin(run, [part.name for part in FIGURES])
+    if of is not None and is_current(out, of):
+        return index
     if min(processes, cores()) > 1:
         names = [part.name for part in FIGURES if part.name not in LONG]
         with beside(run.path, [*names, *LONG]) as shared:
@@ -193,22 +197,25 @@ def build(
     else:
         figures = {name: (f"figures/{quote(name)}.svg", f"figures/{quote(name)}-dark.svg") for name in pictures}
         links = Links("", figures, {name: f"data/{quote(name)}.csv" for name in sheets})
-        _write_parts(out, pictures, sheets, [section.name for section in sections])
+        parts = _write_parts(out, pictures, sheets, [section.name for section in sections])
     _write(index, render(study, sections, links).encode("utf-8"))
+    if of is not None:
+        remember(out, of, [index.name, *parts])
     return index
 
 
 def _write_parts(
     out: Path, pictures: Mapping[str, tuple[bytes, bytes]], sheets: Mapping[str, bytes], names: list[str]
-) -> None:
-    """Style sheet, figures and CSVs; those of sections that are absent now are taken away."""
-    _write(out / "style.css", style_sheet().encode("utf-8"))
+) -> list[str]:
+    """Style sheet, figures and CSVs, and their names; those of sections that are absent now are taken away."""
+    files: dict[str, bytes | None] = {"style.css": style_sheet().encode("utf-8")}
     for name in names:
-        files = {out / "data" / f"{name}.csv": sheets.get(name)}
         light, dark = pictures.get(name, (None, None))
-        files |= {out / "figures" / f"{name}.svg": light, out / "figures" / f"{name}-dark.svg": dark}
-        for path, content in files.items():
-            if content is not None:
-                _write(path, content)
-            else:
-                path.unlink(missing_ok=True)
+        files[f"data/{name}.csv"] = sheets.get(name)
+        files |= {f"figures/{name}.svg": light, f"figures/{name}-dark.svg": dark}
+    for part, content in files.items():
+        if content is not None:
+            _write(out / part, content)
+        else:
+            (out / part).unlink(missing_ok=True)
+    return [part for part, content in files.items() if content is not None]

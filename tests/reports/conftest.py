@@ -9,6 +9,11 @@ import pytest
 from made_up_run import MadeUpRun, make_run
 
 import phongbench_reports
+from phongbench.inputs.plan import preset
+from phongbench.results import runs, schema
+
+#: tables of the made-up run that are stored
+TABLES = ("accuracy", "timing", "worst", "meshes", "incidence", "incidence_times")
 
 
 @pytest.fixture(scope="session")
@@ -20,6 +25,20 @@ def made_up() -> Callable[..., MadeUpRun]:
 @pytest.fixture(scope="session")
 def run(tmp_path_factory: pytest.TempPathFactory) -> MadeUpRun:
     return make_run(tmp_path_factory.mktemp("run"))
+
+
+@pytest.fixture(scope="session")
+def stored(run: MadeUpRun, tmp_path_factory: pytest.TempPathFactory) -> runs.Run:
+    """The made-up run as a folder, which another process can read."""
+    folder = tmp_path_factory.mktemp("stored")
+    files = {}
+    for name in TABLES:
+        frame = getattr(run, name)
+        whole = frame.reindex(columns=[*frame.columns, *(c for c in schema.TABLES[name].names if c not in frame)])
+        files[f"{name}.parquet"] = runs.write_table(folder, name, whole)
+    known = {"schema": runs.SCHEMA, "plan": preset("quick").as_dict(), "code": "", "provenance": {}, "seed": 1}
+    runs.write_manifest(folder, {**run.manifest, **known, "state": "complete", "files": files})
+    return runs.load(folder)
 
 
 @pytest.fixture(scope="session")

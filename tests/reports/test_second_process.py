@@ -9,22 +9,20 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager
 from pathlib import Path
-from typing import Any
 
 import pandas as pd
 import pytest
 
 from phongbench.analysis.rows import Rows
-from phongbench.inputs.plan import preset
-from phongbench.results import runs, schema
+from phongbench.results import runs
 from phongbench_reports import build, second_process
 from phongbench_reports.figures import FIGURES
+from phongbench_reports.kept import MADE
 from phongbench_reports.plots import ink
 from phongbench_reports.second_process import beside, drawn
 
 #: enough for both processes to draw some
 FEW = ("error_angle", "error_gamma", "heatmap", "split", "speed")
-TABLES = ("accuracy", "timing", "worst", "meshes", "incidence", "incidence_times")
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -35,27 +33,14 @@ def few_figures(only_figures: Callable[..., AbstractContextManager[None]]) -> It
 
 
 @pytest.fixture(scope="module")
-def stored(run: Any, tmp_path_factory: pytest.TempPathFactory) -> runs.Run:
-    """The made-up run as a folder, which another process can read."""
-    folder = tmp_path_factory.mktemp("stored")
-    files = {}
-    for name in TABLES:
-        frame = getattr(run, name)
-        whole = frame.reindex(columns=[*frame.columns, *(c for c in schema.TABLES[name].names if c not in frame)])
-        files[f"{name}.parquet"] = runs.write_table(folder, name, whole)
-    known = {"schema": runs.SCHEMA, "plan": preset("quick").as_dict(), "code": "", "provenance": {}, "seed": 1}
-    runs.write_manifest(folder, {**run.manifest, **known, "state": "complete", "files": files})
-    return runs.load(folder)
-
-
-@pytest.fixture(scope="module")
 def files(stored: runs.Run, tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
     """The report that one process makes."""
     return _contents(build(stored, tmp_path_factory.mktemp("alone")))
 
 
 def _contents(index: Path) -> dict[str, bytes]:
-    found = {str(file.relative_to(index.parent)): file.read_bytes() for file in index.parent.rglob("*.*")}
+    files = (file for file in index.parent.rglob("*.*") if file.name != MADE)
+    found = {str(file.relative_to(index.parent)): file.read_bytes() for file in files}
     assert sum(name.startswith("figures") for name in found) == 2 * len(FEW)
     return found
 
@@ -96,7 +81,7 @@ def test_what_a_failed_process_leaves_is_drawn_here(
 ) -> None:
     monkeypatch.setattr(sys.modules["phongbench_reports.build"], "cores", lambda: 2)
     lost = dataclasses.replace(stored, path=tmp_path / "no such run")
-    for name in TABLES:
+    for name in (file.removesuffix(".parquet") for file in stored.manifest["files"]):
         lost.__dict__[name] = getattr(stored, name)
     with beside(lost.path, ["split"]) as shared:
         assert shared.theirs() == {}

@@ -97,7 +97,7 @@ class Bench:
         file = self.traced / f"{name.replace('/', '-')}.json"
         known = read(file)
         if not known or any(_digest(self.copy / path) != digest for path, digest in known["files"].items()):
-            known = self._traced(name, file.with_suffix(".told"))
+            known = self._traced(name, file.with_suffix(f".{os.getpid()}.told"))
             write(file, known)
         told: list[Mapping[str, Any]] = known["told"]
         return told

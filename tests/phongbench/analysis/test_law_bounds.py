@@ -27,6 +27,12 @@ def dense(form: str, alpha: float, gamma: float, e: float = 0.0, d: float = 0.0)
     return float(np.abs(value - (1 - deficit) ** alpha).max())
 
 
+def test_the_laws_speak_from_an_exponent_of_five_on() -> None:
+    assert recommend(None, alpha=5, max_error=0.1)["choices"]
+    with pytest.raises(InputError, match="alpha >= 5"):
+        recommend(None, alpha=4.99, max_error=0.1)
+
+
 @pytest.mark.parametrize("alpha", [10.0, 50.0, 200.0, 1000.0])
 @pytest.mark.parametrize("length", [0.0, 1e-4, 1e-3])
 def test_a_law_answer_bounds_the_formula_it_names(alpha: float, length: float) -> None:

@@ -164,6 +164,22 @@ def test_neighbours_answer_for_an_exponent_between_and_it_is_said(stored: Stored
     assert any("not measured" in note and "10, 50" in note for note in between["notes"])
 
 
+@pytest.mark.parametrize(
+    ("alpha", "said"),
+    [
+        ("10..50", "is judged by the worst of the 2 exponents measured there"),
+        ("20", "alpha 20 was not measured: its neighbours vouch for it, by the worst of alpha 10, 50"),
+        ("20,30", "alpha 20 and 30 were not measured: their neighbours vouch for them"),
+        ("10,50", None),
+    ],
+)
+def test_which_exponents_vouch_for_those_asked_is_told(stored: Stored, alpha: str, said: str | None) -> None:
+    notes = recommend(stored(), alpha=alpha, max_error=0.5)["notes"]
+    told = [note for note in notes if "vouch" in note or "judged by the worst" in note]
+    assert [(said or "") in note for note in told] == ([True] if said else [])
+    assert not [note for note in notes if "the formula is not here" in note]
+
+
 @pytest.mark.parametrize("alpha", [5, 51, "10..60", "50,1000"])
 def test_an_exponent_outside_the_run_is_refused_with_the_command_that_measures_it(stored: Stored, alpha: Any) -> None:
     with pytest.raises(InputError, match="phongbench run --alpha"):

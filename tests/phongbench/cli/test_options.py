@@ -3,11 +3,15 @@
 from collections.abc import Iterator
 
 import click
+import pytest
+from click.testing import CliRunner
 
 from phongbench.cli.main import main
 
-#: defaults that are no value: nothing is added where they stand
-NOTHING = (None, False, True, (), "", "0", 0)
+#: defaults that are no value, as Python writes them
+NOTHING = ("None", "False", "True", "()", "''", "'0'", "0")
+#: no noise, no other scale, no delay: what they are by default goes without saying
+UNSAID = {"phongbench inverse line --noise", "phongbench inverse line --scale", "phongbench serve --drain"}
 
 
 def options(command: click.Command, words: str = "phongbench") -> Iterator[tuple[str, click.Option]]:
@@ -18,6 +22,13 @@ def options(command: click.Command, words: str = "phongbench") -> Iterator[tuple
 
 
 def test_help_tells_every_default() -> None:
-    having = {words: option for words, option in options(main) if option.to_info_dict()["default"] not in NOTHING}
+    having = {words: one for words, one in options(main) if repr(one.to_info_dict()["default"]) not in NOTHING}
     assert len(having) > 20
-    assert [words for words, option in having.items() if not (option.show_default or option.is_flag)] == []
+    assert {words for words, one in having.items() if not (one.show_default or one.is_flag)} == UNSAID
+
+
+@pytest.mark.parametrize("words", ["merge", "claims", "verify", "compare"])
+def test_a_command_about_runs_asks_for_them(words: str) -> None:
+    ended = CliRunner().invoke(main, [words])
+    assert ended.exit_code == 2
+    assert "Missing argument" in ended.stderr

@@ -8,6 +8,7 @@ from click.testing import CliRunner
 from phongbench.cli.main import main
 from phongbench.errors import InputError
 from phongbench.inputs.mtl_files import OPENGL, Material, exponents, mtl_paths, read_exponents, read_mtl
+from phongbench.inputs.wavefront_text import printable
 
 ROWS = {m.name: m for m in OPENGL}
 
@@ -171,6 +172,11 @@ def test_a_mtllib_line_names_files_as_programs_write_them(tmp_path: Path, line: 
         (tmp_path / name).write_text("")
     paths, missing = mtl_paths(tmp_path, [line])
     assert [path.name for path in paths] + [f"not there: {name}" for name in missing] == names
+
+
+def test_what_could_move_a_cursor_is_escaped() -> None:
+    assert printable("a\x1bb \u202ec") == r"a\x1bb \u202ec"
+    assert printable("copper, blue (ü)") == "copper, blue (ü)"
 
 
 def test_a_missing_file_is_refused_by_name(tmp_path: Path) -> None:

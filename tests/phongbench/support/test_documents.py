@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from phongbench.errors import InputError, UnknownNameError
-from phongbench.support.document_paths import line_of
+from phongbench.support.document_paths import UNTRUSTED, line_of
 from phongbench.support.documents import Table, load
 
 TEXT = '[[light]]\nname = "a"\n[light.place]\nx = 1\n[[light]]\nname = "b"\n[light.place]\nx = "two"\n'
@@ -46,6 +46,26 @@ def test_zero_is_a_whole_number_of_its_own_accord() -> None:
     assert Table({"n": 0}).whole("n") == 0
     with pytest.raises(InputError, match="whole number from 0"):
         Table({"n": -1}).whole("n")
+
+
+@pytest.mark.parametrize("value", [0.0, 0.5, 1, 1.0])
+def test_a_number_may_be_either_end_of_its_range(value: float) -> None:
+    assert Table({"x": value}).number("x", low=0.0, high=1.0) == value
+    for outside in (-0.001, 1.001, float("nan")):
+        with pytest.raises(InputError, match=r"outside 0 \.\. 1"):
+            Table({"x": outside}).number("x", low=0.0, high=1.0)
+
+
+def test_a_vector_has_three_numbers() -> None:
+    assert Table({"v": [1, 2, 3]}).vector("v") == (1.0, 2.0, 3.0)
+    for value in ([1, 2], [1, 2, 3, 4], 1, "abc"):
+        with pytest.raises(InputError, match="not a list of 3 numbers"):
+            Table({"v": value}).vector("v")
+
+
+def test_only_of_trusted_documents_is_a_wrong_value_repeated() -> None:
+    assert "n = -7 is" in Table({"n": -7}).wrong("is wrong", -7, "n").what
+    assert Table({"n": -7}, UNTRUSTED).wrong("is wrong", -7, "n").what == "n is wrong"
 
 
 def test_a_name_that_the_document_does_not_have_is_refused_with_those_it_has(document: Table) -> None:

@@ -33,8 +33,8 @@ PARTS, KILLED_IN = 10, 3
 #: memory of a process is judged from the end of the first whole part that it lived through, if a part has so many
 #: requests: kernels and tables are loaded when they are first asked for
 _JUDGED_FROM = 2_000
-#: seconds until all is free, or a worker is replaced
-_SETTLES = 300.0
+#: seconds until all is free, or a worker is ready or replaced: a busy machine is no fault
+_SETTLES = 900.0
 _TOLD = 20
 _CURVE = Sent("GET", "/v1/curve", "approximation=lyon&lambda=cross&gamma=8&alpha=50")
 _PAIRS = Sent(
