@@ -45,6 +45,7 @@ soak: $(TEST) ## for hours: attacked budgets, devices at their worst, random lin
 	PYTHONPATH=tests/soak $(PY) -m soaking inverse
 	PYTHONPATH=tests/soak $(PY) -m soaking disk --docs
 	PYTHONPATH=tests/soak $(PY) -m soaking kills --count $(KILLS) --docs
+	PYTHONPATH=tests/soak $(PY) -m soaking cluster --docs
 	PYTHONPATH=tests/soak:tests/api $(PY) -m soaking service --requests $(REQUESTS) --docs
 	PYTHONPATH=tests/soak $(PY) -m soaking gpu
 

@@ -29,7 +29,7 @@ PIECE = 8192
 #: pairs in a block; sums are merged in slab order, so the bits do not depend on who computed which slab
 SLAB = 1 << 18
 #: how many times as many pairs the larger of two trials has
-FURTHER = 4
+FURTHER = 2
 
 
 @dataclass
@@ -205,10 +205,11 @@ def _kind(batch: Batch) -> tuple[Any, ...]:
 def _cost(sweep: Sweep, alike: list[Batch], samples: int) -> Callable[[int, int], float]:
     """Seconds of a block of one kind, by the number of its cells and of its pairs."""
     few, many = min(alike, key=lambda b: len(b.cells)), max(alike, key=lambda b: len(b.cells))
-    ends = [(len(batch.cells), *_tried(sweep, batch, samples)) for batch in (few, many)]
+    tried = (few, many) if many is not few else (few,)
+    ends = [(len(batch.cells), *_tried(sweep, batch, samples)) for batch in tried]
 
     def seconds(cells: int, pairs: int) -> float:
-        (n, block, pair), (m, block_m, pair_m) = ends
+        (n, block, pair), (m, block_m, pair_m) = ends[0], ends[-1]
         share = (cells - n) / (m - n) if m > n else 0.0
         return block + share * (block_m - block) + pairs * (pair + share * (pair_m - pair))
 
@@ -226,10 +227,9 @@ def _tried(sweep: Sweep, batch: Batch, samples: int) -> tuple[float, float]:
 
 
 def _clocked_block(sweep: Sweep, batch: Batch) -> float:
-    """Seconds of the first block of a batch, by the second or third time: the first compiles, and fills the caches."""
+    """Seconds of the first block of a batch, by the second time: the first compiles, and fills the caches."""
     _block(sweep, batch, 0)
-    once = clocked(lambda: _block(sweep, batch, 0), THREAD_CLOCK)
-    return min(once(), once())
+    return clocked(lambda: _block(sweep, batch, 0), THREAD_CLOCK)()
 
 
 def _block(sweep: Sweep, batch: Batch, start: int) -> Measured:

@@ -121,7 +121,7 @@ def excuse(row: Mapping[str, Any], scene: Scene | None = None) -> str | None:
         return None
     head = f"{row['name']}: {row['over_bound']:.3g} times its roofline; "
     if scene is None:
-        return head + "each step of a tile reads and writes its planes in cache, which is in no roofline"
+        return head + "rows become planes, which each step of a tile reads and writes in cache: that is in no roofline"
     by = "Embree, whose triangles are not counted, and by " if scene.of(Mesh) else ""
     shares = f"{row['tracing']:.0%} of it by {by}rays and sorting what they hit, {row['shading']:.0%} by shading"
     return f"{head}{shares}, the rest before and between"

@@ -19,6 +19,7 @@ from phongbench.results.runs import DEFAULT_ROOT
 from phongbench.support import documents
 from phongbench.support.atomic_files import write_text, write_whole
 from phongbench.support.documents import Table
+from phongbench.support.user_paths import is_file
 
 SCHEMA = 1
 #: where ledgers lie unless they are told where to
@@ -98,6 +99,8 @@ def read(path: Path) -> Ledger:
 
     InputError where there is none: no file, other JSON, another schema. CorruptRunError where it was changed.
     """
+    if not is_file(path):
+        raise InputError("cannot read the ledger: there is no such file", str(path), _WRITTEN)
     table = documents.load(path, "ledger", _REMEDY)
     if "ledger" not in table.data:
         raise InputError("is no ledger", str(path), _WRITTEN)

@@ -22,8 +22,9 @@ PAIR_COST, CELL_COST = 25_000, 4_000
 ROUNDED_BY_SOFTWARE = 4
 HARDWARE = ("float16", "float32", "float64")
 #: shards for each thread of a cluster, and at least, since its end waits for the last and one of a hundred is measured
-#: twice; but none that is predicted to take less than so many picoseconds, since handing it out takes time, too
-EACH, LEAST, SHORTEST = 8, 128, 100_000_000_000
+#: twice; but as long as each thread has one, none that is predicted to take fewer picoseconds than this, for handing
+#: it out takes time, too
+EACH, LEAST, SHORTEST = 8, 128, 400_000_000_000
 
 #: a batch, and the pair at which its slab begins
 Block = tuple[Batch, int]
@@ -65,7 +66,7 @@ def number(batches: Sequence[Batch], threads: int) -> int:
     """Into how many shards these batches are cut for so many threads."""
     blocks = [(batch, start) for batch in batches for start in slabs(batch)]
     worth = sum(cost(*block) for block in blocks) // SHORTEST
-    return min(len(blocks), max(EACH * threads, min(LEAST, worth)))
+    return min(len(blocks), max(EACH * threads, LEAST), max(worth, threads, EACH))
 
 
 def cut(batches: Sequence[Batch], count: int) -> list[list[Block]]:

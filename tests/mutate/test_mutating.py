@@ -202,14 +202,14 @@ def test_what_is_made_at_import_has_the_names_of_statement_and_class() -> None:
 
 
 def test_the_tables_count_and_a_survivor_is_judged_by_its_name() -> None:
-    one = {"room": "cli", "file": "a.py", "line": 3, "kind": "constant", "before": "1", "after": "2"}
+    one = {"room": "cli", "file": "a.py", "line": 3, "kind": "constant", "before": "1", "after": "2", "tests": 1250}
     results = [
         one | {"name": name, "end": end} for name, end in (("x", "caught"), ("y", "survived"), ("z", "survived"))
     ]
     seen = Seen(9, results, {"y": "cosmetic: the width of a column"})
     assert [left["name"] for left in seen.unjudged] == ["z"]
     assert seen.by_room().splitlines()[-1] == "| all | 3 | 1 | 0 | 1 | 1 | 33% |"
-    assert "| `a.py:3` | `1` | `2` | cosmetic: the width of a column |" in seen.each_survivor()
+    assert "| `a.py:3` | `1` | `2` | 1,250 | cosmetic: the width of a column |" in seen.each_survivor()
 
 
 def test_every_judgement_is_of_a_change_that_there_is(product: list[Change]) -> None:

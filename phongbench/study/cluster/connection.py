@@ -39,7 +39,7 @@ class Connection:
             self.dashboard = client.dashboard_link or None
         self._ask()
         at = f"; dashboard {self.dashboard}" if self.dashboard else ""
-        progress.note(f"cluster: {_counted(self.workers, 'worker')}, {self.threads} threads{at}")
+        progress.note(f"cluster: {counted(len(self.workers), 'worker')}, {counted(self.threads, 'thread')}{at}")
 
     @property
     def threads(self) -> int:
@@ -61,13 +61,13 @@ class Connection:
         if self.workers.keys() != before.keys():
             told = [f"{name} is gone" for name in before.keys() - self.workers.keys()]
             told += [f"{name} has come" for name in self.workers.keys() - before.keys()]
-            self._progress.note(f"cluster: {', '.join(sorted(told))}; {_counted(self.workers, 'worker')}")
+            self._progress.note(f"cluster: {', '.join(sorted(told))}; {counted(len(self.workers), 'worker')}")
         if self.workers:
             self._absent = None
         elif self._absent is None:
             self._absent = now
         elif now - self._absent > PATIENCE:
-            raise self.lost(f"there was no worker for {PATIENCE:.0f} seconds")
+            raise self.lost(f"there was no worker for {PATIENCE:.0f} seconds, and their own words tell why")
 
     def _ask(self) -> None:
         told = self.client.scheduler_info(-1)["workers"]
@@ -79,8 +79,9 @@ class Connection:
         return MeasurementError(f"the cluster is lost: {what}", "--cluster", self.fix)
 
 
-def _counted(things: Any, noun: str) -> str:
-    return f"{len(things)} {noun}{'s' * (len(things) != 1)}"
+def counted(number: int, noun: str) -> str:
+    """So many of them: 1 worker, 2 workers."""
+    return f"{number} {noun}{'s' * (number != 1)}"
 
 
 def checked(address: str) -> str:

@@ -14,7 +14,7 @@ import pandas as pd
 from phongbench.accuracy.sweep import Measured, Sweep, slabs
 from phongbench.results.arithmetic import arithmetic
 from phongbench.study import shards
-from phongbench.study.cluster.connection import checked, connected
+from phongbench.study.cluster.connection import checked, connected, counted
 from phongbench.study.cluster.work import Work
 from phongbench.study.cluster.worker import Job, measure, texts_of
 from phongbench.support.progress import Progress
@@ -63,7 +63,7 @@ class Cluster:
             self.facts = {"shards": len(pieces), "workers": len(work.workers), "compared": work.compared}
             work.raise_failures()
             rate = sum(batch.evaluations for batch in batches) / (time.perf_counter() - started)
-            done_by = f"{len(pieces)} shards by {len(work.workers)} workers"
+            done_by = f"{counted(len(pieces), 'shard')} by {counted(len(work.workers), 'worker')}"
             progress.note(f"cluster: {done_by}, {rate / 1e9:.2f} billion evaluations/s")
 
 

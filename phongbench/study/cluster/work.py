@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator, Sequence
 from typing import Any, Generic, Protocol, TypeVar
 
 from phongbench.errors import InputError, MeasurementError
-from phongbench.study.cluster.connection import PATIENCE, Connection
+from phongbench.study.cluster.connection import PATIENCE, Connection, counted
 from phongbench.support.progress import Progress
 
 #: pieces on their way for each thread of the cluster
@@ -73,8 +73,8 @@ class Work(Generic[A]):
         self.workers: set[str] = set()
         self.failed: dict[int, str] = {}
         self.done = self.compared = 0
-        share = -(-len(pieces) * AGAIN // 1)
-        self.again = set(random.Random(seed).sample(range(len(pieces)), int(share)))
+        again = max(1, round(AGAIN * len(pieces)))
+        self.again = set(random.Random(seed).sample(range(len(pieces)), again))
 
     def answers(self) -> Iterator[tuple[int, A]]:
         """Which piece, and what it gave, as they are done.
@@ -157,8 +157,8 @@ class Work(Generic[A]):
                 self._submit(index, before)
 
     def _tell(self) -> None:
-        workers = len(self.at.workers)
-        self.progress.status(f"{self.done} of {len(self.pieces)} {self.noun}s, {workers} worker{'s' * (workers != 1)}")
+        done = f"{self.done} of {counted(len(self.pieces), self.noun)}"
+        self.progress.status(f"{done}, {counted(len(self.at.workers), 'worker')}")
 
     def _fail(self, index: int, problem: Exception) -> None:
         """Note that a piece failed for good; if almost all do, it is not they."""

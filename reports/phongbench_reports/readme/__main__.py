@@ -14,7 +14,7 @@ from phongbench.errors import InputError, PhongbenchError
 from phongbench.results import runs
 from phongbench.support.process import cores
 from phongbench.support.progress import Progress
-from phongbench_reports.readme import bench_parts, heads_part, measurements, pictures, roofline_part, tour
+from phongbench_reports.readme import bench_parts, heads_part, measurements, pictures, roofline_part, scale_part, tour
 from phongbench_reports.readme.fill import of_run, write
 from phongbench_reports.readme.measurements import PEER_SECONDS, REPEATS, load_programs
 from phongbench_reports.readme.parts import problems
@@ -73,6 +73,10 @@ def _heads(_: Wanted) -> Made:
     return {"heads": heads_part.heads()}, {}
 
 
+def _scale(_: Wanted) -> Made:
+    return {"predicted": scale_part.predicted()}, {}
+
+
 def _pictures(_: Wanted) -> Made:
     files = {pictures.SPHERES: pictures.spheres(), pictures.EXPLORER: pictures.explorer(runs.DEFAULT_ROOT)}
     return {"pictures": pictures.part()}, {f"{pictures.PICTURES}/{name}": content for name, content in files.items()}
@@ -98,6 +102,7 @@ STEPS: Mapping[str, Callable[[Wanted], Made]] = {
     "scenes": _scenes,
     "service": _service,
     "heads": _heads,
+    "scale": _scale,
     "pictures": _pictures,
     "tour": _tour,
     "goals": _goals,

@@ -13,7 +13,7 @@ from phongbench.errors import InputError
 README = "README.md"
 DOCS = "reports/docs"
 #: the parts that `make soak` and `make mutate` write, by page; `make docs` writes all others
-SOAKED, MUTATED = ("disk_faults", "kills", "attacked"), ("mutations", "survivors")
+SOAKED, MUTATED = ("disk_faults", "kills", "attacked", "cluster_kills"), ("mutations", "survivors")
 ATTACKED = dict.fromkeys(SOAKED, "soak") | dict.fromkeys(MUTATED, "mutate")
 #: page -> its generated parts
 PAGES: Mapping[str, tuple[str, ...]] = {
@@ -24,8 +24,9 @@ PAGES: Mapping[str, tuple[str, ...]] = {
     f"{DOCS}/speed.md": ("verdict", "speed", "raw", "peers", "rooflines", "alarms", "throughput", "times", "machine"),
     f"{DOCS}/claims.md": ("claims",),
     f"{DOCS}/studies.md": SOAKED[:2],
-    f"{DOCS}/soaks.md": (*MUTATED, "attacked"),
+    f"{DOCS}/soaks.md": (*MUTATED, *SOAKED[2:]),
     f"{DOCS}/pictures.md": ("scenes",),
+    f"{DOCS}/scale.md": ("predicted",),
     f"{DOCS}/service.md": ("service",),
 }
 NAMES = tuple(name for names in PAGES.values() for name in names)

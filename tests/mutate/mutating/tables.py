@@ -62,12 +62,18 @@ class Seen:
         return [name, *(f"{number:,}" for number in (len(ends), caught, late, judged, left - judged)), share]
 
     def each_survivor(self) -> str:
-        """A line for each survivor: where, what, and what is judged of it."""
+        """A line for each survivor: where, what, how many tests were asked, and what is judged of it."""
         lines = [
-            [f"`{one['file']}:{one['line']}`", _code(one["before"]), _code(one["after"]), self._verdict(one) or "to do"]
+            [
+                f"`{one['file']}:{one['line']}`",
+                _code(one["before"]),
+                _code(one["after"]),
+                f"{one['tests']:,}",
+                self._verdict(one) or "to do",
+            ]
             for one in self.survivors
         ]
-        return table(["where", "was", "became", "judged"], lines)
+        return table(["where", "was", "became", "tests", "judged"], lines, right=[3])
 
     def _verdict(self, one: Mapping[str, Any]) -> str:
         return self.judged.get(str(one["name"]), "")

@@ -23,13 +23,14 @@ def test_edges_are_as_wide_as_asked(tessellated):
     assert surface.edge_degrees().max() == pytest.approx(degrees, rel=0.25 if degrees > 20 else 0.07)
 
 
+@pytest.mark.parametrize("degrees", [2.0, 360 * 2**0.5 / 200])
 @pytest.mark.parametrize("name", TESSELLATIONS)
-def test_a_surface_of_many_triangles_has_edges_as_wide_as_asked_to_the_nearest_division(name):
+def test_a_surface_of_many_triangles_has_edges_as_wide_as_asked_to_the_nearest_division(name, degrees):
     """From n divisions to n + 1 the edge changes by 1 / n, so half of that is as near as a whole n comes."""
-    surface = TESSELLATIONS[name](2.0)
+    surface = TESSELLATIONS[name](degrees)
     divisions = {"icosphere": (len(surface.faces) / 20) ** 0.5, "torus": (len(surface.faces) / 2) ** 0.5}
     n = divisions.get(name, 0.5 + (len(surface.faces) / 4 + 0.25) ** 0.5)
-    assert surface.edge_degrees().max() == pytest.approx(2.0, rel=0.5 / n + 1e-3)
+    assert surface.edge_degrees().max() == pytest.approx(degrees, rel=0.5 / n + 1e-3)
 
 
 def test_a_surface_is_closed_and_each_triangle_is_turned_outwards(tessellated):

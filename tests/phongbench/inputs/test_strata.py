@@ -24,6 +24,12 @@ def test_only_grazing_and_hostile_pairs_reach_behind_the_gate() -> None:
     assert {stratum.name for stratum in STRATA if stratum.reaches_back} == {"grazing", "hostile"}
 
 
+def test_unit_vectors_are_those_of_these_strata() -> None:
+    unit = [stratum.name for stratum in STRATA if not stratum.unnormalised]
+    assert unit == ["uniform", "highlight", "peak", "cutoff", "grazing", "normalised", "configurations"]
+    assert all(stratum.lengths == (1.0, 1.0) for stratum in STRATA if not stratum.unnormalised)
+
+
 def test_all_but_what_is_proven_is_measured_where_nobody_says_what() -> None:
     assert set(STRATUM_NAMES) - set(USUAL_STRATA) == {"normalised"}
     assert set(PRESETS["full"].strata) == set(STRATUM_NAMES)

@@ -38,6 +38,7 @@ def test_what_is_written_is_read_back(run):
     assert run.plan == preset("quick")
     assert list(run.accuracy["alpha"]) == ["x", "y"]  # of this machine's processor
     assert list(run.device_accuracy["alpha"]) == ["z"]
+    assert list(run.accuracy.columns) == list(run.device_accuracy.columns) == schema.ACCURACY.names
     assert run.timing.empty
     assert list(run.timing.columns) == schema.TIMING.names
     assert runs.verify(run) == []

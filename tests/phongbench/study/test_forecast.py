@@ -53,7 +53,7 @@ def test_more_threads_get_more_shards_but_none_without_work(tiny: Tiny, samples:
     blocks = sum(len(sweep.slabs(batch)) for batch in batches)
     found = [shards.number(batches, threads) for threads in (1, 2, 16, 1000)]
     assert found == sorted(found)
-    assert found[-1] == min(blocks, shards.EACH * 1000)
+    assert min(blocks, 1000) <= found[-1] <= min(blocks, shards.EACH * 1000)
     assert found[0] >= min(blocks, shards.EACH)
     assert found[0] <= max(shards.EACH, shards.LEAST)
 

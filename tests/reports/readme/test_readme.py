@@ -49,6 +49,7 @@ def measured(checkout: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setattr(measurements, "measured_scenes", lambda *_: PICTURES)
     monkeypatch.setattr(measurements, "service", lambda _: "of the service")
     monkeypatch.setattr(program.heads_part, "heads", lambda: "of heads")
+    monkeypatch.setattr(program.scale_part, "predicted", lambda: "on paper")
     monkeypatch.setattr(pictures, "explorer", lambda _: b"a page")
     monkeypatch.setattr(pictures, "spheres", lambda: b"three spheres")
     monkeypatch.setattr(tour, "executed", lambda _: [[]] * len(tour.cells()))

@@ -84,13 +84,14 @@ def service(count: int, minutes: float, seed: int, docs: bool) -> None:
 @click.option("--workers", type=click.IntRange(min=0), default=20, show_default=True)
 @click.option("--clients", type=click.IntRange(min=0), default=20, show_default=True)
 @click.option("--schedulers", type=click.IntRange(min=0), default=5, show_default=True)
+@MINUTES
 @SEED
 @DOCS
-def cluster(workers: int, clients: int, schedulers: int, seed: int, docs: bool) -> None:
+def cluster(workers: int, clients: int, schedulers: int, minutes: float, seed: int, docs: bool) -> None:
     """Kills on a cluster at random moments of a sweep: of workers, clients and schedulers; the rows stay."""
     counts = {"worker": workers, "client": clients, "scheduler": schedulers}
     with tempfile.TemporaryDirectory(prefix="phongbench-soak-") as folder:
-        done = cluster_kills.random_kills(Path(folder), counts, seed, _say)
+        done = cluster_kills.random_kills(Path(folder), counts, minutes, seed, _say)
     if docs:
         write(CHECKOUT, {"cluster_kills": tables.of_kills(done)}, {})
     _tell({name: one.as_dict() for name, one in done.items()}, [fault for one in done.values() for fault in one.faults])
@@ -98,14 +99,12 @@ def cluster(workers: int, clients: int, schedulers: int, seed: int, docs: bool) 
 
 @main.command()
 @click.option("--preset", "preset_name", default="standard", show_default=True)
-@click.option(
-    "--samples", type=click.IntRange(min=1), default=20_000, show_default=True, help="Instead of the preset's."
-)
+@click.option("--every", type=click.IntRange(min=1), default=14, show_default=True, help="One of so many exponents.")
 @click.option("--rounds", type=click.IntRange(min=1), default=3, show_default=True)
-def scaling(preset_name: str, samples: int, rounds: int) -> None:
+def scaling(preset_name: str, every: int, rounds: int) -> None:
     """Two workers against one, and against threads: what a cluster's engine costs; let nothing else run."""
     with tempfile.TemporaryDirectory(prefix="phongbench-soak-") as folder:
-        _tell(*cluster_bars.measured(Path(folder), preset_name, samples, rounds, _say))
+        _tell(*cluster_bars.measured(Path(folder), preset_name, every, rounds, _say))
 
 
 def _say(text: str) -> None:

@@ -1,6 +1,6 @@
 """Sweeps by one worker, by two, and by threads on the same cores, in turns: what the engine of a cluster costs.
 
-Workers stand and have loaded their kernels, as threads have; connecting counts. The plan is a preset with fewer pairs.
+Workers stand and have loaded their kernels, as threads have; connecting counts. The plan is a preset with few alphas.
 """
 
 import statistics
@@ -25,10 +25,11 @@ _FEW = 256
 
 
 def measured(
-    box: Path, preset_name: str, samples: int, rounds: int, say: Callable[[str], None]
+    box: Path, preset_name: str, every: int, rounds: int, say: Callable[[str], None]
 ) -> tuple[dict[str, Any], list[str]]:
     """The seconds of each way, the two ratios, and which bar is missed."""
-    plan = replace(preset(preset_name), samples=samples).validated()
+    whole = preset(preset_name)
+    plan = replace(whole, alphas=whole.alphas[::every]).validated()
     prepared, few = sweep.prepare(plan), sweep.prepare(replace(plan, samples=_FEW))
     for each in (prepared, few):
         sweep.compile_kernels(each)

@@ -4,6 +4,7 @@ A run whose worker is killed has to end as if nothing had happened. One whose cl
 has to go on by `run --resume` on a cluster. Afterwards its tables are those of one machine, byte for byte.
 """
 
+import json
 import random
 import shutil
 import subprocess
@@ -22,21 +23,23 @@ from phongbench.errors import PhongbenchError
 from phongbench.results import runs
 
 #: the plan: a sweep of some seconds, hardly anything else
-PLAN = """alphas = [10, 50]
+PLAN = """alphas = [10]
 gammas = [8]
 approximations = ["phong", "lyon"]
 slopes = ["taylor"]
 spaces = ["reflect"]
-lambda_forms = ["dot", "cross"]
-precisions = ["float32", "float64"]
-samples = 4000000
+lambda_forms = ["dot"]
+precisions = ["float32"]
+samples = 200000
 probes = ["hostile"]
 timing = false
 """
 #: who is killed
 VICTIMS = ("worker", "client", "scheduler")
-#: exit code of a run whose cluster is lost
-LOST = 3
+#: exit codes of a run whose cluster is lost, and of one whose cluster was so before it could be reached
+LOST, ABSENT = 3, 2
+#: exit codes that the run may have which was hit
+ALLOWED = {"worker": (0,), "client": (0, -9), "scheduler": (0, LOST, ABSENT)}
 _WORKERS, _TOLD = 2, 20
 
 
@@ -45,7 +48,7 @@ class Kills:
     """What came of killing one kind of victim.
 
     sweeping  of the kills, those that came while the sweep went on
-    ends      how the run that was hit ended: done, lost (it said so), killed
+    ends      how the run that was hit ended: done, lost or absent (it said so of its cluster), killed
     kept      rows of its sweep that a run went on from, over all tries
     faults    in words
     """
@@ -64,20 +67,21 @@ class Kills:
 class Arena:
     """A cluster, the plan, and the tables that it gives on one machine.
 
-    seconds  that a run takes from the moment its folder is there
+    seconds  that a run takes from the moment its folder is there to the end of its sweep
     """
 
     def __init__(self, box: Path) -> None:
         self.box, self.folder, self.plan = box, box / "run", box / "plan.toml"
         self.plan.write_text(PLAN)
-        self.clusters, self.cluster = 0, self._new()
+        self.clusters = 0
+        self.cluster = self._new()
         _ended(self._client(box / "alone", alone=True))
         self.tables = runs.load(box / "alone").manifest["files"]
-        began = time.monotonic()
         client = self._begun()
         began = time.monotonic()
-        _ended(client)
+        wait_until(self._swept, client)
         self.seconds = time.monotonic() - began
+        _ended(client)
         if wrong := list(self.wrong()):
             raise RuntimeError(f"nobody was killed, yet {'; '.join(wrong)}")
 
@@ -87,13 +91,16 @@ class Arena:
         client = self._begun()
         with suppress(subprocess.TimeoutExpired):
             client.wait(moment * self.seconds)
-        found.sweeping += "accuracy.parquet" not in runs.load(self.folder).manifest["files"]
+        found.sweeping += not self._swept()
         workers = [worker for worker in self.cluster.workers if worker.poll() is None]
         kill({"worker": rng.choice(workers), "client": client, "scheduler": self.cluster.scheduler}[victim])
         code, said = _ended(client)
-        if "Traceback" in said or code not in {"worker": (0,), "client": (0, -9), "scheduler": (0, LOST)}[victim]:
+        if (
+            "Traceback" in said
+            or code not in {"worker": (0,), "client": (0, -9), "scheduler": (0, LOST, ABSENT)}[victim]
+        ):
             found.faults.append(f"{victim}, {moment:.2f}: exit {code}, {said[-600:]}")
-        found.ends[{0: "done", LOST: "lost", -9: "killed"}.get(code, f"exit {code}")] += 1
+        found.ends[{0: "done", LOST: "lost", ABSENT: "absent", -9: "killed"}.get(code, f"exit {code}")] += 1
         self._heal()
         if code:
             kept = (len(frame) for frame in _parts(self.folder))
@@ -114,6 +121,9 @@ class Arena:
         for name, facts in self.tables.items():
             if run.manifest["files"].get(name) != facts:
                 yield f"{name} has other rows"
+
+    def _swept(self) -> bool:
+        return "accuracy.parquet" in runs.load(self.folder).manifest["files"]
 
     def _new(self) -> Processes:
         self.clusters += 1
@@ -154,15 +164,21 @@ def _parts(folder: Path) -> list[Any]:
     return read_parts(folder)
 
 
-def random_kills(box: Path, counts: dict[str, int], seed: int, say: Callable[[str], None]) -> dict[str, Kills]:
-    """So many kills of each victim, at random moments, in random order."""
+def random_kills(
+    box: Path, counts: dict[str, int], minutes: float, seed: int, say: Callable[[str], None]
+) -> dict[str, Kills]:
+    """So many kills of each victim, at random moments, in random order, none begun after so many minutes."""
     rng, found, arena = random.Random(seed), {victim: Kills() for victim in VICTIMS}, Arena(box)
+    end = time.monotonic() + 60 * minutes
     try:
         victims = [victim for victim, count in counts.items() for _ in range(count)]
         rng.shuffle(victims)
         for number, victim in enumerate(victims, 1):
+            if time.monotonic() > end:
+                break
             say(f"{number} of {len(victims)}: a {victim}")
             arena.tried(victim, rng.uniform(0.0, 1.0), rng, found[victim])
+            say("; ".join(f"{name}: {json.dumps(one.as_dict())}" for name, one in found.items()))
     finally:
         arena.cluster.end()
     return found
