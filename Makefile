@@ -48,6 +48,7 @@ soak: $(TEST) ## for hours: attacked budgets, devices at their worst, random lin
 	PYTHONPATH=tests/soak $(PY) -m soaking cluster --docs
 	PYTHONPATH=tests/soak:tests/api $(PY) -m soaking service --requests $(REQUESTS) --docs
 	PYTHONPATH=tests/soak $(PY) -m soaking gpu
+	PYTHONPATH=tests/soak $(PY) -m soaking page
 
 mutate: $(TEST) ## 200 single changes of the product, each against the tests that run it; goes on where it stopped
 	PYTHONPATH=tests/mutate $(PY) -m mutating --docs
