@@ -198,7 +198,7 @@ def test_a_run_in_the_same_folder_is_refused(call):
 
 def test_dry_run_tells_and_does_nothing(call, tmp_path):
     found = call("run", *QUICKLY, "--dry-run", "--json")
-    assert set(json.loads(found.stdout)) == {"cells", "rows", "evaluations", "bytes", "seconds"}
+    assert set(json.loads(found.stdout)) == {"cells", "rows", "evaluations", "bytes", "seconds", "limited_by"}
     assert "evaluations" in call("run", *QUICKLY, "--dry-run").stdout
     assert list(tmp_path.iterdir()) == []
 

@@ -30,6 +30,7 @@ COMMANDS: dict[str, tuple[list[str], list[str]]] = {
     "shader": (["lyon:dot:8"], ["--alpha", "50"]),
     "render": (["chequerboard"], []),
     "approximations": ([], []),
+    "bench": ([], []),
     "serve": ([], []),
 }
 #: parameters that name a run, a request or a scene: texts to click, as each may be no path
@@ -40,7 +41,7 @@ RUNS = NAMES - {"request_file", "scene"} | {"runs", "folders"}
 READ = ("missing", "folder", "below-a-file", "broken-link", "link-to-itself", "long", "empty-name")
 WRITTEN = ("below-a-file", "link-to-itself", "below-a-link-to-itself", "long", "empty-name")
 #: suffixes that say what a file is, where a command looks at them before anything else
-SUFFIXES = {"scene": ".toml", "files": ".py", "shade": ".json", "render": ".png"}
+SUFFIXES = {"scene": ".toml", "files": ".py", "shade": ".json", "render": ".png", "bench": ".json"}
 
 
 def parameters() -> Iterator[tuple[str, click.Parameter]]:
