@@ -2,6 +2,7 @@
 
 import json
 import math
+import signal
 import sys
 import tempfile
 from collections.abc import Callable
@@ -73,6 +74,7 @@ def service(count: int, minutes: float, seed: int, docs: bool) -> None:
     """Random and hostile requests to a service of two workers, by clients that stall, vanish and trickle."""
     from soaking import service as services  # what it sends lies in tests/api
 
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))  # ends the service, too
     with tempfile.TemporaryDirectory(prefix="phongbench-soak-") as folder:
         found = services.soak(count, minutes, seed, Path(folder), _say)
     if docs:
