@@ -29,6 +29,8 @@ log = logging.getLogger("phongbench.api")
 ENVIRONMENT = "PHONGBENCH_SERVE"
 #: seconds that requests under way may take once the server got its signal
 GRACE = 30
+#: seconds that a worker may not answer its supervisor before it counts as dead, starting on a busy machine included
+HEALTHCHECK = 60
 
 
 def serve(settings: Settings, app: FastAPI | None = None) -> None:
@@ -106,7 +108,7 @@ def _config(app: Any, settings: Settings, *, factory: bool = False) -> uvicorn.C
         server_header=False,
         proxy_headers=False,
         timeout_graceful_shutdown=GRACE,
-        timeout_worker_healthcheck=60,
+        timeout_worker_healthcheck=HEALTHCHECK,
     )
 
 

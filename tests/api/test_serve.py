@@ -49,6 +49,7 @@ def fail(*_):
     raise RuntimeError("broken on purpose")
 
 if __name__ == "__main__":
+    module.HEALTHCHECK = 20
     module.serve(module.Settings(port=0, workers=2, runs=Path("none")))
 elif {application}:
     module.create_app = fail
