@@ -15,7 +15,7 @@ from phongbench.timing.rounds import Epoch, Readings, agreed, run_rounds
 from phongbench.timing.statistics import MIN_ROUNDS
 
 #: rounds at most; and how long the shorter pass is at least, by timestamps and by the wall, which jitters
-MOST_ROUNDS, LEAST_NS, LEAST_WALL_NS = 24, 1e6, 5e6
+MOST_ROUNDS, LEAST_NS, LEAST_WALL_NS = 48, 1e6, 5e6
 #: readings of an epoch, of which the least of each program counts: what else runs only adds
 READINGS = 3
 #: rounds that a copy is part of, one reading in each: it takes longer than all formulas, and no answer hangs on it

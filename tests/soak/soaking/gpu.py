@@ -21,7 +21,8 @@ ORDER = ("gaussian:dot", "lyon:dot:8")
 UNROLLED, WITHIN = (8, 4, 16), 0.05
 #: what of the twins may be told apart
 ALARMS = 0.01
-SECONDS = 4.0
+#: seconds of the rounds of a measurement: what a study takes that asks for the adapter; and of a twin's
+SECONDS, TWIN_SECONDS = 10.0, 2.0
 #: of what took no longer than its carrier by the device's clock
 UNTIMED = Interval(math.nan, -math.inf, math.inf)
 #: measures codes: (codes, seconds, seed, calls)
@@ -57,7 +58,7 @@ def soak(runs: int, twins: int, taken: Measure, step: Callable[[int], None] = la
             ordered(found, times, [one.name for one in codes])
         step(1)
     for seed in range(twins):
-        if times := told(found, taken, [], 0.0, 1000 + seed):
+        if times := told(found, taken, [], TWIN_SECONDS, 1000 + seed):
             found.twins += 1
             found.twins_resolved += times.twin != "unresolved"
         step(1)
