@@ -2,7 +2,6 @@
 
 import json
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import pandas as pd
@@ -10,9 +9,8 @@ import pytest
 
 from phongbench.analysis.error_budget import number
 from phongbench.analysis.front import points
-from phongbench.analysis.material_advice import for_materials
-from phongbench.analysis.recommend import recommend, run_for
-from phongbench.errors import CorruptRunError, InputError, UnknownNameError
+from phongbench.analysis.recommend import recommend
+from phongbench.errors import InputError, UnknownNameError
 from phongbench.results.runs import Run
 
 CODE = 1 / 255
@@ -292,25 +290,6 @@ def test_integer_powers_serve_listed_whole_exponents_but_no_range(stored: Stored
     assert names == ["integer-power", "integer-power", "phong", "phong"]
 
 
-def test_a_run_that_told_its_twin_apart_makes_no_claim(stored: Stored, monkeypatch: pytest.MonkeyPatch) -> None:
-    run = stored()
-    timing = run.timing.copy()
-    timing.loc[timing["approximation"] == "aa-twin", "verdict"] = "slower"
-    monkeypatch.setitem(run.__dict__, "timing", timing)
-    assert any("identical code" in n for n in recommend(run, alpha=50, max_error=0.05)["notes"])
-
-
-def test_a_run_of_another_machine_answers_in_ratios_only(stored: Stored) -> None:
-    run = stored(provenance={"machine_fingerprint": "another"})
-    found = recommend(run, alpha=50, max_error=0.05)
-    assert found["choices"][0]["ns"] is None
-    assert found["choices"][0]["ratio"] == pytest.approx(0.24)
-    assert any("another kind of machine" in note for note in found["notes"])
-    told = points(run, alpha=50)
-    assert not told["same_machine"]
-    assert {p["ns"] for p in told["points"]} == {None}
-
-
 @pytest.mark.parametrize(
     ("asked", "said"),
     [
@@ -336,42 +315,6 @@ def test_fractions_are_numbers() -> None:
     assert number("1e-3", "e") == number(0.001, "e") == 0.001
 
 
-def test_the_newest_whole_run_with_times_answers(stored: Stored, tmp_path: Any) -> None:
-    root = tmp_path / "phongbench-runs"
-    assert run_for(None, root) is None
-    stored("20260101-000000-0123abcd")
-    stored("20260102-000000-0123abcd")
-    stored("20260103-000000-0123abcd", timed=False)
-    stored("20260104-000000-0123abcd", state="partial")
-    found = run_for(None, root)
-    assert found is not None
-    assert found.id == "20260102-000000-0123abcd"
-    assert run_for("20260103-000000-0123abcd", root) is not None
-
-
-def test_untimed_partial_and_changed_runs_are_refused(stored: Stored) -> None:
-    with pytest.raises(InputError, match="without --no-timing"):
-        recommend(stored("20260101-000000-0123abcd", timed=False), alpha=50, max_error=0.05)
-    with pytest.raises(InputError, match="--resume"):
-        recommend(stored("20260102-000000-0123abcd", state="partial"), alpha=50, max_error=0.05)
-    run = stored("20260103-000000-0123abcd")
-    path = run.path / "timing.parquet"
-    path.write_bytes(path.read_bytes()[:-1] + b"?")
-    with pytest.raises(CorruptRunError, match="bytes have changed"):
-        points(run, alpha=50)
-
-
 def test_unknown_names_list_the_known_ones() -> None:
     with pytest.raises(UnknownNameError, match="float16"):
         recommend(None, alpha=50, max_error=0.01, precision="half")
-
-
-@pytest.mark.parametrize(("dull", "said"), [("chalk", "positive Ns: chalk"), ("a b c d e", "Ns: a, b, c and 2 more")])
-def test_materials_without_a_highlight_are_told_and_not_answered(tmp_path: Path, dull: str, said: str) -> None:
-    file = tmp_path / "scene.mtl"
-    materials = {"gold": "Ns 51.2", **dict.fromkeys(dull.split(), "Ns 0"), "jade": "Ns 76.8"}
-    file.write_text("".join(f"newmtl {name}\n{line}\n" for name, line in materials.items()))
-    found = for_materials(None, file, ["cpu"], max_error=0.02)
-    assert [one["material"] for one in found["materials"]] == ["gold", "jade"]
-    [note] = found["notes"]
-    assert note.endswith(said)
