@@ -171,7 +171,7 @@ def test_an_answer_says_for_which_lengths_it_holds(run, lengths, said):
 
 
 def test_the_command_tells_the_steps(run, monkeypatch, tmp_path):
-    monkeypatch.setattr("phongbench.analysis.recommend.run_for", lambda *_: run)
+    monkeypatch.setattr("phongbench.results.answering.run_for", lambda *_: run)
     shown = CliRunner().invoke(main, ["recommend", "--alpha", "50", "--max-error", "0.005", "--raw"])
     assert shown.exit_code == 0, shown.output
     assert "What each step costs" in shown.output
