@@ -33,7 +33,7 @@ def connected(url: str) -> socket.socket:
     return made
 
 
-def test_an_interrupt_ends_it_with_exit_code_0(serve: Callable[..., Any]) -> None:
+def test_a_signal_ends_it_with_exit_code_0(serve: Callable[..., Any]) -> None:
     server = serve()
     assert get(f"{server.url}/readyz").status_code == 200
     assert server.stop(signal.SIGINT) == 0
