@@ -16,7 +16,7 @@ from phongbench.support.user_paths import is_folder
 @JSON
 def list_runs(as_json: bool) -> None:
     """List the runs in phongbench-runs, oldest first: what each measured, its size, and whether it is complete."""
-    from phongbench.analysis.summary import listed
+    from phongbench.analysis.listing import listed
     from phongbench.cli.layout import table
     from phongbench.results import runs as results
 
