@@ -60,7 +60,7 @@ def show_run(run_name: str, targets: tuple[str, ...], verbose: bool, as_json: bo
     from phongbench.results.answering import kept
 
     run = results.find(run_name, ROOT)
-    document = kept(run, ROOT, _summary, targets=targets)
+    document = kept(run, ROOT, summary_of, targets=targets)
     found = document["verdict"]
     title = f"Least sampled error per exponent, {document['precision']} highlight; not promised"
     lobes = document["lobes"]
@@ -77,7 +77,7 @@ def show_run(run_name: str, targets: tuple[str, ...], verbose: bool, as_json: bo
     )
 
 
-def _summary(run: Any, *, targets: tuple[str, ...], root: Path) -> dict[str, Any]:
+def summary_of(run: Any, *, targets: tuple[str, ...], root: Path) -> dict[str, Any]:
     """What a run holds and says to ship, where it is not kept."""
     from phongbench.analysis.rows import Rows
     from phongbench.analysis.summary import summarise
