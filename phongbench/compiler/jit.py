@@ -31,7 +31,7 @@ import filelock
 import numpy as np
 import platformdirs
 
-from phongbench.compiler import late_numba
+from phongbench.compiler import inlining, late_numba
 
 numba: Any = late_numba.Late("numba")
 types: Any = late_numba.Late("numba.types")
@@ -137,10 +137,15 @@ def _cached(decorate: Callable[[], Any]) -> Any:
             numba.config.CACHE_DIR, caching.IndexDataCacheFile = before, file
 
 
-def inline(function: F) -> F:
-    """Make a scalar function callable from compiled code; LLVM inlines it."""
-    if not DISABLED:
+def inline(function: F, result: Any = None) -> F:
+    """Make a scalar function callable from compiled code; LLVM inlines it.
+
+    result  the type of what it returns, where that is known: it is compiled in half the time then, see `inlining`
+    """
+    if not DISABLED and result is None:
         late_numba.when_loaded(lambda: numba.extending.register_jitable(function))
+    elif not DISABLED:
+        late_numba.when_loaded(lambda: inlining.register(function, result))
     return function
 
 
