@@ -25,7 +25,6 @@ from phongbench.errors import InputError, UnknownNameError
 from phongbench.formulas.formula import Formula
 from phongbench.formulas.registry import REGISTRY
 from phongbench.formulas.user_files import installed
-from phongbench.results import runs
 from phongbench.results.runs import DEFAULT_ROOT, Run
 from phongbench.results.schema import BASELINE, CPU
 from phongbench.targets.chips import TARGETS
@@ -237,14 +236,3 @@ def elsewhere(
             named = {"target": target, "name": str(Formula.of_row(row)), "max_abs": float(row["error"])}
             best.append({key: (row | named)[key] for key in ("target", "name", "cost", "unit", "ratio", "max_abs")})
     return best
-
-
-def run_for(name: str | None, root: Path = DEFAULT_ROOT) -> Run | None:
-    """The run of this name; without one, the newest whole run with times; None where there is none.
-
-    name  an id under `root`, `latest` or a folder; InputError where there is no such run
-    """
-    if name is not None:
-        return runs.find(name, root)
-    whole = (run for run in reversed(runs.stored(root)) if run.complete)
-    return next((run for run in whole if run.manifest["files"].get("timing.parquet", {}).get("rows", 0)), None)

@@ -61,10 +61,8 @@ def recommend(
       phongbench recommend --alpha 50 --max-error 1/100 --target rdna2,gcn4
       phongbench recommend --alpha 50 --max-error 1/255 --contract
     """
-    from phongbench.analysis.material_advice import for_materials
-    from phongbench.analysis.ready_code import codes_of
-    from phongbench.analysis.recommend import elsewhere, recommend, run_for
     from phongbench.cli.answer_tables import material_table, print_codes, recommendation
+    from phongbench.results.answering import kept, run_for
 
     if options["max_error"] is None:
         if options["inverse_error"] is None:
@@ -74,20 +72,32 @@ def recommend(
         raise click.UsageError("Missing option '--alpha'." if materials is None else "give --alpha or --materials")
     run, distinct = run_for(run_name, ROOT), tuple(dict.fromkeys(targets))
     if materials is not None:
+        from phongbench.analysis.material_advice import for_materials
+
         del options["alpha"]
         document = for_materials(run, materials, distinct, root=ROOT, **options)
         answers, parts = document["materials"], [partial(material_table, document)]
         notes(document["notes"], quiet=as_json)
     else:
-        answers = [recommend(run, target=target, root=ROOT, **options) for target in distinct]
+        alone = targets == ("cpu",)
+        answers = [kept(run, ROOT, _advice, beside_others=alone, target=target, **options) for target in distinct]
         document, parts = one_or_all(answers), [partial(recommendation, answer) for answer in answers]
-        if targets == ("cpu",):
-            options.pop("short_of")
-            answers[0]["elsewhere"] = elsewhere(run, answers[0], **options)
     if language is not None:
+        from phongbench.analysis.ready_code import codes_of
+
         for answer in answers:
             answer["codes"] = codes_of(answer, language)
         parts.append(partial(print_codes, answers))
     show(document, as_json, *parts)
     if not all(answer["choices"] for answer in answers):
         sys.exit(DIFFERENT)
+
+
+def _advice(
+    run: Any, *, root: Path, target: str, beside_others: bool, short_of: str | None, **question: Any
+) -> dict[str, Any]:
+    """The answer of a run, where it is not kept; beside_others: with the other answers on compiled targets."""
+    from phongbench.analysis.recommend import elsewhere, recommend
+
+    answer = recommend(run, target=target, short_of=short_of, root=root, **question)
+    return {**answer, "elsewhere": elsewhere(run, answer, root=root, **question)} if beside_others else answer

@@ -53,13 +53,20 @@ def front(run_name: str, everything: bool, as_json: bool, targets: tuple[str, ..
       phongbench front latest --alpha 50
       phongbench front latest --alpha 10..200 --metric rms --working-set memory
     """
-    from phongbench.analysis.front import points
     from phongbench.cli.answer_tables import front_table
     from phongbench.results import runs
+    from phongbench.results.answering import kept
 
     run = runs.find(run_name, ROOT)
-    answers = [points(run, target=target, root=ROOT, **options) for target in dict.fromkeys(targets)]
+    answers = [kept(run, ROOT, _points, target=target, **options) for target in dict.fromkeys(targets)]
     show(one_or_all(answers), as_json, *(partial(front_table, answer, everything=everything) for answer in answers))
+
+
+def _points(run: Any, **question: Any) -> dict[str, Any]:
+    """The front of a run, where it is not kept."""
+    from phongbench.analysis.front import points
+
+    return points(run, **question)
 
 
 @click.command(short_help="Judge the textbook claims by a run.")

@@ -53,17 +53,15 @@ def show_run(run_name: str, targets: tuple[str, ...], verbose: bool, as_json: bo
       phongbench show latest
       phongbench show latest --target cpu,rdna2,gcn4
     """
-    from phongbench.analysis import summary
-    from phongbench.analysis.rows import Rows
-    from phongbench.analysis.verdict import verdict
     from phongbench.cli.answer_tables import target_answers
     from phongbench.cli.layout import table
     from phongbench.cli.verdict_table import next_commands, verdict_table
     from phongbench.results import runs as results
+    from phongbench.results.answering import kept
 
     run = results.find(run_name, ROOT)
-    document = summary.summarise(run, targets, ROOT)
-    document["verdict"] = found = verdict(Rows(run)) if len(run.accuracy) else None
+    document = kept(run, ROOT, _summary, targets=targets)
+    found = document["verdict"]
     title = f"Least sampled error per exponent, {document['precision']} highlight; not promised"
     lobes = document["lobes"]
     sent = "Lobes over Phong's, light along the normal"
@@ -77,6 +75,15 @@ def show_run(run_name: str, targets: tuple[str, ...], verbose: bool, as_json: bo
         lambda: table(sent, *grid(lobes)) if lobes and verbose else None,
         lambda: next_commands(found, run_name if run_name == "latest" else shlex.quote(run_name)) if found else None,
     )
+
+
+def _summary(run: Any, *, targets: tuple[str, ...], root: Path) -> dict[str, Any]:
+    """What a run holds and says to ship, where it is not kept."""
+    from phongbench.analysis.rows import Rows
+    from phongbench.analysis.summary import summarise
+    from phongbench.analysis.verdict import verdict
+
+    return {**summarise(run, targets, root), "verdict": verdict(Rows(run)) if len(run.accuracy) else None}
 
 
 @click.command(short_help="Check a run's bytes against its manifest.")

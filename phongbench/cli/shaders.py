@@ -94,8 +94,9 @@ def shader(
 
 def _recommended(alpha: float, max_error: str, space: str | None) -> Any:
     """The formula that `recommend` chooses; InputError where nothing is within the error."""
-    from phongbench.analysis.recommend import recommend, run_for
+    from phongbench.analysis.recommend import recommend
     from phongbench.formulas.formula import Formula
+    from phongbench.results.answering import run_for
 
     advice = recommend(run_for(None, ROOT), alpha=f"{alpha:g}", max_error=max_error, space=space or "reflect")
     if not advice["choices"]:

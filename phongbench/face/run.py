@@ -19,6 +19,7 @@ from phongbench.inputs.plan import PRESETS, Plan, with_own
 from phongbench.inputs.plan import preset as plan_of
 from phongbench.inputs.plan_files import compose
 from phongbench.results import runs
+from phongbench.results.answering import run_for
 from phongbench.results.runs import DEFAULT_ROOT
 from phongbench.study.run import run_study
 
@@ -147,7 +148,7 @@ def recommend(
     >>> pb.recommend(alpha=50, max_error=1/255).attrs["basis"]
     'laws'
     """
-    stored = advice.run_for(None) if run is None else _stored(run)
+    stored = run_for(None) if run is None else _stored(run)
     return _table(advice.recommend(stored, alpha=alpha, max_error=max_error, **options), "choices")
 
 

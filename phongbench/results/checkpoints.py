@@ -93,7 +93,8 @@ def block_files(path: Path) -> dict[tuple[int, int], Path]:
 def read_block(file: Path) -> dict[str, NDArray[Any]]:
     """The arrays of a block. CorruptRunError if it cannot be read."""
     try:
-        with np.load(file, allow_pickle=False) as arrays:
+        # opened here: NumPy leaves a file open that is no archive
+        with file.open("rb") as stream, np.load(stream, allow_pickle=False) as arrays:
             return dict(arrays)
     except (OSError, ValueError, EOFError, BadZipFile) as problem:
         raise CorruptRunError(f"cannot be read: {problem}", str(file), "start over with --fresh") from problem

@@ -33,8 +33,10 @@ FINISH = "finish it: phongbench run --resume --out FOLDER, with this folder"
 RUN_ID = re.compile(r"^[a-z0-9][a-z0-9-]{7,63}$")
 DEFAULT_ROOT = Path("phongbench-runs")
 MANIFEST = "manifest.json"
+#: folders of answers that were given before, in that of a run, and of added targets, in that of the runs
+ANSWERS, ADDED = "answers", "targets"
 #: everything a run writes into its folder
-RUN_CONTENT = (PARTS, "report", MANIFEST, *(f"{name}.parquet" for name in TABLES))
+RUN_CONTENT = (PARTS, "report", ANSWERS, MANIFEST, *(f"{name}.parquet" for name in TABLES))
 
 
 def _table(name: str) -> cached_property[pd.DataFrame]:

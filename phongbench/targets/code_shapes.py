@@ -40,6 +40,9 @@ _SPECIAL = {0.0, 1.0}
 _INLINE = {0.5, 2.0, 4.0}
 #: the language of AMD's GPUs, the only one of which exact shapes are kept
 _EXACT = "glsl"
+#: what ends a statement, and what in a statement makes a number that is held save a move, or more, though it is alone
+_ENDS, _SAVING = re.compile(r"[;{}]"), re.compile(r"\bpow\(|/")
+_COMMENT = re.compile(r"//[^\n]*")
 _TABLE = re.compile(r"^(?:const|static|var).* TABLE\b.*$", re.MULTILINE)
 _NUMBER = re.compile(r"\b\d+(?:\.\d*(?:e[-+]?\d+)?|e[-+]?\d+)f?")
 
@@ -77,6 +80,17 @@ class Code:
         """Likewise, but for those also that AMD's instructions hold."""
         return _shape(self.text, frozenset(_SPECIAL | _INLINE))
 
+    @property
+    def held_numbers_matter(self) -> bool:
+        """Whether numbers that instructions hold may make it cheaper.
+
+        They do beside another number in the same statement, in a power and in code with a quotient: one instruction
+        takes one number that it does not hold, and zero and one are always held.
+        """
+        text = _COMMENT.sub("", self.text)
+        numbers = [[float(n[0].rstrip("f")) for n in _NUMBER.finditer(part)] for part in _ENDS.split(text)]
+        return bool(_SAVING.search(text)) or any(len([n for n in part if n not in _SPECIAL]) > 1 for part in numbers)
+
 
 @lru_cache(maxsize=1 << 14)
 def _shape(text: str, kept: frozenset[float]) -> str:
@@ -86,7 +100,7 @@ def _shape(text: str, kept: frozenset[float]) -> str:
         value = float(number[0].rstrip("f"))
         return str(value) if value in kept else "#"
 
-    bare = _NUMBER.sub(without_value, _TABLE.sub("TABLE", re.sub(r"//[^\n]*", "", text)))
+    bare = _NUMBER.sub(without_value, _TABLE.sub("TABLE", _COMMENT.sub("", text)))
     bare = re.sub(r"\bn\b", "r", re.sub(r"\bh\b", "v", bare))
     return hashlib.sha256(" ".join(bare.split()).encode()).hexdigest()[:DIGITS]
 
@@ -129,7 +143,7 @@ def catalogue(language: str, registry: Registry = REGISTRY, precision: str = FLO
             with suppress(*lacking):
                 one = code(formula, alpha, language, registry, precision=precision)
                 first = codes.setdefault(one.shape, one)
-                if language == _EXACT and one.exact_shape != first.exact_shape:
+                if language == _EXACT and one.held_numbers_matter and one.exact_shape != first.exact_shape:
                     codes.setdefault(one.exact_shape, one)
     return tuple(codes.values())
 

@@ -25,7 +25,7 @@ from typing import Any
 from phongbench import __version__
 from phongbench.errors import InputError, UnknownNameError
 from phongbench.formulas.formula import Formula
-from phongbench.results.runs import DEFAULT_ROOT
+from phongbench.results.runs import ADDED, DEFAULT_ROOT
 from phongbench.support.atomic_files import write_text, write_whole
 from phongbench.support.document_paths import UNTRUSTED
 from phongbench.support.documents import Table, load
@@ -33,8 +33,6 @@ from phongbench.support.user_paths import is_file, is_folder, reading
 from phongbench.targets.code_shapes import Code, code
 
 SCHEMA = 1
-#: where the files lie, in the folder of the runs
-FOLDER = "targets"
 #: names begin so, and say the adapter in letters of a file's name
 NAME = re.compile(r"page-[a-z0-9](?:[a-z0-9-]{0,46}[a-z0-9])?")
 #: in which a measured row's code is compared with another's
@@ -201,7 +199,7 @@ def names(root: Shelf = DEFAULT_ROOT) -> list[str]:
     """The targets that were added here, in order."""
     if isinstance(root, MeasuredTable):
         return [root.name]
-    folder = root / FOLDER
+    folder = root / ADDED
     with reading(folder, "folder of the targets"):
         files = sorted(folder.iterdir()) if is_folder(folder) else []
     return [file.stem for file in files if file.suffix == ".json" and NAME.fullmatch(file.stem)]
@@ -209,7 +207,7 @@ def names(root: Shelf = DEFAULT_ROOT) -> list[str]:
 
 def place_of(name: str, root: Path = DEFAULT_ROOT) -> Path:
     """Where the file of a target lies."""
-    return root / FOLDER / f"{name}.json"
+    return root / ADDED / f"{name}.json"
 
 
 def added(name: str, root: Shelf = DEFAULT_ROOT) -> MeasuredTable:

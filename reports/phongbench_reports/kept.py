@@ -7,13 +7,11 @@ of that is as it was: manifest and tables of the run, our code, the libraries th
 import json
 from collections.abc import Iterable
 from hashlib import sha256
-from importlib.metadata import entry_points, version
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from phongbench.formulas.user_files import GROUP
-from phongbench.results.provenance import fingerprint_code, fingerprint_machine, versions
-from phongbench.results.runs import Run
+from phongbench.results import answering
 from phongbench.support.atomic_files import write_text, write_whole
 
 MADE = "made.json"
@@ -24,16 +22,11 @@ _LIBRARIES = ("matplotlib", "jinja2")
 
 def origin(run: Any, figures: Iterable[str]) -> str | None:
     """Digest of what decides the bytes of a report of these figures; None where that may be more: plug-ins, say."""
-    if not isinstance(run, Run) or entry_points(group=GROUP):
+    answers = answering.origin(run)
+    if answers is None:
         return None
-    sources = (path for path in _PACKAGE.rglob("*") if path.is_file() and path.suffix != ".pyc")
-    try:
-        files = [run.path / name for name in sorted(run.manifest["files"])] + sorted(sources)
-        held = [(path.name, _digest(path)) for path in files]
-    except OSError:
-        return None
-    code = (fingerprint_code(), fingerprint_machine(), str(versions()), *map(version, _LIBRARIES))
-    return sha256(json.dumps([dict(run.manifest), held, code, *figures], sort_keys=True).encode()).hexdigest()
+    code = (answering.digest_of_folder(_PACKAGE), *map(version, _LIBRARIES))
+    return sha256(json.dumps([answers, code, *figures]).encode()).hexdigest()
 
 
 def is_current(folder: Path, origin: str) -> bool:

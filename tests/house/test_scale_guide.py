@@ -6,12 +6,14 @@ import shlex
 import subprocess
 from pathlib import Path
 
+import dask.config
 import pytest
 import yaml
 from click.testing import CliRunner
 from distributed.cli import dask_scheduler, dask_worker
 
 from phongbench.cli.main import main
+from phongbench.study.cluster.connection import QUIET
 
 PAGE = (Path(__file__).resolve().parents[2] / "reports" / "docs" / "scale.md").read_text()
 
@@ -34,6 +36,13 @@ def test_the_compose_file_starts_a_scheduler_and_workers_that_find_it() -> None:
     port = services["scheduler"]["command"].split("--port ")[1]
     assert f"tcp://scheduler:{port}" in services["worker"]["command"]
     assert services["scheduler"]["ports"] == [f"{port}:{port}"]
+
+
+def test_the_workers_of_the_compose_file_watch_themselves_as_little_as_ours() -> None:
+    told = yaml.safe_load(block("yaml"))["services"]["worker"]["environment"]
+    ours: dict[str, object] = {}
+    with dask.config.set(QUIET, config=ours):
+        assert dask.config.collect_env(told) == ours
 
 
 def test_the_batch_script_begins_its_part_and_goes_on_with_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

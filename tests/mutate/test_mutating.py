@@ -132,6 +132,7 @@ def test_what_a_test_looks_at_is_caught_and_the_rest_survives(tmp_path: Path) ->
         "False": ("caught", True),
         "True": ("survived", False),  # no test runs `return False`, but those named like its module are asked
     }
+    assert {one["tests"] for one in found} == {1}  # once, though it is of its module and of its room
     assert {one["end"] for one in later} == {"caught"}
     assert len(later) == 4
     assert whole

@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 
-from phongbench.results import runs
+from phongbench.results import answering, runs
 from phongbench_reports import build, kept
 
 FEW = ("speed",)
@@ -101,17 +101,19 @@ def _plugged(**_: Any) -> list[str]:
 
 
 @pytest.mark.parametrize(
-    ("name", "other"),
+    ("module", "name", "other"),
     [
-        ("fingerprint_code", lambda: "other"),
-        ("fingerprint_machine", lambda: "other"),
-        ("version", lambda _: "9.9"),
-        ("entry_points", _plugged),
+        (answering, "digest_of_folder", lambda _: "other"),
+        (answering, "fingerprint_machine", lambda: "other"),
+        (kept, "version", lambda _: "9.9"),
+        (answering, "entry_points", _plugged),
     ],
     ids=["code", "machine", "library", "plug-in"],
 )
-def test_another_program_draws_it_again(folder: Path, monkeypatch: pytest.MonkeyPatch, name: str, other: Any) -> None:
-    monkeypatch.setattr(kept, name, other)
+def test_another_program_draws_it_again(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, module: Any, name: str, other: Any
+) -> None:
+    monkeypatch.setattr(module, name, other)
     with pytest.raises(DrawnError):
         _again(folder)
 

@@ -91,17 +91,15 @@ def measure(
     *,
     seconds: float,
     seed: int = 1,
-    calls: int | None = None,
 ) -> GpuTimes:
     """Time codes, written in LANGUAGE, and exact Phong, on the device.
 
     around   of the codes, those that are timed inside other work too: in every context
     seconds  that the rounds may take
-    calls    of a formula in the shorter program; as `Context.calls` says without
     Raises MeasurementError where the device fails, or too little of its times can be used.
     """
     work = _work(codes, around)
-    things = [_thing(key, one, calls) for key, one in work.items()]
+    things = [_thing(key, one) for key, one in work.items()]
     things.append(Timed(COPY, (programs.copying(),) * 2, (1, LONGER), COPIED))
     found: Times = session.ask("timed", things=things, seconds=seconds, seed=seed)
     keys: dict[str, _Key] = {_label(*key): key for key in work} | {COPY: (COPY, CONTEXTS[0], 0)}
@@ -133,8 +131,8 @@ def _label(name: str, context: Context, vectors: int) -> str:
     return f"{name}, {context.multiply_adds} around, {context.reads} read, of {vectors}"
 
 
-def _thing(key: _Key, one: Code, calls: int | None) -> Timed:
-    few = calls or key[1].calls(one)
+def _thing(key: _Key, one: Code) -> Timed:
+    few = key[1].calls(one)
     texts = (programs.timed(one, few, key[1]), programs.timed(one, LONGER * few, key[1]))
     return Timed(_label(*key), texts, (few, LONGER * few))
 

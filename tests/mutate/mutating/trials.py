@@ -1,7 +1,8 @@
 """Changes in a copy of the checkout, each against the tests that run its statement; what was found is kept.
 
 Every test is run once, to see which statements of the product it runs. A change is tried against those that meet it:
-first those of its room, and what survives them against those of ring after ring of other folders.
+first those of files named like its module, then those of its room, and what survives them against those of ring after
+ring of other folders.
 """
 
 import compileall
@@ -11,7 +12,7 @@ import json
 import os
 import shutil
 import subprocess
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -136,21 +137,30 @@ class Bench:
     def tried(self, change: Change) -> dict[str, Any]:
         """What came of a change: its end, how many tests were asked, and the one that noticed."""
         found = {name: getattr(change, name) for name in ("name", "room", "file", "line", "kind", "before", "after")}
-        end, test, asked, seconds = "survived", "", 0, 0.0
-        for folders in ((f"phongbench/{change.room}",), *RINGS):
-            for names, ended in self._asked(change, folders):
-                asked, seconds = asked + len(names), seconds + ended.seconds
+        end, test, asked, seconds = "survived", "", set[str](), 0.0
+        for folders in self._rings(change):
+            for names, ended in self._asked(change, folders, asked):
+                asked, seconds = asked | {*names}, seconds + ended.seconds
                 if ended.code is None or ended.code in _NOTICED or ended.code < 0:
                     end, test = ("out of time" if ended.code is None else "caught"), ended.failed
             if end != "survived":
                 break
         note = test if asked else "no test runs it"
-        return found | {"end": end, "note": note, "tests": asked, "seconds": round(seconds, 1)}
+        return found | {"end": end, "note": note, "tests": len(asked), "seconds": round(seconds, 1)}
 
-    def _asked(self, change: Change, folders: Sequence[str]) -> Iterator[tuple[Sequence[str], Ended]]:
-        """Ask the tests of a ring; again without one that fails without the change, too."""
+    def _rings(self, change: Change) -> Sequence[Sequence[str]]:
+        """Which folders and files are asked, one after the other; first the files that are named like the module."""
+        tests, room = self.copy / "tests", f"phongbench.{change.room}"
+        found = sorted(tests.rglob(f"test_{Path(change.file).stem}.py"))
+        alike = tuple(path.relative_to(tests).as_posix() for path in found if room in path.read_text())
+        return (alike, (f"phongbench/{change.room}",), *RINGS)
+
+    def _asked(
+        self, change: Change, folders: Sequence[str], asked: Collection[str]
+    ) -> Iterator[tuple[Sequence[str], Ended]]:
+        """Ask the tests of a ring that were not asked yet; again without one that fails without the change, too."""
         traces, sound = self.traces(folders), read(self.state / "sound.json")
-        left_out = {name for name, passes in sound.items() if not passes}
+        left_out = {*asked, *(name for name, passes in sound.items() if not passes)}
         named = choice.mentioning(self.copy, sorted({test.file for test in traces.tests}), change.names)
         same = self._same(change, traces)
         while names := traces.chosen(change, self.uses, MOST_SECONDS, left_out, named, same):

@@ -6,8 +6,9 @@ from typing import Any
 import pytest
 
 from phongbench.analysis.front import points
-from phongbench.analysis.recommend import recommend, run_for
+from phongbench.analysis.recommend import recommend
 from phongbench.errors import CorruptRunError, InputError
+from phongbench.results.answering import run_for
 from phongbench.results.runs import Run
 
 Stored = Callable[..., Run]

@@ -88,3 +88,16 @@ def test_a_power_is_found_again():
 def test_a_change_is_clear_of_rounding_from_ten_times_on(times, clear):
     row = pd.DataFrame({"length_error": [1e-3], "length_max": [times * 1e-4], "rounding_max": [1e-4]})
     assert len(length_sensitivity.small(row)) == clear
+
+
+@pytest.mark.parametrize(("sizes", "powers"), [([1e-3], 0), ([1e-4, 1e-3], 1)])
+def test_two_clear_points_are_enough_for_a_power(sizes, powers):
+    """Changes that are the law's own give the law's power, whatever that is."""
+    change = length_sensitivity.law("dot", "a", 50.0, 8.0, np.array(sizes))
+    key = {"approximation": "lyon", "beta_policy": "taylor", "gated": True, "space": "reflect", "stratum": "lengths"}
+    key |= {"truth": "angle", "perturbation": "a", "lambda_form": "dot", "precision": "float64", "alpha": 50.0}
+    rows = pd.DataFrame({"length_error": sizes, "length_max": change}).assign(**key, gamma=8, rounding_max=0.0)
+    found = length_sensitivity.fits(rows)
+    assert found["points"].tolist() == [2] * powers
+    assert found["exponent"].tolist() == found["law_exponent"].tolist()
+    assert found["largest_ratio"].tolist() == [1.0] * powers

@@ -143,8 +143,35 @@ def test_a_promise_for_raw_vectors_is_that_of_the_pair_with_room():
     assert bound_at(Formula.parse("phong/fast"), ALPHA) is None
 
 
+@pytest.mark.parametrize(("recipe", "times"), [("reflect", 1), ("lengthwise", 3)])
+def test_lengths_that_stay_are_promised_as_those_of_the_r_that_is_made_of_them(recipe, times):
+    """2(N.L)N - (N.N)L is as long as N, N and L together; 2(N.L)N - L of an N made unit is as long as L."""
+    formula, wrong = Formula.parse(f"lyon:dot:8@{recipe}"), 0.01
+    made = Budget.of(ALPHA, 1.0, (1 + wrong) ** times - 1)
+    pair = promise(replace(formula, recipe="pair"), made).bound
+    assert pair < promise_raw(formula, Budget.of(ALPHA, 1.0, wrong), any_length=False).bound < pair + 3e-4
+
+
+@pytest.mark.parametrize("share", [1e-9, 0.5, 2.0])
+def test_a_bound_that_need_not_be_sharp_is_on_the_same_side_of_the_budget(share):
+    formula = Formula.parse("lyon:dot:8@reflect/each")
+    sharp = promise_raw(formula, Budget.of(ALPHA, 1.0)).bound
+    budget = Budget.of(ALPHA, share * sharp)
+    assert (promise_raw(formula, budget, sharp=False).bound <= budget.max_error) == (share > 1)
+
+
+@pytest.mark.parametrize(
+    ("lengths", "said"),
+    [(None, "any length from 0.001 to 1000"), (0.01, "lengths up to 1 % wrong"), (0.0, "unit N, L, V")],
+)
+def test_an_answer_says_for_which_lengths_it_holds(run, lengths, said):
+    answer, _ = best(run, 0.1, length_error=lengths)
+    assert any(note.endswith(f"for every N, L and V of {said}") for note in answer["notes"])
+    assert f"N, L and V of {said}" in answer["choices"][0]["why"]
+
+
 def test_the_command_tells_the_steps(run, monkeypatch, tmp_path):
-    monkeypatch.setattr("phongbench.analysis.recommend.run_for", lambda *_: run)
+    monkeypatch.setattr("phongbench.results.answering.run_for", lambda *_: run)
     shown = CliRunner().invoke(main, ["recommend", "--alpha", "50", "--max-error", "0.005", "--raw"])
     assert shown.exit_code == 0, shown.output
     assert "What each step costs" in shown.output

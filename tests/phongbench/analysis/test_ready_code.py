@@ -6,7 +6,7 @@ import pytest
 from click.testing import CliRunner
 
 from phongbench.analysis.promises import bound_at
-from phongbench.analysis.ready_code import ready_code
+from phongbench.analysis.ready_code import codes_of, ready_code
 from phongbench.cli.main import main
 from phongbench.errors import InputError, UnknownNameError
 from phongbench.formulas.formula import Formula
@@ -105,3 +105,12 @@ def test_wrong_options_are_answered_in_two_lines(options: list[str], said: str) 
     assert done.exit_code == 2
     assert said in done.stderr
     assert done.stderr.count("\n") <= 2
+
+
+def test_the_code_of_an_answer_is_that_of_its_choice_at_each_exponent() -> None:
+    answer = {"choices": [{"name": "lyon:dot:8"}, {"name": "phong"}], "alpha": "20, 50", "precision": "float32"}
+    written = {alpha: ready_code(LYON, alpha, Options("glsl")).text for alpha in (20.0, 50.0)}
+    told = codes_of(answer, "glsl")
+    assert {one["alpha"]: one["code"] for one in told} == written
+    assert {one["name"] for one in told} == {"lyon:dot:8"}
+    assert codes_of({**answer, "choices": []}, "glsl") == []

@@ -10,10 +10,13 @@ import pandas as pd
 import pytest
 from click.testing import CliRunner
 
+from phongbench.accuracy.enclosures.bounds import NotEnclosedError
+from phongbench.analysis import promises
 from phongbench.analysis.by_target import alike, answers
 from phongbench.analysis.front import points
 from phongbench.analysis.recommend import elsewhere, recommend
 from phongbench.analysis.rows import Rows
+from phongbench.analysis.target_costs import Price, prices, table_of
 from phongbench.cli import answer_tables
 from phongbench.cli.main import main
 from phongbench.errors import InputError, UnknownNameError
@@ -193,3 +196,24 @@ def test_targets_that_answer_alike_share_a_line() -> None:
     others = [same | {"target": "rdna2"}, same | {"target": "gcn4", "cost": 24.0}, same | {"target": "rdna3"}]
     lines = answer_tables._elsewhere(others)
     assert [line.split(":")[0] for line in lines] == ["on rdna2, rdna3", "on gcn4"]
+
+
+def test_a_measured_price_holds_at_exponents_whose_code_is_the_same_but_for_numbers() -> None:
+    """Of exact Phong the exponent is one; whole powers are other multiplications each."""
+    nothing, price = table_of("gpu"), Price(2.0, 2.0, 0.5, 0.4, 0.6, None, 50.0)
+    for name, kept in (("phong", price), ("integer-power", None)):
+        formula = Formula.parse(name)
+        assert prices([formula], (50.0,), nothing, own={formula: price}) == [price]
+        assert prices([formula], (20.0, 50.0), nothing, own={formula: price}) == [kept]
+
+
+def test_for_other_targets_nothing_is_searched(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A search takes a second, and there are many targets: what cannot be proven is not their answer."""
+    here = recommend(run, **QUESTION, target="gcn4")
+
+    def unproven(*_: object) -> float:
+        raise NotEnclosedError
+
+    monkeypatch.setattr(promises, "_proven", unproven)
+    monkeypatch.setattr(promises, "_searched", lambda case: pytest.fail(f"searched {case.formula}"))
+    assert elsewhere(run, here, **QUESTION) == []

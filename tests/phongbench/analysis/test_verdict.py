@@ -57,12 +57,15 @@ def test_of_tied_times_the_more_accurate_formula_is_named_and_the_other_beside_i
     def ratio(row: Any) -> float:
         return 0.3 if (row.approximation, row.gamma) == ("lyon", 4) else 0.302 if row.approximation == "lyon" else 0.9
 
-    answer = recommend(stored(RUN, ratio=ratio), alpha=10, max_error=0.2)
+    run = stored(RUN, ratio=ratio)
+    answer = recommend(run, alpha=10, max_error=0.2)
     best, other = answer["choices"]
     assert best["ratio"] > other["ratio"]
     assert best["max_abs"] < other["max_abs"]
     assert best["ratio"] <= other["ratio_high"]
     assert answer["verdict"] == f"{best['name']} and {other['name']} are tied in time: the first errs less"
+    (group,) = [one for one in verdict(Rows(run), 0.2)["groups"] if 10.0 in one["alphas"]]
+    assert (group["name"], group["tied"]) == (best["name"], other["name"])
 
 
 def test_without_times_the_least_sampled_errors_are_told(stored: Stored, small_rows: pd.DataFrame) -> None:

@@ -8,6 +8,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from click.testing import CliRunner
+
+from phongbench.cli.main import main
 
 #: not llvmlite: its list of the processor's features tells whether two machines are of one kind
 COMPILER = {"numba", "scipy"}
@@ -37,14 +40,29 @@ def test_a_command_imports_what_its_answer_needs(
     words: str, spared: set[str], stored: Callable[..., Any], tmp_path: Path
 ) -> None:
     stored()
+    assert not spared & _imported(words, tmp_path)
+
+
+@pytest.mark.parametrize("words", ["front latest --alpha 50", "show latest", "recommend --alpha 50 --max-error 1/255"])
+def test_an_answer_that_is_given_again_needs_no_tables(
+    words: str, stored: Callable[..., Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    stored()
+    monkeypatch.chdir(tmp_path)
+    CliRunner().invoke(main, words.split())
+    assert not (COMPILER | TABLES | OTHERS) & _imported(words, tmp_path)
+
+
+def _imported(words: str, folder: Path) -> set[str]:
+    """The top-level names of what this command imports, run in a folder."""
     command = [sys.executable, "-c", RUN_COMMAND, *words.split()]
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(path for path in sys.path if path)}
-    done = subprocess.run(command, check=False, capture_output=True, text=True, cwd=tmp_path, env=environment)
+    done = subprocess.run(command, check=False, capture_output=True, text=True, cwd=folder, env=environment)
     assert done.returncode == 0, done.stderr
     assert done.stdout
     imported = {name.partition(".")[0] for name in done.stderr.rpartition("modules:")[2].split()}
     assert "phongbench" in imported
-    assert not spared & imported
+    return imported
 
 
 def test_the_machine_is_the_same_before_and_after_numba_is_loaded() -> None:

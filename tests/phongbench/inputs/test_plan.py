@@ -176,3 +176,25 @@ def test_materials_give_the_exponents(tmp_path):
     path = tmp_path / "scene.mtl"
     path.write_text("newmtl a\nNs 96.08\nnewmtl b\nNs 10\n")
     assert compose(None, None, path).alphas == (10.0, 96.08)
+
+
+def test_raw_formulas_are_measured_at_exponents_that_they_take_and_in_spaces_of_the_plan():
+    raw = ("phong/each", "integer-power/each", "blinn@halfway/once")
+    plan = replace(QUICK, alphas=(10.0, 27.9), raw=raw, precisions=("float32",))
+    cells = {(str(c.formula), c.alpha) for c in plan.validated().cells() if c.formula.raw}
+    of_pair = {("phong/each", 10.0), ("phong/each", 27.9), ("integer-power/each", 10.0)}
+    of_half = {("blinn@halfway/once", 10.0), ("blinn@halfway/once", 27.9)}
+    assert cells == of_pair | of_half
+    reflect = replace(plan, spaces=("reflect",)).validated()
+    assert {(str(c.formula), c.alpha) for c in reflect.cells() if c.formula.raw} == of_pair
+
+
+def test_meshes_are_distinguished_by_their_names(tmp_path):
+    paths = [tmp_path / name for name in ("one/a.obj", "other/a.obj", "other/b.obj")]
+    for path in paths:
+        path.parent.mkdir(exist_ok=True)
+        path.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    one, same, other = map(str, paths)
+    assert replace(QUICK, meshes=(one, other, one)).validated().meshes == (one, other)
+    with pytest.raises(InputError, match=r"two meshes are named a\.obj"):
+        replace(QUICK, meshes=(one, same)).validated()

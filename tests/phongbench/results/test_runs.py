@@ -189,6 +189,14 @@ def test_columns_that_older_runs_lack_are_known_and_no_others():
     }
 
 
+@pytest.mark.parametrize(("name", "lacking", "said"), [("costs", "reads", 0), ("accuracy", "device", "cpu")])
+def test_of_tables_of_older_runs_it_is_known_what_went_without_saying(run, name, lacking, said):
+    frame = pd.DataFrame({c: ["x", "y"] for c in schema.TABLES[name].names if c != lacking})
+    files = {f"{name}.parquet": runs.write_table(run.path, name, frame)}
+    runs.write_manifest(run.path, {**run.manifest, "files": files})
+    assert runs.load(run.path).read(name)[lacking].tolist() == [said, said]
+
+
 def test_a_corrupt_run_does_not_hide_the_others(run):
     other = run.path.with_name("20260101-000001-abcdef01")
     other.mkdir()

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from phongbench.errors import InputError, UnknownNameError
-from phongbench.support.document_paths import UNTRUSTED, line_of
+from phongbench.support.document_paths import DATA, UNTRUSTED, Source, line_of
 from phongbench.support.documents import Table, load
 
 TEXT = '[[light]]\nname = "a"\n[light.place]\nx = 1\n[[light]]\nname = "b"\n[light.place]\nx = "two"\n'
@@ -66,6 +66,18 @@ def test_a_vector_has_three_numbers() -> None:
 def test_only_of_trusted_documents_is_a_wrong_value_repeated() -> None:
     assert "n = -7 is" in Table({"n": -7}).wrong("is wrong", -7, "n").what
     assert Table({"n": -7}, UNTRUSTED).wrong("is wrong", -7, "n").what == "n is wrong"
+
+
+@pytest.mark.parametrize(("source", "place"), [(DATA, "pets.cat.legs"), (UNTRUSTED, "pets[1].legs")])
+def test_tables_by_name_are_told_by_it_or_by_their_number_where_anyone_may_have_named_them(
+    source: Source, place: str
+) -> None:
+    pets = Table({"pets": {"dog": {"legs": 4}, "cat": {"legs": "four"}}}, source).named("pets")
+    assert list(pets) == ["dog", "cat"]
+    assert pets["dog"].whole("legs") == 4
+    with pytest.raises(InputError) as error:
+        pets["cat"].whole("legs")
+    assert error.value.where == place
 
 
 def test_a_name_that_the_document_does_not_have_is_refused_with_those_it_has(document: Table) -> None:

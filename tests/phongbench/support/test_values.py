@@ -20,6 +20,10 @@ def test_a_number_may_be_its_lowest(value: float, low: float) -> None:
     assert number(value, "x", low) == value
 
 
+def test_a_number_is_one_from_0_up_where_nothing_else_is_said() -> None:
+    assert (number(0, "x"), number(0.5, "x")) == (0.0, 0.5)
+
+
 @pytest.mark.parametrize("value", [-1e-9, math.nan, math.inf, "1", None, [1]])
 def test_what_is_no_number_from_0_up_is_refused(value: object) -> None:
     with pytest.raises(InputError, match=r"not a (finite )?number"):

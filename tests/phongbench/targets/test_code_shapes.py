@@ -70,6 +70,28 @@ def test_a_slope_that_an_instruction_holds_has_an_exact_shape_of_its_own() -> No
     assert list(by_shape([four])) == [four.shape]
 
 
+@pytest.mark.parametrize(
+    ("named", "alpha", "matter"),
+    [
+        ("lyon:dot:8", 32.0, True),  # 4 d - 3: two numbers, of which an instruction holds one
+        ("lyon:cross:8", 32.0, False),  # 1 - 2 c.c: one number beside one that is always held
+        ("lyon:tan2:8", 32.0, True),  # scales a quotient
+        ("phong", 4.0, True),
+        ("schlick", 4.0, True),
+    ],
+)
+def test_held_numbers_matter_beside_another_in_a_power_and_with_a_quotient(
+    named: str, alpha: float, matter: bool
+) -> None:
+    assert code(Formula.parse(named), alpha, "glsl").held_numbers_matter == matter
+
+
+def test_the_catalogue_has_exact_shapes_only_of_code_in_which_held_numbers_matter() -> None:
+    further = [one for shape, one in by_shape(catalogue("glsl")).items() if shape != one.shape]
+    assert further
+    assert all(one.held_numbers_matter for one in further)
+
+
 def test_an_exponent_that_a_formula_does_not_take_is_refused() -> None:
     with pytest.raises(InputError, match="alpha"):
         code(Formula.parse("kuijk-blake"), 100.0, "glsl")

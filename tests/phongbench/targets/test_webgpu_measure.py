@@ -71,7 +71,7 @@ def test_the_adapter_gives_a_row_of_each_and_a_code_that_it_refuses_concerns_its
 ) -> None:
     monkeypatch.setattr(measure, "COPIED", 1 << 20)
     broken = Code("broken 1", "fn highlight(r: vec3f, v: vec3f) -> f32 { return nonsense; }")
-    found = measure.measure(session, adapter_here(), [code_of("lyon:dot:8"), broken], seconds=0.0, calls=1)
+    found = measure.measure(session, adapter_here(), [code_of("lyon:dot:8"), broken], seconds=0.0)
     assert set(found.refused) == {"broken 1"}
     assert "nonsense" in found.refused["broken 1"]
     named = {name for name, _ in found.rows}

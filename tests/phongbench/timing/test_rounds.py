@@ -52,6 +52,11 @@ def test_calibration_accepts_two_readings_that_agree() -> None:
     assert next(readings) == 10.0
 
 
+def test_readings_a_tenth_apart_agree() -> None:
+    readings = iter([100.0, 110.0, 10.0, 10.0])
+    assert rounds.agreed(lambda: next(readings)) == 100.0
+
+
 def test_a_clock_that_never_agrees_gives_its_smallest_reading() -> None:
     readings = iter([100.0, 10.0, 90.0, 9.0, 80.0, 8.0, 70.0, 7.0])
     assert rounds.agreed(lambda: next(readings)) == 7.0
@@ -131,6 +136,10 @@ def test_the_interval_covers_as_promised() -> None:
         (Interval(0.99, 0.985, 0.995), "unresolved"),
         (Interval(1.015, 1.01, 1.019), "unresolved"),
         (Interval(0.5, 0.0, math.inf), "unresolved"),
+        (Interval(0.98, 0.97, 0.99), "faster"),
+        (Interval(1.02, 1.01, 1.03), "slower"),
+        (Interval(0.9, 0.8, 1.0), "unresolved"),
+        (Interval(1.1, 1.0, 1.2), "unresolved"),
     ],
 )
 def test_a_verdict_needs_a_resolved_difference_worth_claiming(interval: Interval, verdict: str) -> None:
@@ -144,6 +153,7 @@ def test_a_verdict_needs_a_resolved_difference_worth_claiming(interval: Interval
     ("after", "marked"),
     [
         (Evidence(3, 7, 1200.0), False),
+        (Evidence(3, 7, 1250.0), False),
         (Evidence(4, 7, 1000.0), True),
         (Evidence(3, 8, 1000.0), True),
         (Evidence(3, 7, 1300.0), True),
@@ -165,6 +175,10 @@ def test_the_witness_reads_stolen_time(tmp_path: Path) -> None:
 
 def test_a_system_without_counters_has_no_evidence(tmp_path: Path) -> None:
     assert Witness(tmp_path / "absent").see(1.0).stolen == 0
+    (tmp_path / "old").write_text("cpu  1 2 3 4 5 6 7\n")
+    witness = Witness(tmp_path / "old")
+    assert witness.see(1.0).stolen == 0
+    witness.close()
 
 
 # rounds
@@ -219,6 +233,7 @@ def test_rounds_end_when_told_and_repeat_only_while_there_is_time() -> None:
 def test_intervals_that_overlap_a_neighbour_in_the_order_of_medians_are_contested() -> None:
     spans = [(1.0, 0.9, 1.1), (5.0, 4.9, 5.1), (1.15, 1.05, 1.3), (2.0, 1.9, 2.1)]
     assert contested([statistics.Interval(*span) for span in spans]) == [0, 2]
+    assert contested([Interval(1.0, 0.9, 1.1), Interval(1.2, 1.1, 1.3)]) == [0, 1]  # they touch
     assert contested([]) == contested([statistics.Interval(1.0, 0.5, 2.0)]) == []
 
 

@@ -136,9 +136,9 @@ def gpu(runs: int, twins: int) -> None:
         raise click.ClickException(str(lacking))
     with (
         Session() as session,
-        click.progressbar(length=runs + twins + 3, hidden=not sys.stderr.isatty(), file=sys.stderr) as bar,
+        click.progressbar(length=runs + twins + 1, hidden=not sys.stderr.isatty(), file=sys.stderr) as bar,
     ):
-        seen = gpus.soak(runs, twins, gpus.here(session, adapter), bar.update)
+        seen = gpus.soak(runs, twins, *gpus.here(session, adapter), bar.update)
     _tell(seen.as_dict(), seen.faults)
 
 

@@ -13,6 +13,11 @@ from pathlib import Path
 Process = subprocess.Popen[bytes]
 #: seconds after which what is waited for will not come
 PATIENCE = 300.0
+#: as the guide starts workers
+LITTLE_WATCHED = {
+    "DASK_DISTRIBUTED__WORKER__PROFILE__ENABLED": "False",
+    "DASK_DISTRIBUTED__ADMIN__TICK__INTERVAL": "500ms",
+}
 
 
 class Processes:
@@ -50,7 +55,7 @@ class Processes:
     def _started(self, kind: str, log: Path, words: list[str], environment: dict[str, str]) -> Process:
         command = [sys.executable, "-m", f"distributed.cli.dask_{kind}", "--no-dashboard", *words]
         with log.open("wb") as out:
-            env = {**os.environ, **self.environment, **environment}
+            env = {**os.environ, **LITTLE_WATCHED, **self.environment, **environment}
             # not here: `-m` looks for packages where it is started
             return subprocess.Popen(command, env=env, cwd=self.folder, start_new_session=True, stdout=out, stderr=out)
 

@@ -1,10 +1,12 @@
 """The bars of measuring on an adapter: the order of formulas, the twin, and costs that no unrolling moves."""
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, field
 from itertools import pairwise
 from typing import Any
+
+from soaking import unrolling
 
 from phongbench.errors import MeasurementError
 from phongbench.formulas.formula import Formula
@@ -12,21 +14,23 @@ from phongbench.results.schema import DOT
 from phongbench.targets.code_shapes import Code, code
 from phongbench.targets.webgpu.measure import LANGUAGE, GpuTimes, measure
 from phongbench.targets.webgpu.programs import CONTEXTS
+from phongbench.targets.webgpu.rounds import Timed, Times
 from phongbench.targets.webgpu.session import Adapter, Session
 from phongbench.timing.statistics import Interval
 
 #: dearest first; exact Phong, which all are compared with, is before them, and the bare dot product after
 ORDER = ("gaussian:dot", "lyon:dot:8")
-#: calls of the shorter program, and how far costs may be from those of the first
-UNROLLED, WITHIN = (8, 4, 16), 0.05
 #: what of the twins may be told apart
 ALARMS = 0.01
-#: seconds of the rounds of a measurement: what a study takes that asks for the adapter; and of a twin's
-SECONDS, TWIN_SECONDS = 10.0, 2.0
+#: seconds of the rounds of a measurement: what a study takes that asks for the adapter; of a twin's, which then has
+#: about half of the rounds of a study; and of the programs of several lengths
+SECONDS, TWIN_SECONDS, UNROLLED_SECONDS = 10.0, 4.0, 40.0
 #: of what took no longer than its carrier by the device's clock
 UNTIMED = Interval(math.nan, -math.inf, math.inf)
-#: measures codes: (codes, seconds, seed, calls)
-Measure = Callable[[Sequence[Code], float, int, int | None], GpuTimes]
+#: measures codes: (codes, seconds, seed)
+Measure = Callable[[Sequence[Code], float, int], GpuTimes]
+#: times programs: (things, seconds, seed)
+Time = Callable[[Sequence[Timed], float, int], Times]
 
 
 @dataclass
@@ -39,7 +43,8 @@ class Found:
     runs: int = 0
     twins_resolved: int = 0
     twins: int = 0
-    unrolled: dict[str, dict[int, float]] = field(default_factory=dict)
+    unrolled: unrolling.Unrolled = field(default_factory=dict)
+    unrolled_cost: unrolling.Unrolled = field(default_factory=dict)
     ratios: list[dict[str, tuple[float, float, float]]] = field(default_factory=list)
     faults: list[str] = field(default_factory=list)
 
@@ -48,7 +53,7 @@ class Found:
         return asdict(self)
 
 
-def soak(runs: int, twins: int, taken: Measure, step: Callable[[int], None] = lambda done: None) -> Found:
+def soak(runs: int, twins: int, taken: Measure, timed: Time, step: Callable[[int], None] = lambda done: None) -> Found:
     """Hold measurements against the bars: so many runs of the order, so many twins; the unrolling once."""
     found = Found()
     codes = [code(Formula.parse(name), 50.0, LANGUAGE) for name in ORDER]
@@ -64,25 +69,29 @@ def soak(runs: int, twins: int, taken: Measure, step: Callable[[int], None] = la
         step(1)
     if found.twins_resolved > ALARMS * found.twins:
         found.faults.append(f"{found.twins_resolved} of {found.twins} twins were told apart")
-    for calls in UNROLLED:
-        if unrolled := told(found, taken, codes, SECONDS, 1, calls):
-            for name in ("phong", DOT, *(one.name for one in codes)):
-                timed = unrolled.rows.get((name, CONTEXTS[0]))
-                found.unrolled.setdefault(name, {})[calls] = math.nan if timed is None else timed.ns
-        step(1)
-    found.faults += moved(found.unrolled)
+    unroll(found, timed, [code(Formula(), 50.0, LANGUAGE), *codes])
+    step(1)
     return found
 
 
-def told(
-    found: Found, taken: Measure, codes: Sequence[Code], seconds: float, seed: int, calls: int | None = None
-) -> GpuTimes | None:
+def told(found: Found, taken: Measure, codes: Sequence[Code], seconds: float, seed: int) -> GpuTimes | None:
     """The times; None, and a fault, where the device gives none: an hour's findings are not lost for one failure."""
     try:
-        return taken(codes, seconds, seed, calls)
+        return taken(codes, seconds, seed)
     except MeasurementError as failure:
         found.faults.append(f"seed {seed}: {failure}")
         return None
+
+
+def unroll(found: Found, timed: Time, codes: Sequence[Code]) -> None:
+    """Whether costs depend on how many calls a program has; times of whole calls, carrier included, are told beside."""
+    try:
+        times = timed(unrolling.programs(codes), UNROLLED_SECONDS, 1)
+    except MeasurementError as failure:
+        found.faults.append(f"unrolled: {failure}")
+        return
+    found.unrolled, found.unrolled_cost = (unrolling.compared(times, carried=carried) for carried in (True, False))
+    found.faults += [*unrolling.moved(found.unrolled_cost)]
 
 
 def ordered(found: Found, times: GpuTimes, names: Sequence[str]) -> None:
@@ -98,19 +107,14 @@ def ordered(found: Found, times: GpuTimes, names: Sequence[str]) -> None:
         found.faults.append(f"run {found.runs}: the intervals do not lie in the order {', '.join(each)}")
 
 
-def moved(unrolled: dict[str, dict[int, float]]) -> Iterable[str]:
-    """Costs that the unrolling moves by more than WITHIN."""
-    for name, costs in unrolled.items():
-        first = costs.get(UNROLLED[0], math.nan)
-        for calls, cost in costs.items():
-            if not abs(cost / first - 1) <= WITHIN:  # so is a cost that could not be read
-                yield f"{name}: {cost:.4g} ns by {calls} calls, {first:.4g} by {UNROLLED[0]}"
+def here(session: Session, adapter: Adapter) -> tuple[Measure, Time]:
+    """Measuring, and timing programs, on the adapter that is here."""
 
+    def taken(codes: Sequence[Code], seconds: float, seed: int) -> GpuTimes:
+        return measure(session, adapter, codes, seconds=seconds, seed=seed)
 
-def here(session: Session, adapter: Adapter) -> Measure:
-    """Measuring on the adapter that is here."""
+    def timed(things: Sequence[Timed], seconds: float, seed: int) -> Times:
+        times: Times = session.ask("timed", things=things, seconds=seconds, seed=seed)
+        return times
 
-    def taken(codes: Sequence[Code], seconds: float, seed: int, calls: int | None) -> GpuTimes:
-        return measure(session, adapter, codes, seconds=seconds, seed=seed, calls=calls)
-
-    return taken
+    return taken, timed

@@ -5,8 +5,10 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
-from claim_tables import CODE, accuracy, judged, meshes
+from claim_tables import CODE, Tables, accuracy, judged, meshes
 
+from phongbench.analysis.claims import CLAIMS
+from phongbench.analysis.rows import Rows
 from phongbench.formulas import error_laws
 
 # c: the cross form
@@ -131,3 +133,16 @@ def test_roots_come_in_the_order_of_their_accuracy_and_alike_ones_share_a_senten
     found = judged("e", accuracy=accuracy(rows))
     assert [one["root"] for one in found["conditions"]] == ["rsqrt-12", "rsqrt-bits-0"]
     assert "is enough at no measured exponent" in found["because"]
+
+
+def test_the_worst_change_is_told_in_codes_of_an_8_bit_display() -> None:
+    (record,) = judged("e", accuracy=accuracy(rooted("rsqrt-12", 10.0, cross=0.1)))["conditions"]
+    assert (record["worst_change"], record["worst_alpha"]) == (0.1, 10.0)
+    assert record["worst_codes"] == pytest.approx(25.5)
+
+
+@pytest.mark.parametrize(("alphas", "verdict"), [((10.0, 50.0), "not measured"), ((10.0, 50.0, 200.0), "holds")])
+def test_three_exponents_are_enough_to_judge_by(alphas: tuple[float, ...], verdict: str) -> None:
+    rows = Rows(Tables(accuracy=accuracy([row for alpha in alphas for row in rooted("rsqrt-12", alpha, cross=0.0)])))
+    claim = next(one for one in CLAIMS if one.key == "e")
+    assert claim.judge(rows).over_enough(rows).verdict == verdict
