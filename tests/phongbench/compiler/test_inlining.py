@@ -1,4 +1,4 @@
-"""Functions whose type is known are compiled into their callers as numba would: the same bits, by the caller's flags."""
+"""Functions of a known type are compiled into their callers as numba would: the same bits, by the caller's flags."""
 
 from typing import Any
 
