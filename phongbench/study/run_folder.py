@@ -72,6 +72,7 @@ def prepare(
     if before.plan != plan:
         raise InputError("the run here has another plan", str(path), "give the options it was started with, or --fresh")
     if before.complete:
+        runs.clear(path, [checkpoints.PARTS])  # a kill right after the end left them
         return None
     if before.manifest["code"] != fingerprint_code():
         fix = "its rows could differ in the last bits: use --fresh"

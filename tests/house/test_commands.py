@@ -40,9 +40,15 @@ class Changed(NamedTuple):
 #: the first that matches counts
 SMALLER = (
     Changed(r"run --dry-run", "", "it measures nothing"),
-    Changed(r"run --scenes", "--dry-run", "draws all scenes by all formulas; tests/phongbench/study does it small"),
-    Changed(r"run --precision", "--dry-run", "two more precisions to compile; tests/phongbench/accuracy runs them"),
-    Changed(r"run --with", f"{UNTIMED} --precision float32 --alpha 10", "minutes"),
+    Changed(
+        r"run --scenes",
+        "--dry-run --only lyon",
+        "draws all scenes by all formulas; tests/phongbench/study does it small",
+    ),
+    Changed(
+        r"run --precision", "--dry-run --only lyon", "more precisions to compile; tests/phongbench/accuracy runs them"
+    ),
+    Changed(r"run --with", f"{UNTIMED} --precision float32 --alpha 10 --target rdna2", "minutes, fifteen compilers"),
     Changed(r"run --alpha", f"{UNTIMED} --precision float32 --only lyon", "minutes"),
     Changed(r"run --materials", f"{UNTIMED} --precision float32 --only lyon", "minutes"),
     Changed(r"run --preset", f"{UNTIMED} --precision float32 --only lyon --alpha 10,50", "an hour"),

@@ -2,15 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 
 import pytest
 from made_up_run import MadeUpRun, make_run
 
 import phongbench_reports
+from phongbench.analysis.rows import Rows
 from phongbench.inputs.plan import preset
 from phongbench.results import runs, schema
+from phongbench_reports import second_process
+from phongbench_reports.figures import FIGURES
+from phongbench_reports.plots import ink
+from phongbench_reports.second_process import Drawn, drawn
 
 #: tables of the made-up run that are stored
 TABLES = ("accuracy", "timing", "worst", "meshes", "incidence", "incidence_times")
@@ -42,6 +49,35 @@ def stored(run: MadeUpRun, tmp_path_factory: pytest.TempPathFactory) -> runs.Run
 
 
 @pytest.fixture(scope="session")
-def report(run: MadeUpRun, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def drawings(run: MadeUpRun) -> dict[str, Drawn]:
+    """Every figure of that run, drawn once."""
+    with ink():
+        return {part.name: drawn(Rows(run), part) for part in FIGURES}
+
+
+@pytest.fixture(scope="session")
+def as_drawn(drawings: dict[str, Drawn]) -> Callable[[], AbstractContextManager[None]]:
+    """Reports of that run that are built meanwhile take its figures from there."""
+
+    @contextmanager
+    def taken() -> Iterator[None]:
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(sys.modules["phongbench_reports.build"], "drawn", lambda _, part: drawings[part.name])
+            yield
+
+    return taken
+
+
+@pytest.fixture
+def blank_figures(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Reports say what they say about their figures, and draw none: half of the work, where nobody looks at them."""
+    monkeypatch.setattr(second_process, "svg_pair", lambda *_: (b"<svg/>", b"<svg/>"))
+
+
+@pytest.fixture(scope="session")
+def report(
+    run: MadeUpRun, as_drawn: Callable[[], AbstractContextManager[None]], tmp_path_factory: pytest.TempPathFactory
+) -> Path:
     """The folder of that run's report."""
-    return phongbench_reports.build(run, tmp_path_factory.mktemp("report")).parent
+    with as_drawn():
+        return phongbench_reports.build(run, tmp_path_factory.mktemp("report")).parent

@@ -206,8 +206,11 @@ def test_a_run_named_script_is_inert(made_up: Callable[..., Any], tmp_path: Path
         assert "<img" not in path.read_text(encoding="utf-8")
 
 
-def test_the_single_file_holds_everything_and_may_be_named(run: Any, report: Path, tmp_path: Path) -> None:
-    index = phongbench_reports.build(run, tmp_path / "new" / "mine.html", single_file=True)
+def test_the_single_file_holds_everything_and_may_be_named(
+    run: Any, report: Path, as_drawn: Callable[[], AbstractContextManager[None]], tmp_path: Path
+) -> None:
+    with as_drawn():
+        index = phongbench_reports.build(run, tmp_path / "new" / "mine.html", single_file=True)
     assert index == tmp_path / "new" / "mine.html"
     assert contents(tmp_path / "new").keys() == {"mine.html"}
     parsed = Page(index.read_text(encoding="utf-8"))
@@ -275,6 +278,7 @@ def test_a_run_of_one_foreign_formula_still_makes_a_page(made_up: Callable[..., 
     assert "mine" in Page(index.read_text(encoding="utf-8")).text
 
 
+@pytest.mark.usefixtures("blank_figures")
 def test_float64_whose_rounding_was_not_measured_makes_a_page(made_up: Callable[..., Any], tmp_path: Path) -> None:
     found = made_up(tmp_path / "run", alphas=(10.0, 50.0), gammas=(8, 32), precisions=("float32", "float64"))
     found.accuracy.loc[found.accuracy["precision"] == "float64", "rounding_max"] = float("nan")

@@ -134,16 +134,19 @@ def test_a_folder_with_a_run_is_not_overwritten(whole, plan):
 
 
 def test_a_finished_study_is_resumed_by_doing_what_is_left(whole, plan, monkeypatch):
-    """Nothing is measured, not even by other code; a report that was not drawn is."""
+    """Nothing is measured, not even by other code; a report that was not drawn is, and what a kill left is removed."""
     monkeypatch.setattr(sweep, "compile_kernels", None)
     monkeypatch.setattr(run_folder, "fingerprint_code", lambda: "other")
     before = (whole.run.path / "manifest.json").read_bytes()
+    (whole.run.path / "parts").mkdir()
+    (whole.run.path / "parts" / "000000.parquet").touch()
     again = study.run_study(
         plan, whole.run.path, resume=True, build_report=lambda run, folder, reached: folder / run.id
     )
     assert (again.cells, again.evaluations) == (whole.cells, whole.evaluations)
     assert again.report == whole.run.path / "report" / whole.run.id
     assert (whole.run.path / "manifest.json").read_bytes() == before
+    assert not (whole.run.path / "parts").exists()
     with pytest.raises(InputError, match="another plan"):
         study.run_study(replace(plan, seed=9), whole.run.path, resume=True)
 

@@ -1,4 +1,4 @@
-"""Every figure of the made-up run, drawn once."""
+"""The figures of the made-up run, and of one with rows that start from N, L and V."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from phongbench.analysis.rows import Rows, at
 from phongbench.formulas.formula import Formula
 from phongbench_reports.figures import FIGURES
 from phongbench_reports.plots import Plate, ink
+from phongbench_reports.second_process import Drawn
 
 
 @pytest.fixture(scope="session")
@@ -56,8 +57,8 @@ def with_recipes(run: Any) -> Any:
 
 
 @pytest.fixture(scope="session")
-def plates(study: Rows) -> dict[str, Plate]:
+def plates(study: Rows, drawings: dict[str, Drawn]) -> dict[str, Plate]:
+    raw = Rows(with_recipes(study.run))
     with ink():
-        raw = Rows(with_recipes(study.run))
-        drawn = {figure.name: figure.make(raw if figure.name in OF_RAW else study) for figure in FIGURES}
-    return {name: plate for name, plate in drawn.items() if isinstance(plate, Plate)}
+        found = {p.name: p.make(raw) if p.name in OF_RAW else drawings[p.name].content for p in FIGURES}
+    return {name: plate for name, plate in found.items() if isinstance(plate, Plate)}

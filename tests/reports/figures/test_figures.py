@@ -232,6 +232,7 @@ def test_a_front_is_made_once_and_is_that_of_the_rows(study: Rows) -> None:
     assert study.front(study.alpha, study.precision) is found
 
 
+@pytest.mark.usefixtures("blank_figures")
 def test_a_resolved_twin_withholds_speed_claims(made_up: Callable[..., Any], tmp_path: Path) -> None:
     run = made_up(tmp_path, alphas=(10.0, 50.0), gammas=(8, 16), precisions=("float32",))
     run.timing.loc[run.timing["approximation"] == "aa-twin", "verdict"] = "slower"

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -43,25 +40,21 @@ def test_the_sphere_of_phong_is_dark_where_that_of_the_half_vector_fades() -> No
     assert (by_half[middle, edge] > without[middle, edge] + 0.2).all()
 
 
-def test_normals_are_told_with_their_mean_and_largest_error(
-    plates: dict[str, Plate], study: Rows, made_up: Callable[..., Any], tmp_path: Path
-) -> None:
+def test_normals_are_told_with_their_mean_and_largest_error(plates: dict[str, Plate], study: Rows) -> None:
     plate = plates["inverse"]
     row = at(study.inverse, approximation="schlick", alpha=50.0).iloc[0]
     assert f"schlick {number(row['mean_degrees'])}° ({number(row['max_degrees'])}°)" in plate.takeaway
     assert "no highlight" in plate.takeaway
     assert len(plate.data) == 5 * study.inverse["alpha"].nunique()
-    bare = Rows(replace(made_up(tmp_path), inverse=TABLES["inverse"].frame()))
+    bare = Rows(replace(study.run, inverse=TABLES["inverse"].frame()))
     absent = next(part for part in FIGURES if part.name == "inverse").make(bare)
     assert isinstance(absent, Absent)
     assert "--probe inverse" in absent.fix
 
 
 @pytest.mark.parametrize("name", ["moments", "cut"])
-def test_a_run_without_lobes_says_which_probe_gives_them(
-    name: str, made_up: Callable[..., Any], tmp_path: Path
-) -> None:
-    bare = Rows(replace(made_up(tmp_path), moments=TABLES["moments"].frame(), cuts=TABLES["cuts"].frame()))
+def test_a_run_without_lobes_says_which_probe_gives_them(name: str, study: Rows) -> None:
+    bare = Rows(replace(study.run, moments=TABLES["moments"].frame(), cuts=TABLES["cuts"].frame()))
     [part] = [figure for figure in FIGURES if figure.name == name]
     absent = part.make(bare)
     assert isinstance(absent, Absent)

@@ -215,15 +215,14 @@ def test_with_timing_every_formula_and_skip_has_a_time(two_scenes, tiny):
 # a run
 
 
-def test_a_run_keeps_the_tables_and_verifies(two_scenes, tiny, tmp_path):
+def test_a_run_keeps_the_tables_and_verifies(found, tiny, tmp_path):
     run = runs.load(study.run_study(tiny, tmp_path / "run").run.path)
     assert runs.verify(run) == []
     assert run.scene_times.empty
     for name in ("scenes", "skips", "far"):
         assert len(getattr(run, name))
-    again = tables(tiny)
     for name in ("scenes", "skips", "far"):
-        pd.testing.assert_frame_equal(getattr(run, name), again[name])
+        pd.testing.assert_frame_equal(getattr(run, name), found[name])
 
 
 def test_scenes_are_asked_by_the_flag_and_by_the_full_preset_only():
