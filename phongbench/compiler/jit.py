@@ -220,7 +220,7 @@ def elementwise(signature: Any, function: Callable[..., Any], *, fused: bool = T
 
 
 def _options(fused: bool) -> dict[str, Any]:
-    """How elementwise loops are compiled; none allocates, so none counts references, which is 4 % of its compilation."""
+    """How elementwise loops are compiled; none allocates, so none counts references: 4 % of its compilation."""
     return {"error_model": "numpy", "fastmath": FORMULA_FLAGS if fused else False, "_nrt": False}
 
 
