@@ -21,7 +21,7 @@ import pytest
 from mutating.changes import is_compiled
 
 #: what is traced: no room with bodies that are compiled from elsewhere
-_TRACED = ("support", "results", "inputs", "analysis", "study", "cli", "face", "timing")
+_TRACED = ("support", "results", "inputs", "targets", "timing", "accuracy", "analysis", "study", "cli", "face")
 _FOLDERS = (*(f"phongbench/{room}/" for room in _TRACED), "api/phongbench_api/", "reports/phongbench_reports/")
 #: what statements call; a builtin, so that every module knows it
 _PROBE = "phongbench_statement_runs"

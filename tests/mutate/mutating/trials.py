@@ -13,6 +13,7 @@ import os
 import shutil
 import subprocess
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -149,11 +150,12 @@ class Bench:
         return found | {"end": end, "note": note, "tests": len(asked), "seconds": round(seconds, 1)}
 
     def _rings(self, change: Change) -> Sequence[Sequence[str]]:
-        """Which folders and files are asked, one after the other; first the files that are named like the module."""
-        tests, room = self.copy / "tests", f"phongbench.{change.room}"
+        """What is asked, one after the other; first those of its files that are named like the changed module."""
+        rings = ((f"phongbench/{change.room}",), *RINGS)
+        tests, room, asked = self.copy / "tests", f"phongbench.{change.room}", tuple(chain(*rings))
         found = sorted(tests.rglob(f"test_{Path(change.file).stem}.py"))
-        alike = tuple(path.relative_to(tests).as_posix() for path in found if room in path.read_text())
-        return (alike, (f"phongbench/{change.room}",), *RINGS)
+        names = [path.relative_to(tests).as_posix() for path in found if room in path.read_text()]
+        return (tuple(name for name in names if name.startswith(asked)), *rings)
 
     def _asked(
         self, change: Change, folders: Sequence[str], asked: Collection[str]

@@ -13,7 +13,9 @@ from emulated_devices import Machine
 from phongbench.accuracy.enclosures import contract
 from phongbench.accuracy.enclosures.bounds import NotEnclosedError
 from phongbench.accuracy.enclosures.bounds import largest as certified
+from phongbench.accuracy.enclosures.coordinates import Lengths
 from phongbench.accuracy.enclosures.devices import Device
+from phongbench.accuracy.enclosures.emitted import Direction
 from phongbench.accuracy.enclosures.spans import Span
 from phongbench.compiler.precisions import precision_named
 from phongbench.formulas.formula import Formula, takes
@@ -190,3 +192,16 @@ def test_longer_vectors_and_wrong_recipes_are_never_better() -> None:
     pairs = [replace(each, recipe=recipe) for recipe in ("pair", "lengthwise", "reflect")]
     steps = [contract.largest(formula.spec(), f, setting, format_) for f in pairs]
     assert steps == sorted(steps)
+
+
+def test_a_scaled_vector_leaves_its_direction_by_the_rounding_of_its_components() -> None:
+    rng, rule, one = np.random.default_rng(3), Device(precision_named("float32")), np.ones(1)
+    vectors, scale = rng.normal(size=(3, 20_000)).astype(np.float32), rng.uniform(0.5, 2, 20_000).astype(np.float32)
+    exact = vectors.astype(np.float64) * scale
+    moved = np.linalg.norm(vectors * scale - exact, axis=0) / np.linalg.norm(exact, axis=0)
+    scaled = Direction("a", rule, 0 * one, 0 * one, Lengths()) * Span.of(one, one, rule)
+    assert scaled.lengths is not None
+    assert 0.4 * scaled.lengths.off < moved.max() <= scaled.lengths.off  # a device may round either way
+    twice = scaled * Span.of(one, one, rule)
+    assert twice.lengths is not None
+    assert twice.lengths.off == pytest.approx(2 * scaled.lengths.off)

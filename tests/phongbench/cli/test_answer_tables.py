@@ -20,8 +20,9 @@ ANSWER |= {"nearest_miss": None, "notes": [], "material": "gold", "target": "cpu
 def test_the_columns_of_a_recommendation_are_those_of_a_time_or_of_a_cost(
     capsys: pytest.CaptureFixture[str], choice: dict[str, Any], head: str, cost: str
 ) -> None:
-    recommendation(ANSWER | {"choices": [choice]})
-    _, heads, *rows = capsys.readouterr().out.splitlines()
+    recommendation(ANSWER | {"choices": [choice], "target": "cpu" if choice is TIMED else "rdna2"})
+    title, heads, *rows = capsys.readouterr().out.splitlines()
+    assert title.endswith("float64" if choice is TIMED else "float64, rdna2")
     (row,) = [row for row in rows if row.startswith("best ")]
     assert head in heads
     assert row.index(" 0.25 ") + len(" 0.25") == heads.index(head) + len(head)  # under the end of its head

@@ -90,6 +90,9 @@ def test_a_corner_that_is_repeated_is_dropped_while_three_are_left(obj):
         CORNERS + "f 1 \\\n 2 3 # the first\n",
         "mtllib absent.mtl\no one\n" + CORNERS + "vt 0 0\nusemtl red\n\t f  1/1 2/1 3/1\n",
         "\ufeff" + CORNERS + "s off\ng some\nf 1 2 3\nl 1 2\np 1\n",
+        CORNERS + "f 1 2 3/\n",
+        CORNERS + "f 1/ 2 3\n",
+        CORNERS + "f 1// 2 3//\n",
     ],
 )
 def test_what_files_look_like_in_the_wild(obj, text):

@@ -39,6 +39,7 @@ def test_quick_covers_what_it_promises():
 def test_presets_hold_the_powers_of_two_and_exponents_of_real_materials():
     together = set(QUICK_ALPHAS) | set(STANDARD_ALPHAS)
     assert {2.0**n for n in range(12)} <= together
+    assert {96.08, 225.0} <= together  # what Blender wrote of a plain material before 2.8, and from then on
     odd = {alpha for alpha in together if alpha != int(alpha)}
     assert odd - {96.08} <= {float(f"{material.shininess:.3g}") for material in OPENGL}  # 96.08: Blender's own
 

@@ -96,7 +96,8 @@ def call(words: list[str], folder: Path, fault: Fault | None = None, seconds: fl
                 os.kill(process, signal.SIGKILL)
             os.close(handle)
         code = os.waitstatus_to_exitcode(os.waitpid(process, 0)[1])
-        calls = json.loads(counted.read_text()) if counted.exists() else {}
+        whole = counted.exists() and code >= 0  # one that was killed may have begun to write them
+        calls = json.loads(counted.read_text()) if whole else {}
         return Ended(code, said.read_text(errors="replace"), calls)
 
 

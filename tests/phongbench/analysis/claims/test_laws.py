@@ -29,6 +29,8 @@ def test_two_normals_are_left_wherever_both_are_seen() -> None:
     found = judged("m")
     assert (found["verdict"], found["coverage"]) == ("holds", "law")
     shares = {one["light_degrees"]: one["open_share"] for one in found["conditions"]}
+    assert list(shares) == [0, 20, 45, 70]
+    assert "lights 0, 20, 45 and 70 degrees from the viewer" in found["rule"]
     # the second solution is the light's angle plus acos(i): it is seen up to 90 degrees
     for degrees, share in shares.items():
         assert share == pytest.approx(1 - np.cos(np.radians(90 - degrees)), abs=2e-3), degrees
