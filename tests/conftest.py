@@ -77,11 +77,11 @@ def only_figures() -> Callable[..., AbstractContextManager[None]]:
 
     @contextmanager
     def only(*names: str) -> Iterator[None]:
-        build = importlib.import_module("phongbench_reports.build")
-        chosen = tuple(entry for entry in build.FIGURES if entry.name in (names or ("front", "speed")))
+        drawing = importlib.import_module("phongbench_reports.drawing")
+        chosen = tuple(entry for entry in drawing.FIGURES if entry.name in (names or ("front", "speed")))
         with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(build, "FIGURES", chosen)
-            patch.setattr(build, "LONG", ())
+            patch.setattr(drawing, "FIGURES", chosen)
+            patch.setattr(drawing, "LONG", ())
             yield
 
     return only

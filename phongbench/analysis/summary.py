@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +15,6 @@ from phongbench.analysis.mesh_edges import in_words, reaches
 from phongbench.analysis.rows import Rows, at
 from phongbench.analysis.target_costs import checked
 from phongbench.errors import InputError
-from phongbench.inputs.plan import PRESETS
 from phongbench.results.runs import DEFAULT_ROOT, Run, remedy, require_rows, unfinished
 from phongbench.results.schema import CPU
 
@@ -79,29 +77,6 @@ def _swept(manifest: Mapping[str, Any]) -> str | None:
         again = f"{of['compared']} measured again by another, the same bits"
         return f"in {of['shards']} shards by {of['workers']} workers; {again}"
     return f"in {len(manifest['merged'])} shards, joined" if "merged" in manifest else None
-
-
-def listed(run: Run) -> dict[str, Any]:
-    """A run in a line, as plain data.
-
-    study   the preset, or `custom` where the plan differs from it in what it measures
-    timed   whether it has times
-    bytes   of its tables
-    """
-    plan, files = run.plan, run.manifest["files"]
-    usual = PRESETS.get(plan.preset)
-    same = usual is not None and replace(plan, seed=usual.seed) == usual.validated()
-    return {
-        "run": run.id,
-        "state": run.manifest["state"],
-        "preset": plan.preset,
-        "path": str(run.path),
-        "study": plan.preset if same else "custom",
-        "alphas": list(plan.alphas),
-        "precisions": list(plan.precisions),
-        "timed": bool(files.get("timing.parquet", {}).get("rows", 0)),
-        "bytes": sum(file["bytes"] for file in files.values()),
-    }
 
 
 def _answers(run: Run, targets: list[str], root: Path) -> list[dict[str, Any]]:

@@ -16,7 +16,7 @@ from phongbench.support.user_paths import is_folder
 @JSON
 def list_runs(as_json: bool) -> None:
     """List the runs in phongbench-runs, oldest first: what each measured, its size, and whether it is complete."""
-    from phongbench.analysis.summary import listed
+    from phongbench.analysis.listing import listed
     from phongbench.cli.layout import table
     from phongbench.results import runs as results
 
@@ -60,7 +60,7 @@ def show_run(run_name: str, targets: tuple[str, ...], verbose: bool, as_json: bo
     from phongbench.results.answering import kept
 
     run = results.find(run_name, ROOT)
-    document = kept(run, ROOT, _summary, targets=targets)
+    document = kept(run, ROOT, summary_of, targets=targets)
     found = document["verdict"]
     title = f"Least sampled error per exponent, {document['precision']} highlight; not promised"
     lobes = document["lobes"]
@@ -77,7 +77,7 @@ def show_run(run_name: str, targets: tuple[str, ...], verbose: bool, as_json: bo
     )
 
 
-def _summary(run: Any, *, targets: tuple[str, ...], root: Path) -> dict[str, Any]:
+def summary_of(run: Any, *, targets: tuple[str, ...], root: Path) -> dict[str, Any]:
     """What a run holds and says to ship, where it is not kept."""
     from phongbench.analysis.rows import Rows
     from phongbench.analysis.summary import summarise

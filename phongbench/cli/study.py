@@ -180,16 +180,23 @@ def report(run_name: str, out: Path | None, single_file: bool) -> None:
     Of an interrupted run it tells what was measured, as soon as there are errors. A folder that holds the report
     already, whole and drawn of the same run by the same version, is left as it is.
     """
-    from phongbench.cli.terminal import TerminalProgress
     from phongbench.results import runs
+    from phongbench_reports.kept import there
+
+    run = runs.find(run_name, ROOT)
+    folder = out or run.path / "report"
+    page = None if single_file else there(run, folder)
+    lacking = runs.unfinished(run if page else runs.require_rows(run))
+    notes([f"{lacking}; {runs.remedy(run)}"] if lacking else [])
+    click.echo(page or _drawn(run, folder, single_file=single_file))
+
+
+def _drawn(run: Any, folder: Path, *, single_file: bool) -> Path:
+    """The page of a report that is drawn now."""
+    from phongbench.cli.terminal import TerminalProgress
     from phongbench.support.progress import Reached
     from phongbench_reports import build
 
-    run = runs.find(run_name, ROOT)
-    lacking = runs.unfinished(runs.require_rows(run))
-    notes([f"{lacking}; {runs.remedy(run)}"] if lacking else [])
     with TerminalProgress() as progress:
         progress.stage("drawing the report", 1.0)
-        folder = out or run.path / "report"
-        page = build(run, folder, single_file=single_file, processes=2, progress=Reached(progress))
-    click.echo(page)
+        return build(run, folder, single_file=single_file, processes=2, progress=Reached(progress))

@@ -33,12 +33,13 @@ def exit_on_failures(outcome: Any) -> None:
 
 def summary(outcome: Any) -> None:
     """The verdict, where the time went, and what to do next."""
-    from phongbench.analysis.rows import Rows
-    from phongbench.analysis.verdict import verdict
+    from phongbench.cli.runs import summary_of
     from phongbench.cli.verdict_table import next_commands, verdict_table
+    from phongbench.results.answering import kept
 
     run = outcome.run
-    found = verdict(Rows(run)) if len(run.accuracy) else None
+    # many go on with `show`, which then has its answer
+    found = kept(run, ROOT, summary_of, targets=())["verdict"] if len(run.accuracy) else None
     if found:
         verdict_table(found)
     if outcome.finished_before:

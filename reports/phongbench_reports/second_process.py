@@ -4,6 +4,8 @@ It begins while the first process makes the tables, and gives the same figures, 
 process draws them itself, and meets the same failure if there is one.
 """
 
+from __future__ import annotations
+
 import pickle
 import subprocess
 import sys
@@ -13,20 +15,18 @@ from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import IO
+from typing import IO, TYPE_CHECKING
 
-from matplotlib.figure import Figure
-
-from phongbench.analysis.rows import Rows
-from phongbench.results import runs
-from phongbench_reports.figures import FIGURES
-from phongbench_reports.plots import Plate, ink, svg_pair
-from phongbench_reports.table import Absent, Part
+if TYPE_CHECKING:  # what draws takes two seconds of a core to import: the other process begins before
+    from phongbench.analysis.rows import Rows
+    from phongbench_reports.plots import Plate
+    from phongbench_reports.table import Absent, Part
 
 #: not `-m`: what is pickled would be of __main__, which is another module over here
 _CHILD = f"import sys; from {__name__} import serve; serve(sys.argv[1], sys.stdin, sys.stdout.buffer)"
 #: name of a figure -> what was drawn
 Figures = Mapping[str, "Drawn"]
+Process = subprocess.Popen[bytes]
 
 
 @dataclass(frozen=True)
@@ -43,6 +43,8 @@ class Drawn:
 
 def drawn(study: Rows, entry: Part) -> Drawn:
     """One figure of a study; call it inside `ink`."""
+    from phongbench_reports.plots import Plate, svg_pair
+
     content = entry.make(study)
     return Drawn(content, svg_pair(content.figure, entry.name) if isinstance(content, Plate) else None)
 
@@ -59,7 +61,7 @@ class Shared:
         """How many figures neither process has begun."""
         return len(self._left)
 
-    def __init__(self, names: Iterable[str], process: "subprocess.Popen[bytes]") -> None:
+    def __init__(self, names: Iterable[str], process: Process) -> None:
         self._left = deque(names)
         self._theirs: dict[str, Drawn] = {}
         self._thread = threading.Thread(target=self._ask, args=(process,), daemon=True)
@@ -76,7 +78,7 @@ class Shared:
         self._thread.join()
         return self._theirs
 
-    def _ask(self, process: "subprocess.Popen[bytes]") -> None:
+    def _ask(self, process: Process) -> None:
         if process.stdin is None or process.stdout is None:
             return
         while self._left:
@@ -90,18 +92,30 @@ class Shared:
 
 
 @contextmanager
-def beside(path: Path, names: Iterable[str]) -> Iterator[Shared]:
-    """While it lasts, another process draws some of these figures of the run in this folder."""
+def begun(path: Path | None) -> Iterator[Process | None]:
+    """While it lasts there is a process for figures of the run in this folder, for `beside`; none without a folder."""
+    if path is None:
+        yield None
+        return
     words = [sys.executable, "-c", _CHILD, str(path)]
     pipe = subprocess.PIPE
     process = subprocess.Popen(words, stdin=pipe, stdout=pipe, stderr=subprocess.DEVNULL)
+    try:
+        yield process
+    finally:
+        process.kill()
+        process.communicate()
+
+
+@contextmanager
+def beside(process: Process, names: Iterable[str]) -> Iterator[Shared]:
+    """While it lasts, that process draws some of these figures; it ends with it."""
     shared = Shared(names, process)
     try:
         yield shared
     finally:
         process.kill()
         shared.theirs()
-        process.communicate()
 
 
 def serve(path: str, asked: Iterable[str], out: IO[bytes]) -> None:
@@ -110,6 +124,13 @@ def serve(path: str, asked: Iterable[str], out: IO[bytes]) -> None:
     asked  lines, each the name of a figure
     out    receives each one, pickled
     """
+    from matplotlib.figure import Figure
+
+    from phongbench.analysis.rows import Rows
+    from phongbench.results import runs
+    from phongbench_reports.figures import FIGURES
+    from phongbench_reports.plots import Plate, ink
+
     study, entries = Rows(runs.load(Path(path))), {entry.name: entry for entry in FIGURES}
     with ink():
         for line in asked:

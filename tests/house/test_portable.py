@@ -70,7 +70,7 @@ def without_posix(code: str, *words: str) -> object:
 def test_every_module_can_be_imported() -> None:
     imported = without_posix(IMPORT)
     assert isinstance(imported, list)
-    assert {"phongbench.timing.interference", "phongbench_api.serve", "phongbench_reports.build"} <= set(imported)
+    assert {"phongbench.timing.interference", "phongbench_api.serve", "phongbench_reports.drawing"} <= set(imported)
 
 
 @pytest.mark.skipif(jit.DISABLED, reason="plain Python is not timed")

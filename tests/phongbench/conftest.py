@@ -1,10 +1,14 @@
 """Shared studies: real sweeps of the real engine, small enough to be made once for a session."""
 
+import json
+import os
+import platform
+import subprocess
 import sys
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import mpmath
 import pandas as pd
@@ -73,6 +77,49 @@ def law_rows(once: Callable[..., pd.DataFrame]) -> pd.DataFrame:
 def swept() -> Callable[..., pd.DataFrame]:
     """The accuracy rows of a plan, by (plan, jobs=2)."""
     return _swept
+
+
+class ColdStart(NamedTuple):
+    """A kernel cache that was empty before the second process of a study compiled into it.
+
+    plan         that it compiled for
+    environment  of processes that use it
+    names        of the functions that were compiled
+    """
+
+    plan: Plan
+    environment: dict[str, str]
+    names: set[str]
+
+
+#: the processor that most of today's have in common, by LLVM's name
+OLDER = "x86-64-v3"
+
+
+@pytest.fixture(scope="session")
+def cold_start(common_folder: Path, once: Callable[..., Any]) -> ColdStart:
+    """Made once: it takes twenty seconds. On x86 it is for OLDER, so that a study for that one finds its drivers."""
+    plan = replace(
+        preset("quick"),
+        approximations=("phong",),
+        alphas=(10.0,),
+        strata=("highlight",),
+        probes=(),
+        spaces=("reflect",),
+        raw=("phong/each",),
+        precisions=("float32",),
+        samples=1000,
+    ).validated()
+    cache = common_folder / "cold-start"
+    pinned = {"NUMBA_CPU_NAME": OLDER, "NUMBA_CPU_FEATURES": ""} if platform.machine() == "x86_64" else {}
+
+    def compiled() -> set[str]:
+        command, given = [sys.executable, "-m", "phongbench.study.precompile"], json.dumps(plan.as_dict()).encode()
+        environment = {**os.environ, **pinned, "PHONGBENCH_CACHE": str(cache)}
+        subprocess.run(command, input=given, env=environment, check=True, capture_output=True)
+        return {path.name.split("-")[0] for path in cache.rglob("*.nbi")}
+
+    return ColdStart(plan, {**os.environ, "PHONGBENCH_CACHE": str(cache)}, once("cold-start", compiled))
 
 
 def timing_of(accuracy: pd.DataFrame, ratio: Callable[[Any], float]) -> pd.DataFrame:

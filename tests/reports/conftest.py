@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
@@ -14,7 +13,7 @@ import phongbench_reports
 from phongbench.analysis.rows import Rows
 from phongbench.inputs.plan import preset
 from phongbench.results import runs, schema
-from phongbench_reports import second_process
+from phongbench_reports import drawing, plots
 from phongbench_reports.figures import FIGURES
 from phongbench_reports.plots import ink
 from phongbench_reports.second_process import Drawn, drawn
@@ -62,7 +61,7 @@ def as_drawn(drawings: dict[str, Drawn]) -> Callable[[], AbstractContextManager[
     @contextmanager
     def taken() -> Iterator[None]:
         with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(sys.modules["phongbench_reports.build"], "drawn", lambda _, part: drawings[part.name])
+            patch.setattr(drawing, "drawn", lambda _, part: drawings[part.name])
             yield
 
     return taken
@@ -71,7 +70,7 @@ def as_drawn(drawings: dict[str, Drawn]) -> Callable[[], AbstractContextManager[
 @pytest.fixture
 def blank_figures(monkeypatch: pytest.MonkeyPatch) -> None:
     """Reports say what they say about their figures, and draw none: half of the work, where nobody looks at them."""
-    monkeypatch.setattr(second_process, "svg_pair", lambda *_: (b"<svg/>", b"<svg/>"))
+    monkeypatch.setattr(plots, "svg_pair", lambda *_: (b"<svg/>", b"<svg/>"))
 
 
 @pytest.fixture(scope="session")

@@ -19,7 +19,7 @@ from phongbench_reports import build, second_process
 from phongbench_reports.figures import FIGURES
 from phongbench_reports.kept import MADE
 from phongbench_reports.plots import ink
-from phongbench_reports.second_process import beside, drawn
+from phongbench_reports.second_process import begun, beside, drawn
 
 #: enough for both processes to draw some
 FEW = ("error_angle", "error_gamma", "heatmap", "split", "speed")
@@ -63,7 +63,7 @@ def test_the_answer_of_the_other_process_holds_what_was_asked(stored: runs.Run) 
 
 def test_two_processes_share_the_figures(stored: runs.Run) -> None:
     names = list(FEW)
-    with beside(stored.path, names) as shared:
+    with begun(stored.path) as other, beside(other, names) as shared:
         first = next(shared.mine())
         theirs = shared.theirs()  # all the others, from the last on
     assert [first, *reversed(theirs)] == names
@@ -72,17 +72,17 @@ def test_two_processes_share_the_figures(stored: runs.Run) -> None:
 def test_two_processes_write_the_same_bytes_as_one(
     stored: runs.Run, files: dict[str, bytes], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(sys.modules["phongbench_reports.build"], "cores", lambda: 2)
+    monkeypatch.setattr(sys.modules["phongbench_reports"], "cores", lambda: 2)
     assert _contents(build(stored, tmp_path / "report", processes=2)) == files
 
 
 def test_what_a_failed_process_leaves_is_drawn_here(
     stored: runs.Run, files: dict[str, bytes], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(sys.modules["phongbench_reports.build"], "cores", lambda: 2)
+    monkeypatch.setattr(sys.modules["phongbench_reports"], "cores", lambda: 2)
     lost = dataclasses.replace(stored, path=tmp_path / "no such run")
     for name in (file.removesuffix(".parquet") for file in stored.manifest["files"]):
         lost.__dict__[name] = getattr(stored, name)
-    with beside(lost.path, ["split"]) as shared:
+    with begun(lost.path) as other, beside(other, ["split"]) as shared:
         assert shared.theirs() == {}
     assert _contents(build(lost, tmp_path / "report", processes=2)) == files

@@ -7,6 +7,7 @@ are run both ways, and the larger error counts.
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from functools import lru_cache
 from itertools import product
 from typing import Any
 
@@ -45,15 +46,25 @@ def largest_error(
     limited       as for `written`
     length_error  how much longer or shorter than 1 the directions may be; each is tried at both ends
     """
+    texts = tuple(_text(spec, formula, setting, language, limited=limited, fused=fused) for fused in (False, True))
+    return _error_of(texts, formula, setting.alpha, language.precision, length_error)
+
+
+@lru_cache(maxsize=1 << 10)
+def _error_of(texts: tuple[str, ...], formula: Formula, alpha: float, precision: str, length_error: float) -> float:
+    """See `largest_error`; languages whose statements are the same, as those of GPUs mostly are, share it.
+
+    texts  both ways in which the code may round, for NumPy
+    """
     degrees = 90.0 * np.linspace(0.0, 1.0, ANGLES) ** 2
-    given = directions(formula, degrees)
+    given, functions = directions(formula, degrees), [_function(text) for text in texts]
     lengths = product(*[(1.0 - length_error, 1.0 + length_error) if length_error else (1.0,)] * len(given))
     largest = 0.0
     for each in lengths:
-        held = [_held(length * one, language.precision) for length, one in zip(each, given, strict=True)]
-        truth = np.maximum(cosines(formula, held), 0.0) ** setting.alpha
-        for fused in (False, True):
-            value = compiled(spec, formula, setting, language, limited=limited, fused=fused)(*held)
+        held = [_held(length * one, precision) for length, one in zip(each, given, strict=True)]
+        truth = np.maximum(cosines(formula, held), 0.0) ** alpha
+        for highlight in functions:
+            value = highlight(*held)
             error = float(np.abs(value.astype(np.float64) - truth).max())
             largest = math.inf if math.isnan(error) else max(largest, error)
     return largest
@@ -63,8 +74,19 @@ def compiled(
     spec: Approximation, formula: Formula, setting: Setting, language: Language, *, limited: bool, fused: bool = False
 ) -> Callable[..., Array]:
     """What the code for a language computes, as a function of arrays (..., 3) of the language's precision."""
+    return _function(_text(spec, formula, setting, language, limited=limited, fused=fused))
+
+
+def _text(
+    spec: Approximation, formula: Formula, setting: Setting, language: Language, *, limited: bool, fused: bool
+) -> str:
+    """The statements that the language would have, as NumPy's."""
+    return written(spec, formula, setting, _in_numpy(language, fused=fused), limited=limited)
+
+
+def _function(text: str) -> Callable[..., Array]:
     scope: dict[str, Any] = {}
-    exec(written(spec, formula, setting, _in_numpy(language, fused=fused), limited=limited), scope)
+    exec(text, scope)
     made: Callable[..., Array] = scope["highlight"]
     return made
 

@@ -20,7 +20,7 @@ WITHOUT = [
     pytest.param("front latest --alpha 50", COMPILER | OTHERS, id="front"),
     pytest.param("show latest", COMPILER | OTHERS, id="show"),
     pytest.param("recommend --alpha 50 --max-error 1/255", COMPILER | OTHERS, id="recommend"),
-    pytest.param("list", COMPILER | OTHERS, id="list"),
+    pytest.param("list", COMPILER | TABLES | OTHERS, id="list"),
     pytest.param("shader lyon:dot:8 --alpha 50", COMPILER | TABLES | OTHERS, id="shader"),
     pytest.param("shader gaussian --alpha 50 --target rdna2", COMPILER | TABLES | OTHERS, id="shader of a target"),
 ]

@@ -3,12 +3,15 @@
 import json
 from collections.abc import Callable
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
 from click.testing import CliRunner, Result
 
+from phongbench.cli.common import ROOT
 from phongbench.cli.main import main
+from phongbench.cli.study_answers import summary
 from phongbench.results import answering, runs
 
 RUN = "20260101-000000-0123abcd"
@@ -79,3 +82,13 @@ def test_nothing_within_the_budget_exits_alike_again(here: runs.Run) -> None:
     first, again = (_asked("recommend --alpha 50 --max-error 1e-9") for _ in range(2))
     assert first.exit_code == again.exit_code == 1
     assert first.stdout == again.stdout
+
+
+def test_a_study_that_ends_has_answered_show(here: runs.Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    whole = dict.fromkeys(("accuracy", "compiling", "total"), 1.0)
+    outcome = SimpleNamespace(
+        run=runs.find("latest", ROOT), finished_before=False, report=None, evaluations=1, cells=1, seconds=whole
+    )
+    summary(outcome)
+    monkeypatch.setattr(answering, "_text", _refuse)
+    assert "What to ship" in _asked("show latest").stdout

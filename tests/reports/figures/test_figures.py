@@ -21,7 +21,7 @@ from phongbench.analysis.front import front
 from phongbench.analysis.rows import Rows, at
 from phongbench.formulas import error_laws
 from phongbench_reports import figures, plots, ticks
-from phongbench_reports.build import csv_of
+from phongbench_reports.drawing import csv_of
 from phongbench_reports.figures import FIGURES, spheres
 from phongbench_reports.plots import Plate, ink
 from phongbench_reports.table import Absent

@@ -11,7 +11,7 @@ import pandas as pd
 import pytest
 
 from phongbench.analysis.rows import Rows
-from phongbench_reports.build import build
+from phongbench_reports import build
 from phongbench_reports.table import Absent, Table
 from phongbench_reports.tables.sureness import sureness
 

@@ -178,10 +178,10 @@ class Bench:
     def _draw_once(self) -> None:
         """Draws the report here once for all, since faults concern its writing."""
         shutil.copytree(self.reference, self.folder)
-        reports: Any = importlib.import_module("phongbench_reports.build")  # not the function of that name
-        sections = reports.sections_of(Rows(runs.load(self.folder)))
-        reports.sections_of = lambda *given, **more: sections
-        reports.cores = lambda: 1
+        drawing: Any = importlib.import_module("phongbench_reports.drawing")
+        sections = drawing.sections_of(Rows(runs.load(self.folder)))
+        drawing.sections_of = lambda *given, **more: sections
+        importlib.import_module("phongbench_reports").cores = lambda: 1  # type: ignore[attr-defined]
         here(self._report(self.folder))
         self.pages = _digests(self.folder / "report")
 

@@ -15,14 +15,14 @@ import pandas as pd
 from phongbench.analysis.rows import Rows
 from phongbench.results.runs import require_rows
 from phongbench.support.atomic_files import write_bytes
-from phongbench.support.process import cores, seldom_collected
+from phongbench.support.process import seldom_collected
 from phongbench.support.user_paths import make_folder
 from phongbench_reports.figures import FIGURES
 from phongbench_reports.figures.pictures import SECTIONS
-from phongbench_reports.kept import is_current, origin, remember
+from phongbench_reports.kept import PAGE, is_current, origin, remember
 from phongbench_reports.page import Links, Section, render, style_sheet
 from phongbench_reports.plots import Plate, ink, svg_pair
-from phongbench_reports.second_process import Drawn, Shared, beside, drawn
+from phongbench_reports.second_process import Drawn, Process, Shared, beside, drawn
 from phongbench_reports.svg import of_both
 from phongbench_reports.table import Absent, Part
 from phongbench_reports.tables.adapter import adapter
@@ -162,30 +162,24 @@ def _data_address(media: str, content: bytes) -> str:
 
 
 @seldom_collected()
-def build(
-    run: Run, out: Path, *, single_file: bool = False, processes: int = 1, progress: Progressed | None = None
+def draw(
+    run: Run, out: Path, *, single_file: bool = False, other: Process | None = None, progress: Progressed | None = None
 ) -> Path:
-    """Writes the report of a run; a folder that holds it already, whole and made by the same code, is left as it is.
+    """See `phongbench_reports.build`.
 
-    run          phongbench.results.runs.Run
-    out          Path     folder of the report; made if missing, its former report replaced
-    single_file  bool     one file with everything in it, no figures/, data/ or style.css: `out` itself where that is
-                          named .html, else index.html in that folder
-    processes    int      from 2 on, where there are as many cores, another process draws some of the figures
-    progress     called with (done, total) before each figure that this process draws
-    returns      Path     of the page
-    Raises InputError for a run without accuracy rows, and for an `out` that can be no folder; StorageError.
+    other  the process that draws some of the figures, see `second_process.begun`
     """
     study = Rows(require_rows(run))
     named = single_file and out.suffix.lower() in (".html", ".htm") and not out.is_dir()
-    index = out if named else out / "index.html"
+    index = out if named else out / PAGE
     make_folder(index.parent)
-    of = None if single_file else origin(run, [part.name for part in FIGURES])
+    drawn_here = [part.name for part in FIGURES]
+    of = None if single_file else origin(run, drawn_here)
     if of is not None and is_current(out, of):
         return index
-    if min(processes, cores()) > 1:
+    if other is not None:
         names = [part.name for part in FIGURES if part.name not in LONG]
-        with beside(run.path, [*names, *LONG]) as shared:
+        with beside(other, [*names, *LONG]) as shared:
             sections, pictures = sections_of(study, shared, progress)
     else:
         sections, pictures = sections_of(study, progress=progress)
@@ -200,7 +194,7 @@ def build(
         parts = _write_parts(out, pictures, sheets, [section.name for section in sections])
     _write(index, render(study, sections, links).encode("utf-8"))
     if of is not None:
-        remember(out, of, [index.name, *parts])
+        remember(out, of, drawn_here, [index.name, *parts])
     return index
 
 
