@@ -268,5 +268,6 @@ def measure_cells(
                 if largest > worst[t, 0]:
                     _find_worst(v2, target, e, a, b, start, largest, worst[t])
             if truths == 2:
-                counts[row + 1, ABOVE_ONE:] = counts[row, ABOVE_ONE:]
+                # one by one: for a slice numba compiles what words a mismatch of shapes, a third of all there is here
+                counts[row + 1, ABOVE_ONE], counts[row + 1, NEGATIVE] = counts[row, ABOVE_ONE], counts[row, NEGATIVE]
                 sums[row + 1, MODEL], sums[row + 1, ROUNDING] = sums[row, MODEL], sums[row, ROUNDING]

@@ -66,6 +66,9 @@ def checked(target: str, short_of: str | None, root: Shelf = DEFAULT_ROOT) -> st
         raise UnknownNameError("unit", short_of, UNITS, "short_of")
     if short_of is not None and target not in TARGETS:
         raise InputError("only a compiled target tells what its units do", "short_of", "name a target, e.g. rdna2")
+    if short_of is not None and not shipped(target).baseline.short_of(short_of):
+        what = f"exact Phong needs nothing of a {short_of} unit on {target}, so no cost stands beside it there"
+        raise InputError(what, "short_of", "leave it out, or name a GPU, e.g. rdna2")
     return target
 
 

@@ -90,7 +90,7 @@ class _Lowering:
         lowered.__lowered_source__ = text  # type: ignore[attr-defined]
         lowered.__callees__ = self.callees  # type: ignore[attr-defined]
         lowered.__known__ = {n: self.given[n] for n in known_arguments(self.body)}  # type: ignore[attr-defined]
-        return jit.inline(lowered)
+        return jit.inline(lowered, self.precision.carrier)
 
     # statements
 

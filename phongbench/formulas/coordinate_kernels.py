@@ -103,7 +103,7 @@ def _bound(kernel: Body, wiring: tuple[str, ...], precision: Precision, known: t
     namespace: dict[str, Any] = {"__name__": __name__, "kernel": lower(kernel, precision, **dict(known))}
     text = f"def bound(x, c0, c1, c2, c3, table): return kernel({', '.join(('x', *wiring))})"
     exec(compile(text, f"<{kernel.__module__}.bound>", "exec"), namespace)
-    bound: Callable[..., Any] = jit.inline(namespace["bound"])
+    bound: Callable[..., Any] = jit.inline(namespace["bound"], precision.carrier)
     return bound
 
 
@@ -160,11 +160,10 @@ def _form_bodies(precision: Precision, normalise: str) -> list[Body]:
 def _ones(precision: Precision) -> Body:
     one = precision.constant(1.0)
 
-    @jit.inline
     def ones(ax: Any, ay: Any, az: Any, bx: Any, by: Any, bz: Any) -> Any:
         return one
 
-    return ones
+    return jit.inline(ones, precision.carrier)
 
 
 @cache

@@ -132,12 +132,11 @@ def _of_unit(body: Body, reciprocal: Body, precision: Precision) -> Body:
     """The body on vectors that are made unit first."""
     inverse, times = lower(reciprocal, precision), lower(scaled, precision)
 
-    @jit.inline
     def of_unit(ax: Any, ay: Any, az: Any, bx: Any, by: Any, bz: Any) -> Any:
         p, q = inverse(ax, ay, az), inverse(bx, by, bz)
         return body(times(ax, p), times(ay, p), times(az, p), times(bx, q), times(by, q), times(bz, q))
 
-    return of_unit
+    return jit.inline(of_unit, precision.carrier)
 
 
 def plain(form: str, normalise: str) -> Callable[[Vector, Vector], tuple[Any, Any]]:

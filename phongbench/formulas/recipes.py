@@ -62,7 +62,7 @@ Nine = tuple[Any, ...]
 @cache
 def pair_of(recipe: str, precision: Precision) -> Body:
     """Compiled: the nine components of N, L and V to the six of the pair."""
-    return jit.inline(_composed(recipe, lambda body: lower(body, precision)))
+    return jit.inline(_composed(recipe, lambda body: lower(body, precision)), 6 * (precision.carrier,))
 
 
 def plain(recipe: str) -> Callable[..., Nine]:

@@ -5,9 +5,9 @@ import pytest
 from adversary import FORMULAS, WAYS, Attack, Machine, raw_pairs, worst
 
 from phongbench.accuracy.enclosures.bounds import largest
-from phongbench.accuracy.enclosures.coordinates import coordinates, end_of_deficits, normalised
+from phongbench.accuracy.enclosures.coordinates import Lengths, coordinates, end_of_deficits, normalised, squared_cross
 from phongbench.accuracy.enclosures.ends import outwards
-from phongbench.accuracy.enclosures.spans import POWERS, enclosed
+from phongbench.accuracy.enclosures.spans import POWERS, Arithmetic, enclosed
 from phongbench.accuracy.probes.certify import bounds as certified
 from phongbench.compiler.precisions import precision_named
 from phongbench.formulas.formula import Formula
@@ -56,6 +56,22 @@ def test_a_coordinate_lies_in_its_enclosure(form: str, precision: str) -> None:
         assert ((c.low <= value) & (value <= c.high))[finite].all()
         assert c.opens[cosine > 0].all()
         assert c.closes[cosine <= 0].all()
+
+
+@pytest.mark.parametrize("precision", ["float16", "bfloat16", "float32"])
+def test_crosses_err_most_of_nearly_equal_vectors_between_two_axes(precision: str) -> None:
+    """There the products of a component are longest, a little above 1/2, and nothing but their rounding is left."""
+    format_, rng = precision_named(precision), np.random.default_rng(7)
+    for machine in machines(precision):
+        a = machine.unit(np.array([[1.0], [1.0], [0.0]]) + 0.01 * rng.normal(size=(3, 20_000)), WAYS[0])
+        b = machine.unit(a + format_.eps * rng.normal(size=a.shape), WAYS[0])
+        a, b = machine.fit(1.008 * a), machine.fit(1.008 * b)
+        sizes = (np.linalg.norm(v, axis=0) for v in (a, b))
+        deficit = deficits(a, b)
+        low, high = np.maximum(deficit - 1e-15, 0), deficit + 1e-15
+        found = squared_cross(Arithmetic(format_), low, high, *(Lengths(size, size) for size in sizes))
+        value = 2 * machine.coordinate("cross", a, b)
+        assert ((found.low <= value) & (value <= found.high)).all()
 
 
 @pytest.mark.parametrize("name", sorted(FORMULAS))

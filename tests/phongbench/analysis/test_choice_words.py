@@ -4,7 +4,8 @@ from typing import Any
 
 import pytest
 
-from phongbench.analysis.choice_words import plain
+from phongbench.analysis.choice import Choice
+from phongbench.analysis.choice_words import answered, plain
 from phongbench.analysis.error_budget import Budget
 from phongbench.formulas.formula import Formula
 
@@ -22,3 +23,8 @@ def test_a_slope_has_a_value_at_a_single_exponent(alpha: str, beta: float | None
 
 def test_an_error_is_told_in_codes_of_an_8_bit_display_too() -> None:
     assert plain(CELL, Budget.of("50", 0.1))["codes_8bit"] == pytest.approx(2.55)
+
+
+def test_nothing_chosen_is_an_answer_too() -> None:
+    answer = answered(Choice(None, None, resolved=False, nearest_miss=None), Budget.of("50", 0.1))
+    assert answer == {"choices": [], "nearest_miss": None, "verdict": "nothing meets the budget"}

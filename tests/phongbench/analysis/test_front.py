@@ -9,10 +9,10 @@ import pandas as pd
 import pytest
 
 from phongbench.analysis.choice import choose
-from phongbench.analysis.front import COLUMNS, front, fronts, records, states
+from phongbench.analysis.front import COLUMNS, front, fronts, records, states, worst_of
 from phongbench.analysis.kernel_times import multiplications
 from phongbench.errors import InputError
-from phongbench.results.schema import RAW
+from phongbench.results.schema import CELL, INPUT, RAW
 
 ACCURACY = {
     "lambda_form": "dot",
@@ -198,3 +198,12 @@ def test_records_hold_pythons_own_values_and_none_for_what_is_missing() -> None:
     assert [type(value) for value in first.values()] == [str, int, float, bool, str, float]
     assert second == dict.fromkeys(first) | {"flag": False}
     assert records(frame.iloc[:0]) == []
+
+
+def test_of_several_inputs_the_worst_counts_and_a_cell_that_lacks_one_is_left_out() -> None:
+    def row(cell: str, given: str, error: float) -> dict[str, object]:
+        return {**dict.fromkeys([*CELL, *INPUT], "same"), CELL[0]: cell, INPUT[0]: given, "error": error}
+
+    rows = pd.DataFrame([row("a", "one", 2.0), row("a", "other", 1.0), row("b", "one", 3.0)])
+    assert worst_of(rows)[[CELL[0], "error"]].to_numpy().tolist() == [["a", 2.0]]
+    assert worst_of(rows[rows[INPUT[0]] == "one"])["error"].tolist() == [2.0, 3.0]

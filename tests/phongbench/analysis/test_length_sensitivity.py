@@ -65,9 +65,9 @@ def test_on_the_flank_cross_is_twice_as_steep_as_difference(fitted):
     assert np.allclose(two["coefficient"] / two["coefficient_difference"], 2, rtol=0.06)
 
 
-def test_what_has_no_law_or_too_few_points_has_no_fit(law_rows):
+def test_what_has_no_law_or_too_few_points_has_no_fit(fitted, law_rows):
     assert length_sensitivity.law("tan2", "a", 50.0, 8.0, np.array([0.01])) is None
-    assert set(length_sensitivity.fits(law_rows)["lambda_form"]) == set(length_sensitivity.FORMS)
+    assert set(fitted["lambda_form"]) == set(length_sensitivity.FORMS)
     loud = law_rows.assign(rounding_max=1.0)
     none = length_sensitivity.fits(loud)
     assert none.empty

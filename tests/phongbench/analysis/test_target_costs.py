@@ -1,6 +1,7 @@
 """Answers for the chip that a formula ships to: errors of a run, or of the laws, with costs that a compiler counted."""
 
 import json
+import math
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -16,7 +17,7 @@ from phongbench.analysis.by_target import alike, answers
 from phongbench.analysis.front import points
 from phongbench.analysis.recommend import elsewhere, recommend
 from phongbench.analysis.rows import Rows
-from phongbench.analysis.target_costs import Price, prices, table_of
+from phongbench.analysis.target_costs import Price, checked, prices, table_of
 from phongbench.cli import answer_tables
 from phongbench.cli.main import main
 from phongbench.errors import InputError, UnknownNameError
@@ -26,6 +27,7 @@ from phongbench.results.runs import Run
 from phongbench.results.schema import TABLES
 from phongbench.targets.chips import TARGETS
 from phongbench.targets.costs import shipped
+from phongbench.targets.target import UNITS
 
 Stored = Callable[..., Run]
 #: a target of each compiler
@@ -128,8 +130,22 @@ def test_wrong_questions_are_refused(run: Run) -> None:
             ask(target="rdna2", short_of="memory")
         with pytest.raises(InputError, match="only a compiled target"):
             ask(short_of="special")
+        with pytest.raises(InputError, match="nothing of a special unit on zen4"):
+            ask(target="zen4", short_of="special")
     with pytest.raises(InputError, match="no costs of rdna2 in float64 ship"):
         recommend(None, alpha=50, max_error=0.1, precision="float64", target="rdna2")
+
+
+@pytest.mark.parametrize("unit", UNITS)
+@pytest.mark.parametrize("target", TARGETS)
+def test_a_unit_that_a_target_has_compares_every_cost_and_another_is_refused(target: str, unit: str) -> None:
+    table = shipped(target)
+    if table.baseline.short_of(unit):
+        assert checked(target, unit) == target
+        assert all(math.isfinite(table.ratio(cost, unit)) for _, cost in table.rows.values())
+    else:
+        with pytest.raises(InputError, match=target):
+            checked(target, unit)
 
 
 def test_the_command_takes_several_targets(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

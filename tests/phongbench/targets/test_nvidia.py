@@ -106,3 +106,11 @@ def test_without_the_compiler_the_package_is_named(monkeypatch: pytest.MonkeyPat
     for ask in (lambda: costs(chip("sm89"), []), chip("sm89").tool_version):
         with pytest.raises(InputError, match=r"cannot compile for sm89 here: pip install 'phongbench\[targets\]'"):
             ask()
+
+
+def test_programs_are_compiled_in_groups_and_come_back_in_their_order(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(nvidia.Nvidia, "checked", lambda self: None)
+    monkeypatch.setattr(nvidia, "_assembly", lambda group, chip: list(group))
+    monkeypatch.setattr(nvidia.Nvidia, "_counts", lambda self, text: text)
+    programs = [str(number) for number in range(2 * nvidia._TOGETHER + 1)]
+    assert list[object](chip("sm89").compile(programs)) == programs

@@ -137,8 +137,11 @@ class Service:
         return [psutil.Process(self.process.pid), *self.workers()]
 
     def files(self) -> int:
-        """How many files and connections the workers hold."""
-        return sum(worker.num_fds() for worker in self.workers())
+        """How many files and connections the workers hold, but for those of packages, such as fonts."""
+        return sum(
+            worker.num_fds() - sum(file.path.startswith(sys.prefix) for file in worker.open_files())
+            for worker in self.workers()
+        )
 
     def kill_one(self) -> float:
         """Kill a worker; seconds until there is another one, ready, or infinity."""

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from claim_tables import CODE, accuracy, judged, table
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from phongbench.analysis.claims.claim import VISIBLE
@@ -44,9 +44,14 @@ def test_far_is_where_both_may_be_held_within_one_code(rows: Any, verdict: str) 
     assert judged("i", far=table("far", rows), accuracy=accuracy([{}]))["verdict"] == verdict
 
 
-@settings(deadline=None)
 @given(st.floats(1.5, 200.0))
 def test_the_distance_that_is_far_enough_is_found_between_measured_ones(sides: float) -> None:
+    rows = pd.DataFrame(held(50.0, sides * CODE))
+    assert far_enough(rows["distance"], rows["max_abs"]) == pytest.approx(sides)
+
+
+@pytest.mark.parametrize("sides", [1.5, 16.0, 40.0, 200.0])
+def test_the_claim_tells_that_distance_and_its_law(sides: float) -> None:
     found = judged("i", far=table("far", held(50.0, sides * CODE)), accuracy=accuracy([{}]))
     (record,) = found["conditions"]
     assert record["sides_from"] == pytest.approx(sides)
