@@ -114,7 +114,8 @@ def connected(address: str, jobs: int, *, fix: str, progress: Progress) -> Itera
 
     import dask
 
-    for name in ("distributed", "distributed.client"):  # what matters is told by our own errors
+    # what matters is told by our own errors; a scheduler that is gone leaves calls that nobody waits for any more
+    for name in ("distributed", "distributed.client", "tornado", "asyncio"):
         logging.getLogger(name).setLevel(logging.CRITICAL)
     dask.config.set({"distributed.comm.timeouts.connect": "10s"} | QUIET)
     opened = _own(address, jobs) if address.startswith("local:") else _remote(address)
