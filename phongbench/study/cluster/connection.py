@@ -110,17 +110,22 @@ def connected(address: str, jobs: int, *, fix: str, progress: Progress) -> Itera
     jobs  threads of them all
     fix   what a user can do when the cluster is lost
     """
-    import logging
-
-    import dask
-
-    # what matters is told by our own errors; a scheduler that is gone leaves calls that nobody waits for any more
-    for name in ("distributed", "distributed.client", "tornado", "asyncio"):
-        logging.getLogger(name).setLevel(logging.CRITICAL)
-    dask.config.set({"distributed.comm.timeouts.connect": "10s"} | QUIET)
+    quieten()
     opened = _own(address, jobs) if address.startswith("local:") else _remote(address)
     with opened as client:
         yield Connection(client, fix, progress)
+
+
+def quieten() -> None:
+    """Have Dask say nothing beside our own errors, which tell what matters, and watch its workers little."""
+    import logging
+
+    import dask
+    import distributed  # noqa: F401  sets levels of its own, which ours have to follow
+
+    for name in ("distributed", "distributed.client"):
+        logging.getLogger(name).setLevel(logging.CRITICAL)
+    dask.config.set({"distributed.comm.timeouts.connect": "10s"} | QUIET)
 
 
 @contextmanager

@@ -185,6 +185,14 @@ def test_a_lost_scheduler_is_told_and_the_run_goes_on(plan: Plan, whole: runs.Ru
     _same(study.run_study(plan, tmp_path / "run", resume=True).run, whole)
 
 
+def test_a_process_that_has_not_met_dask_yet_hears_nothing_of_it_either() -> None:
+    """Dask sets its levels when it is imported: a lost scheduler was told with Dask's traceback before our message."""
+    program = "from logging import getLogger; from phongbench.study.cluster.connection import quieten; quieten();"
+    program += "print([getLogger(name).level for name in ('distributed', 'distributed.client')])"
+    told = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    assert told.stdout.split() == ["[50,", "50]"]
+
+
 def test_a_worker_that_computes_otherwise_ends_the_run(
     plan: Plan, standing: Processes, second: Process, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
