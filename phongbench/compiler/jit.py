@@ -140,7 +140,8 @@ def _cached(decorate: Callable[[], Any]) -> Any:
 def inline(function: F, result: Any = None) -> F:
     """Make a scalar function callable from compiled code; LLVM inlines it.
 
-    result  the type of what it returns, where that is known: it is compiled in half the time then, see `inlining`
+    result  the type of what it returns, where that is known: it is compiled in half the time then, see `inlining`.
+            It must then be called with numbers of that type: of others it would give that type all the same
     """
     if not DISABLED and result is None:
         late_numba.when_loaded(lambda: numba.extending.register_jitable(function))

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from phongbench.compiler import intrinsics, jit
-from phongbench.compiler.lowering import FLOAT64, Precision, lower
+from phongbench.compiler.lowering import Precision
 from phongbench.compiler.precisions import Array
 from phongbench.formulas import lambda_forms
 
@@ -59,8 +59,8 @@ FACES, REACHES, SEES = 1, 2, 4
 #: then ka ia, red, green and blue
 LARGEST, TINY, SLACK, AMBIENT = range(4)
 
-#: no literals in it, so one lowered form serves every precision
-dot = lower(lambda_forms.dot, FLOAT64)
+#: no literals in it, so it serves every precision as it is; a lowered form would give that of its own
+dot = jit.inline(lambda_forms.dot)
 _entry, _put, _select = intrinsics.entry, intrinsics.put, intrinsics.select
 
 

@@ -53,7 +53,7 @@ SMALLER = (
     Changed(r"run --materials", f"{UNTIMED} --precision float32 --only lyon", "minutes"),
     Changed(r"run --preset", f"{UNTIMED} --precision float32 --only lyon --alpha 10,50", "an hour"),
     Changed(
-        r"run$", f"{TINY} --precision float32 --only lyon,gaussian --alpha 10,50,200 --timing-budget 2", "a minute"
+        r"run$", f"{TINY} --precision float32 --only lyon,gaussian --alpha 10,50,200 --timing-budget 8", "a minute"
     ),
     Changed(r"render \S+ --formulas", "--size 16x9", "a second for each of fourteen formulas"),
     Changed(r"render chequerboard", "--size 160x90", "nothing depends on the number of pixels"),
