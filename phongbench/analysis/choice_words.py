@@ -6,11 +6,12 @@ from typing import Any
 
 import pandas as pd
 
-from phongbench.analysis.choice import Choice, Row
+from phongbench.analysis.choice import Choice
 from phongbench.analysis.error_budget import Budget
 from phongbench.analysis.promises import DEVICES, exponents_of
 from phongbench.formulas.formula import Formula
 from phongbench.formulas.user_files import installed
+from phongbench.results.records import Row
 from phongbench.results.schema import BASELINE, CPU
 
 
