@@ -204,16 +204,31 @@ def _constant(value: Any, count: int) -> Column:
 def _of_arrow(column: pa.ChunkedArray) -> Column:
     import pyarrow as pa
 
-    whole = pa.types.is_integer(column.type)
     if not pa.types.is_dictionary(column.type):
-        return Column(column.to_numpy(), whole=whole)
+        return Column(_numbers(column.combine_chunks()), whole=pa.types.is_integer(column.type))
     one: Any = column.unify_dictionaries().combine_chunks()
     one = one.chunk(0) if isinstance(one, pa.ChunkedArray) and one.num_chunks else one
     if isinstance(one, pa.ChunkedArray):  # of no rows
         return Column(np.zeros(0, np.intp), [])
-    places = one.indices.to_numpy(zero_copy_only=False)
-    places = np.where(np.isnan(places), -1, places) if places.dtype.kind == "f" else places
-    return Column(places.astype(np.intp), one.dictionary.to_pylist())
+    places = _numbers(one.indices)
+    return Column(np.where(places >= 0, places, -1).astype(np.intp), one.dictionary.to_pylist())
+
+
+def _numbers(array: pa.Array) -> NDArray[Any]:
+    """The numbers or truths of an array, NaN where one is missing; pyarrow itself would import pandas."""
+    import pyarrow as pa
+
+    valid, data = array.buffers()
+    held = slice(array.offset, array.offset + len(array))
+    if pa.types.is_boolean(array.type):
+        return _bits(data, held).astype(bool)
+    letter = "f" if pa.types.is_floating(array.type) else "i"
+    values = np.frombuffer(data, f"{letter}{array.type.bit_width // 8}")[held] if len(array) else np.zeros(0)
+    return np.where(_bits(valid, held), values, np.nan) if array.null_count else values
+
+
+def _bits(buffer: Any, held: slice) -> NDArray[np.uint8]:
+    return np.unpackbits(np.frombuffer(buffer, np.uint8), bitorder="little")[held]
 
 
 def _of_series(column: pd.Series[Any]) -> Column:
