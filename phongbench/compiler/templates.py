@@ -84,7 +84,7 @@ class _StandIn:
         return str(module)
 
 
-@dataclass
+@dataclass(frozen=True)
 class _Template:
     """A loop that lacks its bodies, and numba's result of compiling it."""
 

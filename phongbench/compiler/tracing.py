@@ -8,8 +8,9 @@ given the instructions that numba would give it, without its parsing, inference 
 import builtins
 import operator
 from collections.abc import Callable
+from dataclasses import dataclass
 from functools import cache, partial
-from types import CellType, FunctionType
+from types import CellType, FunctionType, ModuleType
 from typing import Any
 
 import numpy as np
@@ -44,9 +45,11 @@ def _operation(function: Callable[..., Any], *, swapped: bool = False) -> Callab
     return operate
 
 
-for _name in ("add", "sub", "mul", "truediv"):
-    setattr(Traced, f"__{_name}__", _operation(getattr(operator, _name)))
-    setattr(Traced, f"__r{_name}__", _operation(getattr(operator, _name), swapped=True))
+_NAMED = {"and": operator.and_, "or": operator.or_}  # keywords
+for _name in ("add", "sub", "mul", "truediv", "and", "or", "xor", "lshift", "rshift"):
+    _function = _NAMED.get(_name) or getattr(operator, _name)
+    setattr(Traced, f"__{_name}__", _operation(_function))
+    setattr(Traced, f"__r{_name}__", _operation(_function, swapped=True))
 for _name in ("neg", "lt", "le", "gt", "ge", "eq", "ne"):
     setattr(Traced, f"__{_name}__", _operation(getattr(operator, _name)))
 Traced.__hash__ = object.__hash__  # type: ignore[method-assign]  # lost by the definition of ==
@@ -107,4 +110,17 @@ class Writer:
         """What a body's name stands for while it is traced."""
         if isinstance(value, np.number):
             return self._value(value)
+        if isinstance(value, ModuleType):
+            return _Members(self._known, value)
         return partial(self.call, value) if callable(value) else value
+
+
+@dataclass(frozen=True)
+class _Members:
+    """A module whose members are what they stand for while a body is traced."""
+
+    known: Callable[[Any], Any]
+    module: ModuleType
+
+    def __getattr__(self, name: str) -> Any:
+        return self.known(getattr(self.module, name))
