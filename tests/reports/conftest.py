@@ -15,7 +15,6 @@ from phongbench.inputs.plan import preset
 from phongbench.results import runs, schema
 from phongbench_reports import drawing, plots
 from phongbench_reports.figures import FIGURES
-from phongbench_reports.plots import ink
 from phongbench_reports.second_process import Drawn, drawn
 
 #: tables of the made-up run that are stored
@@ -50,8 +49,7 @@ def stored(run: MadeUpRun, tmp_path_factory: pytest.TempPathFactory) -> runs.Run
 @pytest.fixture(scope="session")
 def drawings(run: MadeUpRun) -> dict[str, Drawn]:
     """Every figure of that run, drawn once."""
-    with ink():
-        return {part.name: drawn(Rows(run), part) for part in FIGURES}
+    return {part.name: drawn(Rows(run), part) for part in FIGURES}
 
 
 @pytest.fixture(scope="session")

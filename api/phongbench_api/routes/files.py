@@ -5,7 +5,7 @@ import re
 import threading
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from fastapi import APIRouter, Request
 from fastapi import Path as PathParameter
@@ -113,5 +113,6 @@ def _drawn(run: Run, stem: str) -> bytes:
         if not isinstance(plate, Plate):
             raise NotFoundError("the run holds no rows for this figure")
         out = io.BytesIO()
-        plate.figure.savefig(out, format="png", dpi=160, metadata={"Software": "phongbench"})
+        figure: Any = plate.figure
+        figure.savefig(out, format="png", dpi=160, metadata={"Software": "phongbench"})
     return out.getvalue()
