@@ -34,10 +34,32 @@ from phongbench_reports.chart.palette import (
 from phongbench_reports.text import BUDGETS
 
 __all__ = [
-    "BLUE", "DARK", "FORMS", "GREEN", "GRID", "INK", "MUTED", "ORANGE", "PURPLE", "SKY", "STYLES", "SURFACE",
-    "VERMILION", "Axes", "Figure", "Plate", "Vector", "budget_lines", "end_labels", "footnote", "in_panel", "ink",
-    "sheet", "spread", "svg_pair",
-]  # fmt: skip
+    "BLUE",
+    "DARK",
+    "FORMS",
+    "GREEN",
+    "GRID",
+    "INK",
+    "MUTED",
+    "ORANGE",
+    "PURPLE",
+    "SKY",
+    "STYLES",
+    "SURFACE",
+    "VERMILION",
+    "Axes",
+    "Figure",
+    "Plate",
+    "Vector",
+    "budget_lines",
+    "end_labels",
+    "footnote",
+    "in_panel",
+    "ink",
+    "sheet",
+    "spread",
+    "svg_pair",
+]
 
 Vector = npt.NDArray[np.float64]
 

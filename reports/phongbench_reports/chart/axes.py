@@ -85,15 +85,34 @@ class Axes(Panel):
         self.yaxis.reach([ymin, ymax])
         self._area(("axes", "data"), [(0, ymin), (1, ymin), (1, ymax), (0, ymax)], color, "", alpha)
 
-    def fill(self, x: Any, y: Any, *, facecolor: str, edgecolor: str = "none", linewidth: float = 0.0,
-             alpha: float = 1.0, zorder: float = 1.0) -> None:  # fmt: skip
+    def fill(
+        self,
+        x: Any,
+        y: Any,
+        *,
+        facecolor: str,
+        edgecolor: str = "none",
+        linewidth: float = 0.0,
+        alpha: float = 1.0,
+        zorder: float = 1.0,
+    ) -> None:
         """The area within an outline."""
         self._reach(np.asarray(x, float), np.asarray(y, float))
         edge = "" if edgecolor == "none" else stroke(edgecolor, linewidth, join="miter")
         self._area(DATA, list(zip(x, y, strict=True)), facecolor, edge, alpha, zorder)
 
-    def barh(self, y: Any, width: Any, *, height: float, color: str, left: Any = 0.0, linewidth: float = 0.0,
-             xerr: Vector | None = None, error_kw: dict[str, Any] | None = None) -> None:  # fmt: skip
+    def barh(
+        self,
+        y: Any,
+        width: Any,
+        *,
+        height: float,
+        color: str,
+        left: Any = 0.0,
+        linewidth: float = 0.0,
+        xerr: Vector | None = None,
+        error_kw: dict[str, Any] | None = None,
+    ) -> None:
         """Bars across, without an edge; `xerr` (2, n) are parts of an interval below and above their ends."""
         assert not linewidth
         ys, first, wide = np.broadcast_arrays(*(np.asarray(v, float) for v in (y, left, width)))
@@ -107,8 +126,15 @@ class Axes(Panel):
             ends = [np.stack([first + wide + off, ys], -1) for off in (-xerr[0], xerr[1])]
             self._segments(ends, look["ecolor"], look["elinewidth"], 2.0)
 
-    def _area(self, kind: Kind, corners: Sequence[tuple[float, float]], fill: str, edge: str = "",
-              opacity: float = 1.0, zorder: float = 1.0) -> None:  # fmt: skip
+    def _area(
+        self,
+        kind: Kind,
+        corners: Sequence[tuple[float, float]],
+        fill: str,
+        edge: str = "",
+        opacity: float = 1.0,
+        zorder: float = 1.0,
+    ) -> None:
         xs, ys = zip(*corners, strict=True)
 
         def draw(pen: Pen) -> None:
@@ -117,8 +143,14 @@ class Axes(Panel):
 
         self._add(zorder, draw)
 
-    def imshow(self, picture: npt.NDArray[np.uint8], *, interpolation: str = "antialiased", aspect: str = "equal",
-               extent: tuple[float, float, float, float] | None = None) -> None:  # fmt: skip
+    def imshow(
+        self,
+        picture: npt.NDArray[np.uint8],
+        *,
+        interpolation: str = "antialiased",
+        aspect: str = "equal",
+        extent: tuple[float, float, float, float] | None = None,
+    ) -> None:
         """A picture of codes, its first row on top; unless its aspect is `auto` it keeps its shape.
 
         extent  values at its left, right, bottom and top
@@ -136,8 +168,9 @@ class Axes(Panel):
         words = Words(text, **look)
         self._add(zorder, lambda pen: words.draw(pen, *self.at(x, y, transform).tolist()))
 
-    def annotate(self, text: str, xy: tuple[float, float], xytext: tuple[float, float], *, zorder: float = 3.0,
-                 **look: Any) -> None:  # fmt: skip
+    def annotate(
+        self, text: str, xy: tuple[float, float], xytext: tuple[float, float], *, zorder: float = 3.0, **look: Any
+    ) -> None:
         """Words beside a point, see `words.annotate`."""
         self._add(zorder, lambda pen: annotate(pen, self, text, xy, xytext, **look))
 

@@ -40,8 +40,12 @@ def _scales(axes: Axes, pen: Pen) -> None:
     small = {"x": _places(axes, "x", axes.xaxis.small_ticks()), "y": _places(axes, "y", axes.yaxis.small_ticks())}
     for name in "xy":
         if name in axes.grids:
-            lines = [f"M{number(p)} {number(bottom)}V{number(top)}" if name == "x" else
-                     f"M{number(left)} {number(p)}H{number(right)}" for p in places[name]]  # fmt: skip
+            lines = [
+                f"M{number(p)} {number(bottom)}V{number(top)}"
+                if name == "x"
+                else f"M{number(left)} {number(p)}H{number(right)}"
+                for p in places[name]
+            ]
             pen.path("".join(lines), stroke=stroke(GRID, 0.7))
     for name in "xy":
         pen.path(_marks(axes, name, small[name], _SMALL), stroke=stroke(MUTED, _THIN))
