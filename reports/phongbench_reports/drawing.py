@@ -21,7 +21,7 @@ from phongbench_reports.figures import FIGURES
 from phongbench_reports.figures.pictures import SECTIONS
 from phongbench_reports.kept import PAGE, is_current, origin, remember
 from phongbench_reports.page import Links, Section, render, style_sheet
-from phongbench_reports.plots import Plate, svg_pair
+from phongbench_reports.plots import Plate, ink, svg_pair
 from phongbench_reports.second_process import Drawn, Process, Shared, beside, drawn
 from phongbench_reports.svg import of_both
 from phongbench_reports.table import Absent, Part
@@ -75,9 +75,12 @@ def sections_of(
     # the tables first: meanwhile the other process draws
     answers, judged = _answers(study), section_of(CLAIMS, study)
     behaviour, last = ([section_of(part, study) for part in parts] for parts in (BEHAVIOUR, LAST))
-    figures, pictures = _figures(study, shared, progress or (lambda done, total: None))
-    scenes = [section_of(part, study) for part in SECTIONS]
-    pictures |= {one.name: svg_pair(one.content.figure, one.name) for one in scenes if isinstance(one.content, Plate)}
+    with ink():
+        figures, pictures = _figures(study, shared, progress or (lambda done, total: None))
+        scenes = [section_of(part, study) for part in SECTIONS]
+        pictures |= {
+            one.name: svg_pair(one.content.figure, one.name) for one in scenes if isinstance(one.content, Plate)
+        }
     if all(isinstance(section.content, Absent) for section in scenes):
         scenes = [Section("pictures", "Pictures of scenes", scenes[0].content)]
     speed = figures.pop("speed")

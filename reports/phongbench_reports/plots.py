@@ -1,68 +1,44 @@
-"""What all figures share: their sheet, lines and names that many have, and how one becomes SVG, light and dark.
+"""Paper, ink and axes that all figures share, and the way a figure becomes SVG, in a light and a dark variant.
 
-A figure is a `chart.Figure`, or within `ink` one of matplotlib's, for pixels; both know what figures ask of them. It is
-drawn once, light; the dark file is the same text with every palette colour exchanged.
+Only matplotlib's object API: pyplot keeps global state and picks a backend. A figure is drawn once, light;
+the dark file is the same text with every palette colour exchanged, which halves the drawing time and keeps both alike.
 """
 
-from __future__ import annotations
-
+import io
 import re
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from contextvars import ContextVar
 from dataclasses import dataclass
 from typing import Any
 
+import matplotlib as mpl
 import numpy as np
 import numpy.typing as npt
 import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
-from phongbench_reports.chart import Axes, Figure
-from phongbench_reports.chart.palette import (
-    BLUE,
-    DARK,
-    GREEN,
-    GRID,
-    INK,
-    MUTED,
-    ORANGE,
-    PURPLE,
-    SKY,
-    SURFACE,
-    VERMILION,
-)
+from phongbench_reports.svg import slim
 from phongbench_reports.text import BUDGETS
-
-__all__ = [
-    "BLUE",
-    "DARK",
-    "FORMS",
-    "GREEN",
-    "GRID",
-    "INK",
-    "MUTED",
-    "ORANGE",
-    "PURPLE",
-    "SKY",
-    "STYLES",
-    "SURFACE",
-    "VERMILION",
-    "Axes",
-    "Figure",
-    "Plate",
-    "Vector",
-    "budget_lines",
-    "end_labels",
-    "footnote",
-    "in_panel",
-    "ink",
-    "sheet",
-    "spread",
-    "svg_pair",
-]
+from phongbench_reports.ticks import merge_minor_ticks
 
 Vector = npt.NDArray[np.float64]
 
+SURFACE, INK, MUTED, GRID = "#fcfcfd", "#1b2330", "#586374", "#dde1e7"
+#: Okabe and Ito's colours, safe for the colour-blind, their yellow left out (unreadable on white).
+BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY = "#0072b2", "#d55e00", "#009e73", "#b8609c", "#d99000", "#56b4e9"
+DARK = {
+    SURFACE: "#161b23",
+    INK: "#e4e8ee",
+    MUTED: "#9aa6b6",
+    GRID: "#2d3541",
+    BLUE: "#3fa0e0",
+    VERMILION: "#f0803c",
+    GREEN: "#2fc397",
+    PURPLE: "#dd95c3",
+    ORANGE: "#f2b33a",
+    SKY: "#9bd6fb",
+}
 #: Colour, marker and dash together: any one of the three is enough to tell series apart.
 STYLES: tuple[tuple[str, str, Any], ...] = (
     (BLUE, "o", "-"),
@@ -104,7 +80,7 @@ SETTINGS: dict[str, Any] = {
 class Plate:
     """A finished figure and everything the page says about it.
 
-    figure     chart.Figure, or matplotlib's within `ink`
+    figure     matplotlib Figure
     data       DataFrame    every mark of the figure as a row, with its key columns; becomes the CSV
     takeaway   str          one sentence computed from the rows
     alt        str          what a reader who cannot see the figure must know
@@ -120,51 +96,25 @@ class Plate:
     command: str | None = None
 
 
-#: whether figures are matplotlib's
-_IN_PIXELS: ContextVar[bool] = ContextVar("in_pixels", default=False)
-
-
 @contextmanager
 def ink() -> Iterator[None]:
-    """Figures of matplotlib, for pixels, with its defaults and SETTINGS, whatever the user's matplotlibrc says."""
-    import matplotlib as mpl  # late, as where it draws: pages need none of it
-
-    token = _IN_PIXELS.set(True)
-    try:
-        with mpl.rc_context():
-            fresh: Any = {key: value for key, value in mpl.rcParamsDefault.items() if key != "backend"}
-            settings: Any = SETTINGS
-            mpl.rcParams.update(fresh)
-            mpl.rcParams.update(settings)
-            yield
-    finally:
-        _IN_PIXELS.reset(token)
+    """Draw inside this: matplotlib's defaults plus SETTINGS, whatever the user's matplotlibrc says."""
+    with mpl.rc_context():
+        fresh: Any = {key: value for key, value in mpl.rcParamsDefault.items() if key != "backend"}
+        settings: Any = SETTINGS
+        mpl.rcParams.update(fresh)
+        mpl.rcParams.update(settings)
+        yield
 
 
 def sheet(height: float, rows: int = 1, columns: int = 1, **spacing: Any) -> tuple[Figure, list[Axes]]:
-    """A figure 9.2 inches wide, its panels in reading order; fixed margins, since layout engines are slow."""
+    """A figure 9.2 inches wide, its axes in reading order; fixed margins, since layout engines are slow."""
+    figure = Figure(figsize=(9.2, height))
     margins = {"left": 0.075, "right": 0.985, "top": 0.92, "bottom": 0.14, "wspace": 0.12, "hspace": 0.35}
     share = {key: spacing.pop(key) for key in ("sharex", "sharey", "width_ratios") if key in spacing}
-    margins |= spacing
-    if not _IN_PIXELS.get():
-        figure = Figure((9.2, height))
-        return figure, figure.panels(rows, columns, spacing=margins, **share)
-    from matplotlib import figure as pixels
-
-    drawn: Any = pixels.Figure(figsize=(9.2, height))
-    panels = drawn.subplots(rows, columns, squeeze=False, **share)
-    drawn.subplots_adjust(**margins)
-    return drawn, [one for row in panels for one in row]
-
-
-def in_panel(axes: Axes, x: Any, y: Any) -> Vector:
-    """Where points (n, 2) of a panel lie in shares of its width and height."""
-    shares = []
-    for values, scale, limits in ((x, axes.get_xscale(), axes.get_xlim()), (y, axes.get_yscale(), axes.get_ylim())):
-        straight = np.log10 if scale == "log" else np.asarray
-        low, high = straight(np.array(limits))
-        shares.append((straight(np.asarray(values, float)) - low) / (high - low))
-    return np.stack(shares, axis=-1)
+    axes = figure.subplots(rows, columns, squeeze=False, **share)
+    figure.subplots_adjust(**{**margins, **spacing})
+    return figure, [one for row in axes for one in row]
 
 
 def budget_lines(axes: Axes, *, vertical: bool = False, named: bool = True, side: str = "left") -> None:
@@ -203,10 +153,12 @@ def end_labels(axes: Axes, ends: Sequence[tuple[float, float, str, str]], *, gap
 
     ends   (x, y, text, colour) of each line's last point, in data units; a hair line leads to a name that had to move
     """
-    if not ends:
+    figure = axes.get_figure()
+    if figure is None or not ends:
         return
-    heights = np.clip(in_panel(axes, *np.array([end[:2] for end in ends]).T)[:, 1], 0.0, 1.0)
-    for (x, y, text, colour), height in zip(ends, spread(heights.tolist(), gap), strict=True):
+    to_axes = axes.transData + axes.transAxes.inverted()
+    heights = [float(np.clip(to_axes.transform((x, y))[1], 0.0, 1.0)) for x, y, _, _ in ends]
+    for (x, y, text, colour), height in zip(ends, spread(heights, gap), strict=True):
         axes.annotate(
             text,
             xy=(x, y),
@@ -229,6 +181,10 @@ def svg_pair(figure: Figure, name: str) -> tuple[bytes, bytes]:
 
     name   its title
     """
-    light = figure.svg(name).decode("utf-8")
+    merge_minor_ticks(figure)
+    buffer = io.BytesIO()
+    with mpl.rc_context({"svg.hashsalt": f"phongbench-{name}", "svg.fonttype": "none"}):
+        figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": "phongbench", "Title": name})
+    light = slim(buffer.getvalue()).decode("utf-8")
     dark = re.sub(r"#[0-9a-f]{6}\b", lambda colour: DARK.get(colour[0], colour[0]), light)
     return light.encode("utf-8"), dark.encode("utf-8")

@@ -42,7 +42,7 @@ class Drawn:
 
 
 def drawn(study: Rows, entry: Part) -> Drawn:
-    """One figure of a study."""
+    """One figure of a study; call it inside `ink`."""
     from phongbench_reports.plots import Plate, svg_pair
 
     content = entry.make(study)
@@ -124,15 +124,18 @@ def serve(path: str, asked: Iterable[str], out: IO[bytes]) -> None:
     asked  lines, each the name of a figure
     out    receives each one, pickled
     """
+    from matplotlib.figure import Figure
+
     from phongbench.analysis.rows import Rows
     from phongbench.results import runs
     from phongbench_reports.figures import FIGURES
-    from phongbench_reports.plots import Figure, Plate
+    from phongbench_reports.plots import Plate, ink
 
     study, entries = Rows(runs.load(Path(path))), {entry.name: entry for entry in FIGURES}
-    for line in asked:
-        one = drawn(study, entries[line.strip()])
-        # the figure itself is large, and nobody needs it once it is SVG
-        bare = replace(one.content, figure=Figure()) if isinstance(one.content, Plate) else one.content
-        pickle.dump(replace(one, content=bare), out)
-        out.flush()
+    with ink():
+        for line in asked:
+            one = drawn(study, entries[line.strip()])
+            # the figure itself is large, and nobody needs it once it is SVG
+            bare = replace(one.content, figure=Figure()) if isinstance(one.content, Plate) else one.content
+            pickle.dump(replace(one, content=bare), out)
+            out.flush()

@@ -15,6 +15,7 @@ from phongbench.inputs.plan import preset
 from phongbench.results import runs, schema
 from phongbench_reports import drawing, plots
 from phongbench_reports.figures import FIGURES
+from phongbench_reports.plots import ink
 from phongbench_reports.second_process import Drawn, drawn
 
 #: tables of the made-up run that are stored
@@ -49,7 +50,8 @@ def stored(run: MadeUpRun, tmp_path_factory: pytest.TempPathFactory) -> runs.Run
 @pytest.fixture(scope="session")
 def drawings(run: MadeUpRun) -> dict[str, Drawn]:
     """Every figure of that run, drawn once."""
-    return {part.name: drawn(Rows(run), part) for part in FIGURES}
+    with ink():
+        return {part.name: drawn(Rows(run), part) for part in FIGURES}
 
 
 @pytest.fixture(scope="session")

@@ -18,6 +18,7 @@ from phongbench.results import runs
 from phongbench_reports import build, second_process
 from phongbench_reports.figures import FIGURES
 from phongbench_reports.kept import MADE
+from phongbench_reports.plots import ink
 from phongbench_reports.second_process import begun, beside, drawn
 
 #: enough for both processes to draw some
@@ -52,11 +53,12 @@ def test_the_answer_of_the_other_process_holds_what_was_asked(stored: runs.Run) 
     found = {name: pickle.load(answers) for name in names}
     assert answers.read() == b""
     study = Rows(stored)
-    for entry in (FIGURES[0], FIGURES[-1]):
-        own = drawn(study, entry)
-        assert found[entry.name].pair == own.pair
-        assert found[entry.name].content.takeaway == own.content.takeaway
-        pd.testing.assert_frame_equal(found[entry.name].content.data, own.content.data)
+    with ink():
+        for entry in (FIGURES[0], FIGURES[-1]):
+            own = drawn(study, entry)
+            assert found[entry.name].pair == own.pair
+            assert found[entry.name].content.takeaway == own.content.takeaway
+            pd.testing.assert_frame_equal(found[entry.name].content.data, own.content.data)
 
 
 def test_two_processes_share_the_figures(stored: runs.Run) -> None:

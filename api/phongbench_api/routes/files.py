@@ -5,7 +5,7 @@ import re
 import threading
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from fastapi import APIRouter, Request
 from fastapi import Path as PathParameter
@@ -113,6 +113,5 @@ def _drawn(run: Run, stem: str) -> bytes:
         if not isinstance(plate, Plate):
             raise NotFoundError("the run holds no rows for this figure")
         out = io.BytesIO()
-        figure: Any = plate.figure
-        figure.savefig(out, format="png", dpi=160, metadata={"Software": "phongbench"})
+        plate.figure.savefig(out, format="png", dpi=160, metadata={"Software": "phongbench"})
     return out.getvalue()

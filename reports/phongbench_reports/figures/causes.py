@@ -3,12 +3,13 @@
 from typing import Any
 
 import pandas as pd
+from matplotlib.axes import Axes
 
 from phongbench.analysis.rows import STABILITY_ALPHA, Rows
 from phongbench.inputs.length_errors import BY_NAME
 from phongbench.results.schema import CELL
 from phongbench_reports.figures.measured import finished, lyon, setting_of
-from phongbench_reports.plots import FORMS, Axes, Plate, budget_lines, sheet
+from phongbench_reports.plots import FORMS, Plate, budget_lines, sheet
 from phongbench_reports.table import Absent
 from phongbench_reports.text import BUDGETS, alpha_is, listed, number, percent, records
 from phongbench_reports.ticks import log_axis

@@ -2,12 +2,13 @@
 
 import numpy as np
 import pandas as pd
+from matplotlib.axes import Axes
 
 from phongbench.analysis.rows import Rows
 from phongbench.formulas.fresnel.reflectance import CHANNELS
 from phongbench.inputs.optical_constants import COPPER, WAVELENGTHS, in_terms_of
 from phongbench.support import image_files
-from phongbench_reports.plots import BLUE, GREEN, INK, VERMILION, Axes, Plate, Vector, footnote, sheet
+from phongbench_reports.plots import BLUE, GREEN, INK, VERMILION, Plate, Vector, footnote, sheet
 from phongbench_reports.text import listed, number
 
 #: angles of incidence, and how they are drawn: formula, name, dash and width

@@ -2,12 +2,13 @@
 
 import numpy as np
 import pandas as pd
+from matplotlib.axes import Axes
 
 from phongbench.analysis.rows import Rows, at, near_gamma, ordered
 from phongbench_reports.figures import spheres
 from phongbench_reports.figures.moments import COMMAND
 from phongbench_reports.figures.spheres import Highlight
-from phongbench_reports.plots import INK, STYLES, Axes, Plate, budget_lines, footnote, sheet
+from phongbench_reports.plots import INK, STYLES, Plate, budget_lines, footnote, sheet
 from phongbench_reports.table import Absent
 from phongbench_reports.text import BUDGETS, alpha_is, label, number, records
 from phongbench_reports.ticks import log_axis

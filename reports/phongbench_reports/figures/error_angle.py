@@ -4,12 +4,13 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from matplotlib.axes import Axes
 
 from phongbench.analysis.rows import Rows, at, near
 from phongbench.results.schema import CELL
 from phongbench_reports.figures.measured import values
 from phongbench_reports.names import title
-from phongbench_reports.plots import INK, MUTED, STYLES, Axes, Plate, budget_lines, footnote, sheet
+from phongbench_reports.plots import INK, MUTED, STYLES, Plate, budget_lines, footnote, sheet
 from phongbench_reports.reproduce import reproduce
 from phongbench_reports.table import Absent
 from phongbench_reports.text import BUDGETS, alpha_is, label, listed, number, records

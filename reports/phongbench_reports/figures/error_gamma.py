@@ -2,12 +2,13 @@
 
 import numpy as np
 import pandas as pd
+from matplotlib.axes import Axes
 
 from phongbench.analysis.rows import Rows, nearest, ordered
 from phongbench.formulas import error_laws
 from phongbench.results.schema import CELL
 from phongbench_reports.figures.measured import finished, lyon
-from phongbench_reports.plots import STYLES, Axes, Plate, budget_lines, end_labels, sheet
+from phongbench_reports.plots import STYLES, Plate, budget_lines, end_labels, sheet
 from phongbench_reports.table import Absent
 from phongbench_reports.text import BUDGETS, alpha_is, gamma_is, label, listed, number, share
 from phongbench_reports.ticks import log_axis, named_ticks

@@ -1,26 +1,14 @@
 """Error against time: every formula as a point with its interval, the front as steps."""
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 import pandas as pd
+from matplotlib.axes import Axes
 
 from phongbench.analysis.rows import Rows, at, nearest
 from phongbench_reports.figures.speed import SETS
-from phongbench_reports.plots import (
-    BLUE,
-    INK,
-    MUTED,
-    ORANGE,
-    SURFACE,
-    Axes,
-    Plate,
-    budget_lines,
-    footnote,
-    in_panel,
-    sheet,
-)
+from phongbench_reports.plots import BLUE, INK, MUTED, ORANGE, SURFACE, Plate, budget_lines, footnote, sheet
 from phongbench_reports.reproduce import reproduce
 from phongbench_reports.table import Absent
 from phongbench_reports.text import BUDGETS, INTERVAL, alpha_is, basis, label, listed, number, records, time_it
@@ -92,7 +80,8 @@ def names(axes: Axes, rows: pd.DataFrame, *, gap: float = GAP, letter: float = L
         return
     picks = np.unique(np.linspace(0, len(best) - 1, min(most, len(best))).round().astype(int))
     best = best.iloc[picks]
-    points = in_panel(axes, best["error"].clip(lower=FLOOR), best["ratio"])
+    to_axes = axes.transData + axes.transAxes.inverted()
+    points = to_axes.transform(np.column_stack([best["error"].clip(lower=FLOOR), best["ratio"]]))
     lowest = 1.0
     for (x, y), row in zip(points, records(best), strict=True):
         left = x < 0.03 + letter * len(row["label"])  # no room to its left: above it instead
@@ -112,8 +101,8 @@ def names(axes: Axes, rows: pd.DataFrame, *, gap: float = GAP, letter: float = L
         )
 
 
-def alone(axes: Any, rows: pd.DataFrame, title: str) -> None:
-    """One front on axes of matplotlib, of any figure.
+def alone(axes: Axes, rows: pd.DataFrame, title: str) -> None:
+    """One front on axes of any figure.
 
     rows  with label, error, ratio, ratio_low, ratio_high and state; call it inside `ink`
     """

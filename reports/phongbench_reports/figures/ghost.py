@@ -4,11 +4,12 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from matplotlib.axes import Axes
 
 from phongbench.analysis.rows import Rows, at
 from phongbench_reports.figures import spheres
 from phongbench_reports.figures.measured import lyon, values
-from phongbench_reports.plots import BLUE, INK, MUTED, VERMILION, Axes, Plate, Vector, footnote, sheet
+from phongbench_reports.plots import BLUE, INK, MUTED, VERMILION, Plate, Vector, footnote, sheet
 from phongbench_reports.reproduce import reproduce
 from phongbench_reports.table import Absent
 from phongbench_reports.text import alpha_is, basis, label, number, share

@@ -1,24 +1,20 @@
 """Largest error of Lyon's formula over alpha and gamma, with the number in every cell; Taylor beside minimax slope."""
 
-from typing import Any
-
+import matplotlib as mpl
 import numpy as np
 import numpy.typing as npt
 import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.colors import LogNorm
+from matplotlib.patches import Rectangle
 
 from phongbench.analysis.rows import Rows, forms_of, ordered
 from phongbench.results.schema import CELL
 from phongbench_reports.figures.measured import finished, lyon
-from phongbench_reports.plots import SURFACE, Axes, Plate, sheet
+from phongbench_reports.plots import SURFACE, Plate, sheet
 from phongbench_reports.table import Absent
 from phongbench_reports.text import BUDGETS, number
 
-#: viridis by van der Walt and Smith (CC0), from light to dark: every 16th of its colours
-_COLOURS = (
-    "fde725 d5e21a aadc32 81d34d 5cc863 3dbc74 27ad81 1f9f88 21908d "
-    "26818e 2c718e 33628d 3b518b 423f85 472c7a 481769 440154"
-)
-_SCALE = np.array([[int(colour[at : at + 2], 16) / 255 for at in (0, 2, 4)] for colour in _COLOURS.split()])
 POLICIES = ("taylor", "minimax")
 #: Errors beyond these ends share their colour: below a tenth of a 10-bit code nothing is worth telling apart.
 LOW, HIGH = 1e-4, 0.2
@@ -36,12 +32,13 @@ def _codes(value: float) -> str:
 
 def _panel(axes: Axes, errors: pd.DataFrame) -> None:
     grid: npt.NDArray[np.float64] = errors.to_numpy(np.float64)
+    norm = LogNorm(LOW, HIGH, clip=True)
+    colours = mpl.colormaps["viridis_r"]
+    axes.pcolormesh(np.ma.masked_invalid(grid), cmap=colours, norm=norm, edgecolors=SURFACE, linewidth=1.2)
     for row, column in np.argwhere(np.isfinite(grid)):
-        red, green, blue = _colour(grid[row, column])
+        red, green, blue, _ = colours(norm(grid[row, column]))
         dark = 0.2126 * red + 0.7152 * green + 0.0722 * blue < 0.45
         fits = grid[row, column] <= BUDGETS[0][0]
-        face = "#" + "".join(f"{round(255 * part):02x}" for part in (red, green, blue))
-        _box(axes, column, row, 1.0, 1.0, facecolor=face, edgecolor=SURFACE, linewidth=1.2)
         axes.text(
             column + 0.5,
             row + 0.5,
@@ -53,25 +50,16 @@ def _panel(axes: Axes, errors: pd.DataFrame) -> None:
             fontweight="bold" if fits else "normal",
         )
         if fits:
-            frame = {"facecolor": "none", "edgecolor": "#000000", "linewidth": 1.3}
-            _box(axes, column + 0.05, row + 0.07, 0.9, 0.86, **frame)
+            axes.add_patch(
+                Rectangle((column + 0.05, row + 0.07), 0.9, 0.86, fill=False, edgecolor="#000000", linewidth=1.3)
+            )
     axes.set_xticks(np.arange(grid.shape[1]) + 0.5, [f"{int(gamma)}" for gamma in errors.columns])
     axes.set_yticks(np.arange(grid.shape[0]) + 0.5, [f"{alpha:g}" for alpha in errors.index])
     axes.tick_params(length=0)
     axes.grid(False)
-    axes.set_frame_on(False)
-    axes.set(xlim=(0, grid.shape[1]), ylim=(0, grid.shape[0]))
+    for spine in axes.spines.values():
+        spine.set_visible(False)
     axes.set_xlabel("γ")
-
-
-def _box(axes: Axes, left: float, bottom: float, wide: float, high: float, **look: Any) -> None:
-    axes.fill([left, left + wide, left + wide, left], [bottom, bottom, bottom + high, bottom + high], **look)
-
-
-def _colour(error: float) -> Any:
-    """Red, green and blue, 0 to 1, of an error on the log scale from LOW to HIGH."""
-    share = np.clip(np.log(max(error, LOW) / LOW) / np.log(HIGH / LOW), 0.0, 1.0)
-    return [np.interp(share, np.linspace(0.0, 1.0, len(_SCALE)), part) for part in _SCALE.T]
 
 
 def draw(study: Rows) -> Plate | Absent:

@@ -1,31 +1,18 @@
 """A line asked backwards: its intensities, both branches of its normals, and its heights with their band."""
 
 import io
-from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from phongbench.errors import InputError
 from phongbench.inverse.line import MARKS, OK, InverseLine
 from phongbench.support.atomic_files import write_bytes
 from phongbench.support.user_paths import check_file
-from phongbench_reports.plots import (
-    BLUE,
-    INK,
-    MUTED,
-    ORANGE,
-    PURPLE,
-    SKY,
-    VERMILION,
-    Axes,
-    Figure,
-    footnote,
-    ink,
-    sheet,
-    svg_pair,
-)
+from phongbench_reports.plots import BLUE, INK, MUTED, ORANGE, PURPLE, SKY, VERMILION, footnote, ink, sheet, svg_pair
 
 #: mark -> colour and sign of a sample that was not used
 _SIGNS = dict(zip(MARKS[1:], ((INK, "v"), (VERMILION, "^"), (ORANGE, "s"), (PURPLE, "x")), strict=True))
@@ -37,8 +24,8 @@ def save(line: InverseLine, path: Path) -> None:
     if kind not in (".svg", ".png"):
         raise InputError(f"a figure is not written as {path.suffix or path.name}", str(path), "use .svg or .png")
     check_file(path)
-    with ink() if kind == ".png" else nullcontext():
-        figure: Any = draw(line)
+    with ink():
+        figure = draw(line)
         if kind == ".svg":
             data = svg_pair(figure, "inverse-line")[0]
         else:
@@ -79,8 +66,6 @@ def _angles(axes: Axes, line: InverseLine) -> None:
 def _height(axes: Axes, line: InverseLine) -> None:
     wide = bool(np.nanmax(line.height_high - line.height_low, initial=0.0) > 0)
     if wide:
-        known = np.isfinite(line.height_low) & np.isfinite(line.height_high)
-        x, low, high = (values[known] for values in (line.x, line.height_low, line.height_high))
-        axes.fill([*x, *x[::-1]], [*low, *high[::-1]], facecolor=SKY, alpha=0.4, linewidth=0)
+        axes.fill_between(line.x, line.height_low, line.height_high, color=SKY, alpha=0.4, linewidth=0)
     axes.plot(line.x, line.height, color=BLUE)
     axes.set_title("height, with its 99 % band" if wide else "height")

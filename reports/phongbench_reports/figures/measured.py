@@ -4,12 +4,13 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from matplotlib.figure import Figure
 
 from phongbench.analysis.rows import Rows, at, near
 from phongbench.formulas.formula import Formula
 from phongbench.formulas.lambda_forms import deficit_of_angle
 from phongbench.formulas.registry import REGISTRY
-from phongbench_reports.plots import Figure, Plate, Vector, footnote
+from phongbench_reports.plots import Plate, Vector, footnote
 from phongbench_reports.reproduce import reproduce
 from phongbench_reports.text import alpha_is, basis, gamma_is
 

@@ -5,11 +5,12 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from matplotlib.axes import Axes
 
 from phongbench.analysis.mesh_edges import CODE, PAIRS, in_words, raw_lyon, reaches
 from phongbench.analysis.rows import STABILITY_ALPHA, Rows, nearest
 from phongbench.formulas.lambda_forms import LAMBDA_FORMS
-from phongbench_reports.plots import BLUE, GREEN, MUTED, SURFACE, VERMILION, Axes, Plate, end_labels, footnote, sheet
+from phongbench_reports.plots import BLUE, GREEN, MUTED, SURFACE, VERMILION, Plate, end_labels, footnote, sheet
 from phongbench_reports.reproduce import reproduce
 from phongbench_reports.table import Absent
 from phongbench_reports.text import alpha_is, gamma_is, listed, number, records, span

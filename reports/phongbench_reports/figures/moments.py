@@ -1,9 +1,10 @@
 """What lobes send where: their light and width over the exponent, and what the horizon leaves of them."""
 
 import pandas as pd
+from matplotlib.axes import Axes
 
 from phongbench.analysis.rows import Rows, at, near, near_gamma, ordered
-from phongbench_reports.plots import INK, MUTED, STYLES, Axes, Plate, end_labels, footnote, sheet
+from phongbench_reports.plots import INK, MUTED, STYLES, Plate, end_labels, footnote, sheet
 from phongbench_reports.table import Absent
 from phongbench_reports.text import alpha_is, label, listed, number, records, share
 from phongbench_reports.ticks import log_axis

@@ -6,12 +6,13 @@ The rows are the run's; the pictures themselves are drawn anew, small, from the 
 from typing import Any
 
 import pandas as pd
+from matplotlib.axes import Axes
 
 from phongbench.analysis.rows import Rows, ordered
 from phongbench.errors import PhongbenchError
 from phongbench.formulas.formula import Formula
 from phongbench_reports.figures import scene_images
-from phongbench_reports.plots import INK, MUTED, STYLES, Axes, Plate, end_labels, footnote, sheet
+from phongbench_reports.plots import INK, MUTED, STYLES, Plate, end_labels, footnote, sheet
 from phongbench_reports.table import Absent, Part, Table
 from phongbench_reports.text import INTERVAL, label, listed, number, ratio, records, share
 from phongbench_reports.ticks import log_axis

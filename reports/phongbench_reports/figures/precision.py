@@ -1,12 +1,13 @@
 """Rounding error of each lambda form over the exponent, one panel per precision."""
 
 import pandas as pd
+from matplotlib.axes import Axes
 
 from phongbench.analysis.rows import STABILITY_ALPHA, Rows, nearest, ordered
 from phongbench.compiler.precisions import in_order
 from phongbench.results.schema import CELL
 from phongbench_reports.figures.measured import finished, lyon
-from phongbench_reports.plots import FORMS, Axes, Plate, budget_lines, end_labels, sheet
+from phongbench_reports.plots import FORMS, Plate, budget_lines, end_labels, sheet
 from phongbench_reports.table import Absent
 from phongbench_reports.text import alpha_is, gamma_is, listed, number, records
 from phongbench_reports.ticks import log_axis

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pandas as pd
+from matplotlib.axes import Axes
 
 from phongbench.analysis import kernel_times
 from phongbench.analysis.front import joined, worst_of
@@ -11,7 +12,7 @@ from phongbench.inputs.length_errors import ANY
 from phongbench.results.schema import CELL, INPUT
 from phongbench_reports.figures.front import FLOOR, edge, marks, names
 from phongbench_reports.figures.speed import SETS
-from phongbench_reports.plots import INK, Axes, Plate, budget_lines, footnote, sheet
+from phongbench_reports.plots import INK, Plate, budget_lines, footnote, sheet
 from phongbench_reports.table import Absent
 from phongbench_reports.text import BUDGETS, INTERVAL, alpha_is, basis, label, listed, number, records, share, time_it
 from phongbench_reports.ticks import log_axis, named_ticks, octaves

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from phongbench.formulas.formula import Formula
@@ -21,7 +22,7 @@ from phongbench.scenes.render import render
 from phongbench.scenes.scene import Mesh, Scene
 from phongbench.scenes.scene_files import read_scene
 from phongbench.support import image_files
-from phongbench_reports.plots import Figure, footnote, ink, sheet
+from phongbench_reports.plots import footnote, ink, sheet
 
 #: pixels of a picture in a figure, and how finely the figure is written
 SIZE, DPI = (480, 270), 160
@@ -146,13 +147,12 @@ def _scale(figure: Figure, tall: float, below: float) -> None:
     """
     axes = figure.add_axes((0.01, (below - 0.17) / tall, 0.98, 0.1 / tall))
     axes.imshow(triples.bar(512), aspect="auto", extent=(0.0, 1.0, 0.0, 1.0))
-    axes.set_xticks([])
     axes.set_yticks([])
     axes.grid(visible=False)
-    names = [*triples.TICKS[:-1], f"{triples.TICKS[-1]} codes"]
-    for place, name in zip(np.linspace(0.0, 1.0, len(names)), names, strict=True):
-        side = "left" if place == 0 else "right" if place == 1 else "center"
-        axes.text(place, -0.7, name, transform=axes.transAxes, ha=side, va="top", fontsize=7.5)
+    places = np.linspace(0.0, 1.0, len(triples.TICKS))
+    axes.set_xticks(places, [*triples.TICKS[:-1], f"{triples.TICKS[-1]} codes"], fontsize=7.5)
+    for label, place in zip(axes.get_xticklabels(), places, strict=True):
+        label.set_horizontalalignment("left" if place == 0 else "right" if place == 1 else "center")
 
 
 def png(sheet_of: Sheet) -> bytes:
@@ -160,8 +160,7 @@ def png(sheet_of: Sheet) -> bytes:
     buffer = io.BytesIO()
     settings: dict[str, Any] = {"facecolor": "white", "metadata": {"Software": "phongbench"}}
     with ink():
-        figure: Any = figure_of(sheet_of)
-        figure.savefig(buffer, format="png", dpi=DPI, **settings)
+        figure_of(sheet_of).savefig(buffer, format="png", dpi=DPI, **settings)
     return buffer.getvalue()
 
 

@@ -4,10 +4,11 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from matplotlib.axes import Axes
 
 from phongbench.analysis.rows import Rows, at, near
 from phongbench.results.schema import CEILINGS, TWIN
-from phongbench_reports.plots import BLUE, MUTED, SURFACE, Axes, Plate, footnote, sheet
+from phongbench_reports.plots import BLUE, MUTED, SURFACE, Plate, footnote, sheet
 from phongbench_reports.table import Absent
 from phongbench_reports.text import label, listed, number, records, span, time_it
 from phongbench_reports.ticks import named_ticks, readable, steps_of_ten

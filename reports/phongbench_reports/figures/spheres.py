@@ -3,8 +3,9 @@
 from collections.abc import Callable
 
 import numpy as np
+from matplotlib.axes import Axes
 
-from phongbench_reports.plots import Axes, Vector
+from phongbench_reports.plots import Vector
 
 #: pixels across a picture, the sphere's diffuse colour at full light, and what is behind it: dark, to show a rim
 ACROSS, DIFFUSE, BACKDROP = 320, (0.16, 0.30, 0.48), (0.05, 0.06, 0.08)

@@ -2,11 +2,12 @@
 
 import numpy as np
 import pandas as pd
+from matplotlib.axes import Axes
 
 from phongbench.analysis.rows import Rows, at, near, ordered
 from phongbench.results.schema import CELL
 from phongbench_reports.figures.measured import finished
-from phongbench_reports.plots import BLUE, GREEN, GRID, VERMILION, Axes, Plate, Vector, budget_lines, sheet
+from phongbench_reports.plots import BLUE, GREEN, GRID, VERMILION, Plate, Vector, budget_lines, sheet
 from phongbench_reports.table import Absent
 from phongbench_reports.text import alpha_is, label, listed, number, percent, records
 from phongbench_reports.ticks import log_axis

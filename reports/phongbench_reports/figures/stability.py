@@ -4,12 +4,13 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from matplotlib.axes import Axes
 
 from phongbench.analysis import length_sensitivity
 from phongbench.analysis.rows import STABILITY_ALPHA, Rows, nearest, ordered
 from phongbench.results.schema import CELL
 from phongbench_reports.figures.measured import finished, lyon, setting_of
-from phongbench_reports.plots import FORMS, MUTED, SURFACE, Axes, Plate, budget_lines, end_labels, sheet
+from phongbench_reports.plots import FORMS, MUTED, SURFACE, Plate, budget_lines, end_labels, sheet
 from phongbench_reports.table import Absent
 from phongbench_reports.text import alpha_is, listed, number, records
 from phongbench_reports.ticks import log_axis

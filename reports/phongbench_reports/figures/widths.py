@@ -1,12 +1,13 @@
 """Error against gamma for every precision of a run: squaring multiplies rounding, so each width has its best gamma."""
 
 import pandas as pd
+from matplotlib.axes import Axes
 
 from phongbench.analysis.rows import Rows, ordered
 from phongbench.compiler.precisions import in_order
 from phongbench.results.schema import CELL
 from phongbench_reports.figures.measured import finished, lyon
-from phongbench_reports.plots import STYLES, Axes, Plate, budget_lines, end_labels, sheet
+from phongbench_reports.plots import STYLES, Plate, budget_lines, end_labels, sheet
 from phongbench_reports.table import Absent
 from phongbench_reports.text import alpha_is, gamma_is, listed, number, records
 from phongbench_reports.ticks import log_axis

@@ -41,8 +41,7 @@ def part() -> str:
 def spheres() -> bytes:
     """Exact Phong, the approximation, and their difference in codes, as PNG."""
     with ink():
-        drawn: Any = sheet(3.1, 1, 3, left=0.01, right=0.9, top=0.88, bottom=0.03, wspace=0.05)
-        figure, panels = drawn
+        figure, panels = sheet(3.1, 1, 3, left=0.01, right=0.9, top=0.88, bottom=0.03, wspace=0.05)
         show(panels[0], sphere(_highlight(1)), f"exact Phong, alpha {ALPHA:g}")
         show(panels[1], sphere(_highlight(0)), FORMULA)
         codes = _difference()
@@ -52,9 +51,9 @@ def spheres() -> bytes:
         panels[2].set_title(f"difference: at most {number(most, 2)} codes", loc="center")
         bar = figure.colorbar(shades, cax=figure.add_axes((0.912, 0.08, 0.013, 0.75)))
         bar.set_label("codes of 255, too bright is red", fontsize=8)
-        buffer = io.BytesIO()
-        figure.savefig(buffer, format="png", dpi=110, pil_kwargs={"optimize": True})
-        return buffer.getvalue()
+        drawn = io.BytesIO()
+        figure.savefig(drawn, format="png", dpi=110, pil_kwargs={"optimize": True})
+        return drawn.getvalue()
 
 
 @cache

@@ -15,7 +15,7 @@ from phongbench.results.runs import Run
 from phongbench.results.schema import BASELINE, CEILINGS, TWIN
 from phongbench_reports.figures import speed as speed_figure
 from phongbench_reports.glossary import WORDS, chips, names
-from phongbench_reports.plots import Plate
+from phongbench_reports.plots import Plate, ink
 from phongbench_reports.readme.markdown import table
 from phongbench_reports.table import Absent
 from phongbench_reports.tables.by_target import by_target as by_target_table
@@ -114,7 +114,8 @@ def speed(study: Rows) -> str:
         )
         for row in records(first)
     ]
-    plate = speed_figure.draw(study)
+    with ink():
+        plate = speed_figure.draw(study)
     sentence, basis = (plate.takeaway, plate.basis) if isinstance(plate, Plate) else (plate.reason, "")
     shown = table(headings, lines, right=range(1, len(headings)))
     note = f"{study.precision}, {basis}; in brackets the {INTERVAL} of the ratio."

@@ -11,7 +11,7 @@ import pytest
 from phongbench.analysis.rows import Rows, at
 from phongbench.formulas.formula import Formula
 from phongbench_reports.figures import FIGURES
-from phongbench_reports.plots import Plate
+from phongbench_reports.plots import Plate, ink
 from phongbench_reports.second_process import Drawn
 
 
@@ -59,5 +59,6 @@ def with_recipes(run: Any) -> Any:
 @pytest.fixture(scope="session")
 def plates(study: Rows, drawings: dict[str, Drawn]) -> dict[str, Plate]:
     raw = Rows(with_recipes(study.run))
-    found = {p.name: p.make(raw) if p.name in OF_RAW else drawings[p.name].content for p in FIGURES}
+    with ink():
+        found = {p.name: p.make(raw) if p.name in OF_RAW else drawings[p.name].content for p in FIGURES}
     return {name: plate for name, plate in found.items() if isinstance(plate, Plate)}

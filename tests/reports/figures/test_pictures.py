@@ -12,7 +12,7 @@ import pytest
 from phongbench.analysis.rows import Rows
 from phongbench.results.schema import TABLES
 from phongbench_reports.figures.pictures import SECTIONS, errors, lobe_law, saved
-from phongbench_reports.plots import Plate
+from phongbench_reports.plots import Plate, ink
 from phongbench_reports.table import Absent, Table
 
 
@@ -107,7 +107,8 @@ def test_without_scenes_every_section_says_how_to_get_them(made_up: Callable[...
 
 
 def test_the_law_is_drawn_for_every_picture_and_told_in_numbers(study: Rows) -> None:
-    found = lobe_law(study)
+    with ink():
+        found = lobe_law(study)
     assert isinstance(found, Plate)
     assert list(found.data["share"]) == [0.1, 1.0]
     assert "No picture errs by more" in found.takeaway
@@ -120,7 +121,8 @@ def test_a_formula_of_half_vectors_is_outside_the_law_whoever_wrote_it(study: Ro
     swept = study.run.accuracy
     own = swept.iloc[:1].assign(approximation="halfway", space="half")
     run = replace(study.run, scenes=rows.astype({"gamma": "Int64"}), accuracy=pd.concat([swept, own]))  # type: ignore[type-var]
-    found = lobe_law(Rows(run))
+    with ink():
+        found = lobe_law(Rows(run))
     assert isinstance(found, Plate)
     assert "No picture but those by halfway errs by more" in found.takeaway
     assert "1 of 2 pictures (card)" in found.takeaway
@@ -128,7 +130,8 @@ def test_a_formula_of_half_vectors_is_outside_the_law_whoever_wrote_it(study: Ro
 
 def test_a_picture_beyond_the_law_is_told(study: Rows) -> None:
     rows = study.run.scenes.assign(max_abs=[0.03, 0.001, np.nan])
-    found = lobe_law(Rows(replace(study.run, scenes=rows)))  # type: ignore[type-var]
+    with ink():
+        found = lobe_law(Rows(replace(study.run, scenes=rows)))  # type: ignore[type-var]
     assert isinstance(found, Plate)
     assert "1 of 2 pictures err by more" in found.takeaway
 

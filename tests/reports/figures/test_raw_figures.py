@@ -6,7 +6,7 @@ import pytest
 
 from phongbench.analysis.rows import Rows
 from phongbench_reports.figures import FIGURES
-from phongbench_reports.plots import Plate
+from phongbench_reports.plots import Plate, ink
 from phongbench_reports.table import Absent
 
 
@@ -30,4 +30,5 @@ def test_steps_are_differences_of_ratios(plates: dict[str, Plate]) -> None:
 
 @pytest.mark.parametrize("name", ["raw_vectors", "step_costs"])
 def test_a_run_without_raw_formulas_says_so(name: str, study: Rows) -> None:
-    assert isinstance(next(f for f in FIGURES if f.name == name).make(study), Absent)
+    with ink():
+        assert isinstance(next(f for f in FIGURES if f.name == name).make(study), Absent)

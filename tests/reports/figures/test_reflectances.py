@@ -9,12 +9,13 @@ import pytest
 from phongbench.analysis.rows import Rows
 from phongbench.results.schema import TABLES
 from phongbench_reports.figures import copper, incidence
-from phongbench_reports.plots import Plate
+from phongbench_reports.plots import Plate, ink
 from phongbench_reports.table import Absent
 
 
 def drawn(figure: Any, run: Any) -> Plate:
-    plate = figure.draw(Rows(run))
+    with ink():
+        plate = figure.draw(Rows(run))
     assert isinstance(plate, Plate)
     return plate
 
@@ -34,7 +35,7 @@ def test_coppers_curves_are_those_of_the_table(run: Any) -> None:
 
 
 def test_a_strip_shows_what_white_light_becomes(run: Any) -> None:
-    strips = drawn(copper, run).figure.axes[1].images[0]
+    strips = drawn(copper, run).figure.axes[1].images[0].get_array()
     assert strips is not None
     assert strips.shape == (4, copper.ANGLES, 3)
     assert (strips[:3, -1] == 255).all()  # a mirror at 90 degrees

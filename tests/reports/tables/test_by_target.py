@@ -12,7 +12,7 @@ from phongbench.analysis.rows import Rows
 from phongbench.results.schema import TABLES
 from phongbench.targets.costs import shipped
 from phongbench_reports.figures import targets
-from phongbench_reports.plots import Plate
+from phongbench_reports.plots import Plate, ink
 from phongbench_reports.table import Absent, Table
 from phongbench_reports.tables.by_target import by_target
 
@@ -95,10 +95,11 @@ def test_what_has_no_answer_is_said_and_grouped(study: Rows) -> None:
 
 
 def test_panels_share_axes_and_hold_every_formula_with_a_cost(study: Rows) -> None:
-    plate = targets.draw(study)
+    with ink():
+        plate = targets.draw(study)
     assert isinstance(plate, Plate)
     panels = [axes for axes in plate.figure.axes if axes.axison]
-    assert [axes.titled[0] for axes in panels] == [
+    assert [axes.get_title(loc="left") for axes in panels] == [
         "cpu (time, measured)", "gcn4 (cycles, counted)", "rdna2 (cycles, counted)",
     ]  # fmt: skip
     assert len({(axes.get_xlim(), axes.get_ylim()) for axes in panels}) == 1
