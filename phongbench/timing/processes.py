@@ -18,8 +18,7 @@ import pandas as pd
 from phongbench.compiler.lowering import precision_named
 from phongbench.errors import BudgetError, InputError, MeasurementError, PhongbenchError
 from phongbench.formulas.formula import Formula, Registry
-from phongbench.formulas.registry import REGISTRY
-from phongbench.formulas.user_files import registry_with
+from phongbench.formulas.user_files import installed, registry_with
 from phongbench.results.schema import TIMING
 from phongbench.timing import table
 from phongbench.timing.blocks import WORKING_SETS
@@ -65,9 +64,11 @@ def measure_in_processes(
 
 def _task(timed: Sequence[TimedFormula], seconds: float, number: int, options: dict[str, Any]) -> dict[str, Any]:
     """What a child reads: the formulas, the files of the user's own, and the options of `measure`."""
-    own = [t.spec.kernel.__code__.co_filename for t in timed if REGISTRY.get(t.spec.name) != t.spec]
+    # by name: where the cosine is taken squared or the slope is a number, the specification is a changed copy
+    own = [t.spec.kernel.__code__.co_filename for t in timed if t.spec.name not in installed()]
     formulas = [
-        {"formula": asdict(t.formula), "precision": t.precision.name, "alpha": t.alpha, "label": t.label} for t in timed
+        {"formula": asdict(t.formula), "precision": t.precision.name, "alpha": t.alpha, "label": t.label, "far": t.far}
+        for t in timed
     ]
     options = {**options, "seed": options.get("seed", 0) + number, "budget_seconds": seconds}
     return {"formulas": formulas, "files": sorted(set(own)), "options": options}
@@ -96,11 +97,9 @@ def _in_a_process(task: dict[str, Any]) -> Timing:
 
 def _work(task: dict[str, Any]) -> bytes:
     """What a child answers: a line of JSON with problems and notes or the refusal, then the table as Parquet."""
-    registry = registry_with([Path(name) for name in task["files"]])
-    timed = [_formula(described, registry) for described in task["formulas"]]
     parquet = io.BytesIO()
     try:
-        timing = measure(timed, locked=True, **task["options"])
+        timing = measure(_formulas(task), locked=True, **task["options"])
     except BudgetError as short:
         answer: dict[str, Any] = {"refused": _parts(short), "needed": short.needed}
     except InputError as refusal:
@@ -111,9 +110,16 @@ def _work(task: dict[str, Any]) -> bytes:
     return json.dumps(answer).encode() + b"\n" + parquet.getvalue()
 
 
+def _formulas(task: dict[str, Any]) -> list[TimedFormula]:
+    """What `_task` was given."""
+    registry = registry_with([Path(name) for name in task["files"]])
+    return [_formula(described, registry) for described in task["formulas"]]
+
+
 def _formula(described: dict[str, Any], registry: Registry) -> TimedFormula:
     formula, precision = Formula(**described["formula"]), precision_named(described["precision"])
-    return TimedFormula(formula, formula.spec(registry), precision, described["alpha"], described["label"])
+    alpha, label, far = (described[name] for name in ("alpha", "label", "far"))
+    return TimedFormula(formula, formula.spec(registry), precision, alpha, label, far)
 
 
 def _parts(problem: PhongbenchError) -> list[str | None]:

@@ -1,5 +1,6 @@
 """Timing in fresh processes: what is handed over, and that it comes back."""
 
+import json
 import tempfile
 from pathlib import Path
 
@@ -9,12 +10,13 @@ from phongbench.compiler import jit
 from phongbench.compiler.lowering import FLOAT32
 from phongbench.errors import InputError, MeasurementError
 from phongbench.formulas.registry import REGISTRY
-from phongbench.formulas.user_files import load_file
+from phongbench.formulas.user_files import load_file, registry_with
+from phongbench.inputs.plan import PRESETS, preset
 from phongbench.results.schema import TIMING
 from phongbench.timing import processes
 from phongbench.timing.measure import Timing
 from phongbench.timing.processes import measure_in_processes
-from phongbench.timing.timed_kernels import TimedFormula
+from phongbench.timing.timed_kernels import TimedFormula, timed_formulas
 
 LYON = TimedFormula.of("lyon:dot:8", FLOAT32)
 compiled_only = pytest.mark.skipif(jit.DISABLED, reason="plain Python is not timed")
@@ -63,6 +65,30 @@ def test_a_users_own_approximation_goes_along_by_its_file(tmp_path: Path, monkey
             [LYON, TimedFormula.of("mine:dot:8", FLOAT32, registry={"mine": mine})], processes=2, budget_seconds=2.0
         )
     assert seen[0]["files"] == [str(tmp_path / "mine.py")]
+
+
+@pytest.mark.parametrize("name", PRESETS)
+def test_what_a_preset_times_is_what_its_processes_are_told_to_time(name: str) -> None:
+    plan = preset(name).validated()
+    timed = timed_formulas(plan.cells(REGISTRY))
+    task = json.loads(json.dumps(processes._task(timed, 1.0, 0, {})))
+    told = processes._formulas(task)
+    assert task["files"] == []
+    assert any(t.far for t in timed)
+    assert any(t.formula.normalise == "squared" for t in timed)
+    for field in ("key", "name", "formula", "precision", "alpha", "label", "far"):
+        assert [getattr(t, field) for t in told] == [getattr(t, field) for t in timed]
+    assert [t.spec.coefficients(t.setting) for t in told] == [t.spec.coefficients(t.setting) for t in timed]
+
+
+def test_a_squared_cosine_of_a_users_own_goes_along_by_its_file(tmp_path: Path) -> None:
+    source = Path(str(REGISTRY["phong"].kernel.__code__.co_filename)).read_text().replace('name="phong"', 'name="mine"')
+    (tmp_path / "mine.py").write_text(source)
+    registry = registry_with([tmp_path / "mine.py"])
+    timed = [TimedFormula.of("mine/squared", FLOAT32, registry=registry)]
+    task = processes._task(timed, 1.0, 0, {})
+    assert task["files"] == [str(tmp_path / "mine.py")]
+    assert [t.key for t in processes._formulas(task)] == [t.key for t in timed]
 
 
 @compiled_only
