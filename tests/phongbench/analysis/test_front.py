@@ -9,6 +9,7 @@ import pandas as pd
 import pytest
 
 from phongbench.analysis.choice import choose
+from phongbench.analysis.choices import Choices
 from phongbench.analysis.front import COLUMNS, framed, front, records, states, worst_of
 from phongbench.analysis.kernel_times import multiplications
 from phongbench.errors import InputError
@@ -175,6 +176,22 @@ def test_an_integer_power_is_timed_by_one_that_multiplies_at_least_as_often(timi
 def test_an_empty_front_has_the_types_of_a_full_one(accuracy: pd.DataFrame, timing: pd.DataFrame) -> None:
     full, empty = fronted(accuracy, timing, alpha=50), fronted(accuracy, timing.iloc[:0], alpha=50)
     assert empty.dtypes.to_dict() == full.dtypes.to_dict()
+
+
+def test_fronts_made_together_are_those_made_alone(accuracy: pd.DataFrame, timing: pd.DataFrame) -> None:
+    """Errors fall with the exponent at some formulas and rise at others, so that the fronts differ; one is empty."""
+    lyon = accuracy["approximation"] == "lyon"
+    other = accuracy.assign(alpha=200.0, max_abs=accuracy["max_abs"] * np.where(lyon, 3.0, 0.1))
+    untimed = accuracy[accuracy["approximation"] == "untimed"].assign(alpha=10.0)
+    swept = pd.concat([accuracy.iloc[::-1], other, untimed], ignore_index=True)
+    together = Choices(Records.of(swept), Records.of(timing), Records.none("costs"))
+    assert together.alphas == [10.0, 50.0, 200.0]
+    fronts = {alpha: framed(together.front(alpha, "float32")) for alpha in together.alphas}
+    for alpha, cells in fronts.items():
+        alone = swept[swept["alpha"] == alpha].sample(frac=1.0, random_state=3)
+        pd.testing.assert_frame_equal(cells, fronted(alone, timing.iloc[::-1], alpha=alpha))
+    assert fronts[10.0].empty
+    assert state_of(fronts[50.0]) != state_of(fronts[200.0])
 
 
 def test_records_hold_pythons_own_values_and_none_for_what_is_missing() -> None:
