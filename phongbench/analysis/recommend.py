@@ -6,10 +6,9 @@ was measured is told beside it, and decides nothing.
 """
 
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
-from phongbench.analysis import inverse_errors, law_bounds, measured_errors, raw_vectors
+from phongbench.analysis import inverse_errors, kernel_times, law_bounds, measured_errors, raw_vectors
 from phongbench.analysis.by_target import cheapest
 from phongbench.analysis.choice import Choice, Judge, as_given, choose, promised, remembered
 from phongbench.analysis.choice_words import answered
@@ -17,12 +16,12 @@ from phongbench.analysis.error_budget import Budget, edge_words, length_error_of
 from phongbench.analysis.exponents import Exponents
 from phongbench.analysis.promises import DEVICES, UNIT_ON_DEVICES, domain
 from phongbench.analysis.target_costs import checked, own_prices, priced, prices, table_of, unit_of
-from phongbench.compiler.precisions import precision_named
+from phongbench.compiler.precisions import FLOAT32, precision_named
 from phongbench.errors import InputError, UnknownNameError
 from phongbench.formulas.formula import Formula
 from phongbench.formulas.user_files import installed
 from phongbench.results.records import Row
-from phongbench.results.runs import DEFAULT_ROOT, Run
+from phongbench.results.runs import DEFAULT_ROOT, Run, intact
 from phongbench.results.schema import BASELINE, CPU
 from phongbench.targets.chips import TARGETS
 from phongbench.targets.measured import Shelf
@@ -52,6 +51,7 @@ def recommend(
     contract: bool = False,
     inputs: str = VECTORS,
     root: Shelf = DEFAULT_ROOT,
+    others: bool = False,
 ) -> dict[str, Any]:
     """The cheapest formula within an error budget, the next cheapest, and the nearest miss, as plain data.
 
@@ -70,6 +70,7 @@ def recommend(
                          emitted code; in float32 or float16
     inputs               vectors, or cosine: only formulas of R.V itself
     root                 the folder of the runs in which targets were added, or the measurement of the only one
+    others               True: `elsewhere`, too, the best choice on each compiled target where it is another formula
     returns              basis ("run" or "laws"), run, the budget, `choices` (best, then next; empty where nothing is
                          within it), `nearest_miss`, `verdict` and `notes` in words. In each choice `max_abs` is the
                          largest error that was measured, or a law's; `bound` is what is compared with the budget, None
@@ -87,23 +88,26 @@ def recommend(
         raise InputError(what, "raw", "leave raw or inputs and target out")
     notes = [] if mesh_angle is None else [edge_words(mesh_angle)]
     if raw:
-        return raw_vectors.recommend(run, budget, any_length=length_error is None, notes=notes)
-    cells: Sequence[Row] = _known(run, budget, notes, timed=here)
-    cells = cells if here else _on_target(cells, run, budget, (target, short_of, root), notes)
+        answer = raw_vectors.recommend(run, budget, any_length=length_error is None, notes=notes)
+        return {**answer, "elsewhere": []} if others else answer
+    known = _known(run, budget, notes, timed=here)
+    if here:
+        cells = known if run is None else measured_errors.with_times(run, known, budget, notes)
+    else:
+        cells = _on_target(known, run, budget, (target, short_of, root), notes)
     cells = _meant(cells, run, budget, inputs, inverse_error, notes)
     words = _words(cells, budget, _judge(run, budget, search=search))
     notes += _held(cells, budget)
-    return {**_asked(run, budget), "inputs": inputs, "target": target, "short_of": short_of, **words, "notes": notes}
+    answer = {**_asked(run, budget), "inputs": inputs, "target": target, "short_of": short_of, **words, "notes": notes}
+    if not others:
+        return answer
+    untimed = _meant(known, run, budget, inputs, inverse_error, [])
+    return {**answer, "elsewhere": _elsewhere(run, budget, untimed, answer["choices"], root)}
 
 
 def _meant(
-    cells: Sequence[Row],
-    run: Run | None,
-    budget: Budget,
-    inputs: str,
-    inverse_error: float | str | None,
-    notes: list[str],
-) -> Sequence[Row]:
+    cells: list[Row], run: Run | None, budget: Budget, inputs: str, inverse_error: float | str | None, notes: list[str]
+) -> list[Row]:
     """The cells that take what is at hand, and give normals back as well as asked."""
     if inverse_error is not None:
         cells = inverse_errors.within(cells, run, budget.alpha, inverse_error, notes)
@@ -172,10 +176,12 @@ def _length_error(length_error: float | str | None, mesh_angle: float | str | No
 
 
 def _known(run: Run | None, budget: Budget, notes: list[str], *, timed: bool) -> list[Row]:
-    """The formulas that apply, each with its error, and with its time on this machine if asked for."""
+    """The formulas that apply, each with its error; InputError where the run must be timed and is not."""
     if run is None:
         return law_bounds.cells(budget, notes)
-    return measured_errors.cells(run, budget, notes) if timed else measured_errors.errors(run, budget, notes)
+    if timed:
+        kernel_times.timed(intact(run))
+    return measured_errors.errors(run, budget, notes)
 
 
 def _on_target(
@@ -196,32 +202,16 @@ def _judge(run: Run | None, budget: Budget, *, search: bool) -> Judge:
     return promised(budget, installed(), search=search, measured=run is not None)
 
 
-def elsewhere(
-    run: Run | None,
-    answer: Mapping[str, Any],
-    *,
-    raw: bool = False,
-    length_error: float | str | None = None,
-    mesh_angle: float | str | None = None,
-    inverse_error: float | str | None = None,
-    inputs: str = VECTORS,
-    root: Path = DEFAULT_ROOT,
-    **question: Any,
+def _elsewhere(
+    run: Run | None, budget: Budget, cells: Sequence[Row], told: Sequence[Mapping[str, Any]], root: Shelf
 ) -> list[dict[str, Any]]:
-    """The best choice on each compiled target where it is another formula than in this answer, as plain data.
-
-    answer    of `recommend` to the same question
-    question  its other arguments, without target, short_of and search
-    """
-    if raw or question.get("precision", "float32") != "float32":
+    """The best of these cells on each compiled target where it is another formula than the first choice told."""
+    if budget.precision != FLOAT32.name:
         return []
-    budget = Budget.of(length_error=_length_error(length_error, mesh_angle), **question)
-    known = _known(run, budget, [], timed=False)
-    cells = _meant(known, run, budget, inputs, inverse_error, [])
     if run is not None:  # of others no code need be written
         cells = [row for row in cells if row["error"] is not None and row["error"] <= budget.max_error]
     formulas = [Formula.of_row(row) for row in cells]
-    judge, told = remembered(_judge(run, budget, search=False)), answer["choices"]
+    judge = remembered(_judge(run, budget, search=False))
     kept = None if run is None else run.records("costs")
     best = []
     for target in TARGETS:
