@@ -71,11 +71,12 @@ def origin(run: Any, beside: Iterable[Path] = ()) -> str | None:
     if not isinstance(run, Run) or entry_points(group=GROUP):
         return None
     try:
-        held = [*run.digests.items(), *((path.name, sha256_of(path)) for path in beside)]
+        digests, added = run.digests(), [(path.name, sha256_of(path)) for path in beside]
     except OSError:
         return None
-    if run.digests.keys() != run.manifest["files"].keys():
+    if digests.keys() != run.manifest["files"].keys():
         return None
+    held = [*digests.items(), *added]
     program = (digest_of_folder(_PACKAGE), str(versions()), str(flags()), fingerprint_machine())
     return sha256(json.dumps([dict(run.manifest), held, program], sort_keys=True).encode()).hexdigest()
 

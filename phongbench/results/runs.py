@@ -79,13 +79,19 @@ class Run:
 
     @cached_property
     def problems(self) -> list[str]:
-        """What was wrong with its files when that was first asked, see `verify`."""
-        return _problems(self, self.digests)
+        """What was wrong with its files when that was first asked, see `verify`, or when `digests` last was."""
+        return _problems(self, self._hashed)
+
+    def digests(self) -> dict[str, str]:
+        """SHA-256 of its files now; none of a file that is not there."""
+        self._hashed.clear()
+        self._hashed.update(digests_of(self.path, self.manifest["files"]))
+        return dict(self._hashed)
 
     @cached_property
-    def digests(self) -> dict[str, str]:
-        """SHA-256 of its files when that was first asked; none of a file that is not there."""
-        return digests_of(self.path, self.manifest["files"])
+    def _hashed(self) -> dict[str, str]:
+        """The digests of its files that are known."""
+        return {}
 
     @cached_property
     def accuracy(self) -> pd.DataFrame:

@@ -228,11 +228,18 @@ def test_a_measured_price_holds_at_exponents_whose_code_is_the_same_but_for_numb
 
 def test_for_other_targets_nothing_is_searched(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
     """A search takes a second, and there are many targets: what cannot be proven is not their answer."""
-    here = recommend(run, **QUESTION, target="gcn4")
+    searched: list[str] = []
 
     def unproven(*_: object) -> float:
         raise NotEnclosedError
 
+    def search(case: Any) -> float:
+        searched.append(str(case.formula))
+        return 1.0
+
     monkeypatch.setattr(promises, "_proven", unproven)
-    monkeypatch.setattr(promises, "_searched", lambda case: pytest.fail(f"searched {case.formula}"))
-    assert elsewhere(run, here, **QUESTION) == []
+    monkeypatch.setattr(promises, "_searched", search)
+    recommend(run, **QUESTION, target="gcn4")
+    alone = len(searched)
+    assert recommend(run, **QUESTION, target="gcn4", others=True)["elsewhere"] == []
+    assert 0 < alone == len(searched) - alone
