@@ -16,11 +16,15 @@ from hypothesis import HealthCheck, settings
 
 #: Folders whose tests share something dear, a warm application, a browser, a report: one process runs all of them.
 WHOLE = ("tests/api", "tests/browser", "tests/reports")
-#: The first folder compiles nearly every kernel, the second none, so on an empty cache two processes seldom compile
-#: the same; the last has many short files, so that all processes end at the same time.
-ORDER = ("tests/api", "tests/reports", "tests/browser", "tests/house", "tests/phongbench")
+#: The first folder compiles nearly every kernel, the second none and the third others, so on an empty cache two
+#: processes seldom compile the same; browsers ask a server that would compile what the first does. The last has many
+#: short files, so that all processes end at the same time.
+ORDER = ("tests/api", "tests/reports", "tests/house", "tests/browser", "tests/phongbench")
 #: With more processes than this, all would wait for the one that runs tests/api.
 MOST = 4
+
+#: until all tests are collected: of what that makes nothing is garbage
+gc.disable()
 
 settings.register_profile(
     "any-machine",
@@ -95,9 +99,12 @@ def unit_of(nodeid: str) -> str:
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_auto_num_workers() -> int:
-    """As many processes as cores, but not more than are useful; on one core none but pytest itself."""
+    """One process more than cores, for some wait for browsers and servers, but not more than are useful.
+
+    On one core none but pytest itself.
+    """
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    return min(cores, MOST) if cores > 1 else 0
+    return min(cores + 1, MOST) if cores > 1 else 0
 
 
 @pytest.hookimpl(optionalhook=True)
@@ -127,4 +134,5 @@ def pytest_collection_finish() -> None:
     """Python need not look for garbage among thousands of tests and what they import, nor as often as it does."""
     gc.collect()
     gc.freeze()
+    gc.enable()
     gc.set_threshold(10_000, *gc.get_threshold()[1:])

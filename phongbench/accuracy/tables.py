@@ -18,6 +18,8 @@ from phongbench.results.schema import ACCURACY, CPU, WORST
 
 #: worst inputs kept per cell: of unit vectors, of wrong lengths, of hostile ones; the last would crowd out the rest
 WORST_KEPT = {"unit": 3, "lengths": 1, "hostile": 1}
+#: what of a part they are chosen from
+_WORST_COLUMNS = ["batch", "cell", "truth", *(f"worst{i}" for i in range(WORST_FIELDS))]
 
 
 def part(measured: Sequence[Measured]) -> pd.DataFrame:
@@ -40,7 +42,8 @@ def part(measured: Sequence[Measured]) -> pd.DataFrame:
 
 def accuracy(sweep: Sweep, parts: Sequence[pd.DataFrame]) -> pd.DataFrame:
     """The rows of accuracy.parquet, in the order of the batches."""
-    numbers = _ordered(parts)
+    numbers = pd.concat([part.drop(columns=_WORST_COLUMNS[3:]) for part in parts], ignore_index=True)
+    numbers = numbers.sort_values(["batch", "cell", "truth"], kind="stable", ignore_index=True)
     frame = pd.concat([_keys(sweep, numbers), numbers.drop(columns=["batch", "cell", "truth"])], axis=1)
     frame["coverage"] = "sampled"
     # a float64 cell's rounding needs more than float64 to be seen: not measured, and not pretended to be 0
@@ -54,15 +57,18 @@ def worst(sweep: Sweep, parts: Sequence[pd.DataFrame]) -> pd.DataFrame:
     `rank` counts within a cell and one of these three kinds of input. Configurations of N, L and V are no pairs, so
     they are not among them.
     """
-    numbers = _ordered(parts)
-    kinds = np.array([c.stratum.name if c.stratum.name in WORST_KEPT else "unit" for c in sweep.batches], dtype=object)
-    numbers["kind"] = kinds[numbers["batch"].to_numpy()]
-    made = np.array([batch.recipe != PAIR for batch in sweep.batches], bool)[numbers["batch"].to_numpy()]
-    numbers = numbers[(numbers["worst0"] > 0) & ~made].sort_values(
-        ["cell", "kind", "worst0", "batch", "truth"], ascending=[True, False, False, True, True]
-    )
-    numbers["rank"] = numbers.groupby(["cell", "kind"], sort=False).cumcount() + 1
-    numbers = numbers[numbers["rank"] <= numbers["kind"].map(WORST_KEPT)].reset_index(drop=True)
+    numbers = pd.concat([part[_WORST_COLUMNS] for part in parts], ignore_index=True)
+    cell, batch, truth, error = (numbers[name].to_numpy() for name in ("cell", "batch", "truth", "worst0"))
+    names = sorted(WORST_KEPT)
+    kinds = np.array([names.index(c.stratum.name if c.stratum.name in names else "unit") for c in sweep.batches], int)
+    kind, made = kinds[batch], np.array([batch.recipe != PAIR for batch in sweep.batches], bool)[batch]
+    order = np.lexsort((truth, batch, -error, -kind, cell))
+    order = order[(error[order] > 0) & ~made[order]]
+    own = len(names) * cell[order].astype(np.int64) + kind[order]
+    first = np.flatnonzero(np.diff(own, prepend=-1))
+    rank = np.arange(len(order)) - np.repeat(first, np.diff(first, append=len(order))) + 1
+    kept = rank <= np.array([WORST_KEPT[name] for name in names])[kind[order]]
+    numbers = numbers.iloc[order[kept]].assign(rank=rank[kept]).reset_index(drop=True)
     frame = _keys(sweep, numbers)
     frame["rank"] = numbers["rank"]
     for i, name in enumerate(("error", "exact", "value")):
@@ -71,11 +77,6 @@ def worst(sweep: Sweep, parts: Sequence[pd.DataFrame]) -> pd.DataFrame:
         frame[name] = pd.Series([float(x).hex() for x in numbers[f"worst{i}"]], dtype="str")
     frame["coverage"] = pd.array(["sampled"] * len(frame), dtype="str")
     return frame[WORST.names]
-
-
-def _ordered(parts: Sequence[pd.DataFrame]) -> pd.DataFrame:
-    numbers = pd.concat(parts, ignore_index=True)
-    return numbers.sort_values(["batch", "cell", "truth"], kind="stable", ignore_index=True)
 
 
 def _keys(sweep: Sweep, numbers: pd.DataFrame) -> pd.DataFrame:

@@ -178,7 +178,7 @@ class _Study:
     def measure(self, parts: list[pd.DataFrame], seconds: dict[str, float], end_help: Callable[[], None]) -> Outcome:
         """All stages but the report.
 
-        parts     what an interrupted study has left of the sweep; is added to
+        parts     what an interrupted study has left of the sweep; empty afterwards
         seconds   receives what each stage took
         end_help  called before the timing, which nothing may disturb
         """
@@ -197,7 +197,7 @@ class _Study:
         return self.complete(context, seconds)
 
     def accuracy(self, parts: list[pd.DataFrame], seconds: dict[str, float]) -> ProbeContext:
-        """Run what is left of the sweep, appending to `parts` in memory and on disk; the rows of all of it."""
+        """Run what is left of the sweep, appending to `parts` and on disk, and make the rows of all `parts`."""
         self.progress.stage("compiling", 1.0)
         with _clocked(seconds, "compiling"):
             sweep.compile_kernels(self.sweep, self.progress.share)
@@ -209,6 +209,7 @@ class _Study:
             self.manifest["cluster"] = self.engine.facts
         self.progress.stage("making the accuracy rows")
         accuracy, worst = tables.accuracy(self.sweep, parts), tables.worst(self.sweep, parts)
+        parts.clear()  # as large as the rows, and on disk
         note, detail = self.progress.note, self.progress.detail
         return ProbeContext(self.sweep, accuracy, worst, self.jobs, note=note, detail=detail)
 

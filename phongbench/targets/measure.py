@@ -62,11 +62,14 @@ def bare(language: str, vectors: int, precision: str = FLOAT32, *, dot: bool) ->
     return Code("dot" if dot else "nothing", text, vectors, precision)
 
 
-def costs(target: Target, codes: Sequence[Code]) -> list[Cost]:
-    """The cost of each code on the target, compiled here; InputError where a tool is missing or refuses a code."""
+def costs(target: Target, codes: Sequence[Code], contexts: Sequence[int] = CONTEXTS) -> list[Cost]:
+    """The cost of each code on the target, compiled here, in these contexts: the first is what a cost is quoted in.
+
+    InputError where a tool is missing or refuses a code.
+    """
     kinds = sorted({(target.calls(one), one.vectors, one.precision) for one in codes})
     references = [(bare(target.language, n, precision, dot=True), calls) for calls, n, precision in kinds]
-    found = target.checked().counted([*references, *((one, target.calls(one)) for one in codes)], CONTEXTS)
+    found = target.checked().counted([*references, *((one, target.calls(one)) for one in codes)], contexts)
     less = dict(zip(kinds, found, strict=False))
     return [
         _cost(whole, less[target.calls(one), one.vectors, one.precision], target.calls(one))

@@ -186,7 +186,7 @@ def _boxes(cell: _Cell, place: Array | None, random: Array) -> tuple[Array, Arra
         middles = points[:, best_two[np.argsort(-errors[best_two], kind="stable")[:BOXES]]]
         width = width / 2
     best = np.argsort(-errors, kind="stable")[:LEAVES]
-    return points[:, best[0]], cell.pairs(points[:, best])
+    return points[:, best[0]].copy(), cell.pairs(points[:, best])  # a view would keep all points as long as the row
 
 
 def _leaves(cell: _Cell, pairs: Array) -> None:

@@ -4,6 +4,8 @@ import ctypes
 import itertools
 import shutil
 import subprocess
+from collections.abc import Sequence
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -134,27 +136,53 @@ def formula_of(name: str, form: str, space: str) -> Formula:
 def text_of(formula: Formula | str, language: str, alpha: float = ALPHA, **options: Any) -> str:
     """Its code."""
     one = Formula.parse(formula) if isinstance(formula, str) else formula
-    return shader(one, alpha, Options(language, **options)).text
+    return _text(one, alpha, Options(language, **options))
+
+
+@cache
+def _text(formula: Formula, alpha: float, options: Options) -> str:
+    """Kept: its errors are measured whenever it is written, and several tests look at the same."""
+    return shader(formula, alpha, options).text
 
 
 def built(language: str, text: str, folder: Path, *more: str) -> Any:
     """(a, b) -> highlights, by the text compiled with warnings as errors; `more` options follow the usual ones."""
+    return all_built(language, [text], folder, *more)[0]
+
+
+def all_built(language: str, texts: Sequence[str], folder: Path, *more: str) -> list[Any]:
+    """As `built`, of several texts by one compiler, to which starting, reading its headers and linking are most of it.
+
+    In C each is a source of its own. In C++ they are namespaces of one, but those that bring their headers themselves.
+    """
     if language == "numpy":
-        scope: dict[str, Any] = {}
-        exec(text, scope)
-        return scope["highlight"]
+        return [_executed(text) for text in texts]
     compiler, options, shim, begin, loop = BUILDS[language]
     found = shutil.which(compiler)
     if found is None:
         pytest.skip(f"no {compiler} here")
-    arguments = "(int count, const float *a, const float *b, float *out) {"
     for name, header in [HEADERS[language]] if language in HEADERS else ():
         (folder / name).write_text(header)
         more = (*more, "-isystem", str(folder))
-    source, library = folder / "source", folder / "library.so"
-    source.write_text(f"{shim}\n{text}\n{begin}{arguments}{loop}")
-    subprocess.run([found, *options, *_USUAL, *more, "-o", library, source, "-lm"], check=True)
-    run = ctypes.CDLL(str(library)).run
+    arguments = "(int count, const float *a, const float *b, float *out) {"
+    parts = [f"{text}\n{begin}{i}{arguments}{loop}" for i, text in enumerate(texts)]
+    wholes = ["\n".join([shim, *(f"namespace n{i} {{\n{part}}}\n" for i, part in enumerate(parts))])] if shim else parts
+    sources, library = [folder / f"source{i}" for i in range(len(wholes))], folder / "library.so"
+    for source, whole in zip(sources, wholes, strict=True):
+        source.write_text(whole)
+    subprocess.run([found, *options, *_USUAL, *more, "-o", library, *sources, "-lm"], check=True)
+    opened = ctypes.CDLL(str(library))
+    return [_over_arrays(opened[f"run{i}"]) for i in range(len(texts))]
+
+
+def _executed(text: str) -> Any:
+    scope: dict[str, Any] = {}
+    exec(text, scope)
+    return scope["highlight"]
+
+
+def _over_arrays(run: Any) -> Any:
+    """The compiled loop as a function of arrays."""
     rows = np.ctypeslib.ndpointer(np.float32, flags="C")
     run.argtypes, run.restype = [ctypes.c_int, rows, rows, rows], None
 

@@ -5,13 +5,15 @@ GLSL and WGSL run in the browser too, in tests/browser; WGSL by naga in test_wgs
 
 import json
 import re
+from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from click.testing import CliRunner
-from shader_builds import ALPHA, BUILDS, CASES, built, formula_of, pairs, text_of, writable
+from shader_builds import ALPHA, BUILDS, CASES, all_built, built, formula_of, pairs, text_of, writable
 
 from phongbench.cli.main import main
 from phongbench.compiler import elementary
@@ -27,13 +29,25 @@ from phongbench.formulas.spec import Approximation, Cost, Setting
 LANGUAGES_HERE = (*BUILDS, "numpy")
 
 
+@pytest.fixture(scope="module")
+def together(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., Any]:
+    """All CASES of a language, compiled at once when the first is asked for, by language."""
+
+    @cache
+    def compiled(language: str) -> dict[tuple[str, str, str], Any]:
+        texts = [text_of(formula_of(*case), language) for case in CASES]
+        return dict(zip(CASES, all_built(language, texts, tmp_path_factory.mktemp(language)), strict=True))
+
+    return compiled
+
+
 @pytest.mark.parametrize("language", [one for one in LANGUAGES_HERE if one != "metal"])  # see test_shader_languages
 @pytest.mark.parametrize(("name", "form", "space"), CASES)
 def test_compiled_it_gives_what_the_kernel_gives(
-    name: str, form: str, space: str, language: str, tmp_path: Path
+    together: Callable[..., Any], name: str, form: str, space: str, language: str
 ) -> None:
     formula, a, b = formula_of(name, form, space), *pairs(ALPHA)
-    values = built(language, text_of(formula, language), tmp_path)(a, b)
+    values = together(language)[name, form, space](a, b)
     setting = formula.setting(ALPHA)
     expected = highlights(formula.spec(), form, setting, a, b, layout="aos")
     # fused multiply-adds and the library's power differ in the last bits, which a slope of alpha enlarges

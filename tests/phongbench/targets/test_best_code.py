@@ -8,7 +8,7 @@ from phongbench.formulas.formula import Formula
 from phongbench.targets.chips import TARGETS
 from phongbench.targets.code_shapes import Code, code
 from phongbench.targets.harness import UNROLLED
-from phongbench.targets.measure import costs
+from phongbench.targets.measure import CONTEXTS, costs
 
 ALPHA = 50.0
 COSINE = "dot(r, v) * inversesqrt(dot(r, r) * dot(v, v))"
@@ -146,7 +146,8 @@ def test_code_that_is_written_costs_no_more_than_by_hand(name: str) -> None:
     if (missing := target.why_not()) is not None:
         pytest.skip(missing)
     ours = [code(Formula.parse(spelling), ALPHA, target.language) for spelling in HAND]
-    found = costs(target, [*ours, *(by_hand(spelling, target.language) for spelling in HAND)])
+    both = [*ours, *(by_hand(spelling, target.language) for spelling in HAND)]
+    found = costs(target, both, CONTEXTS[:1])  # other work around a call makes most of what is compiled
     # an instruction of a whole program, such as the load of a constant, says nothing of a call
     dearer = {
         spelling: (written.cost, best.cost)

@@ -141,5 +141,13 @@ def test_float64_is_not_searched_and_a_run_without_cells_has_no_rows():
     assert search.measure(context_of(alphas=(10.0,), precisions=("float64",))) == {}
 
 
+def test_a_place_that_is_kept_for_every_cell_keeps_no_points_with_it(context):
+    cell = context.sweep.cells[0]
+    searched = search._Cell(cell, context.sweep.kernels(0)[0], 2.0**-23)
+    place, _ = search._boxes(searched, None, search._random(0)[False][:2])
+    assert place.base is None
+    assert place.nbytes == 32
+
+
 def test_the_forecast_counts_the_cells(context, found):
     assert search.seconds(context.plan, 1) == pytest.approx(search.SECONDS * len(found["accuracy"]))
