@@ -172,8 +172,13 @@ def _power_64(x: float, y: float) -> float:
     return _exp2_64(y * _log2_64(x)) if x > 2.3e-308 else 0.0
 
 
-@native
-def _root(x: Any) -> Any:
+@native(np.float32)
+def _root_32(x: Any) -> Any:
+    return np.sqrt(x)
+
+
+@native(np.float64)
+def _root_64(x: Any) -> Any:
     return np.sqrt(x)
 
 
@@ -219,7 +224,7 @@ def linear_exp2(t: float) -> float:
     return from_linear(t)
 
 
-@primitive(float32=_root, float64=_root)
+@primitive(float32=_root_32, float64=_root_64)
 def square_root(x: float) -> float:
     """The square root of x >= 0."""
     return cast(float, _library(x).sqrt(x))

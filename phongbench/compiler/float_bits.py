@@ -23,13 +23,13 @@ _ONE_BITS_32, _ONE_BITS_64 = np.float32(1).view(np.int32), np.float64(1).view(np
 _STEP_32, _STEP_64 = np.float32(2.0**-23), np.float64(2.0**-52)
 
 
-@native
+@native(np.float32)
 def _exponent_32(x: Any) -> Any:
     # numba widens int32 sums to int64: narrowed at once, the shift and the conversion stay in 32-bit lanes
     return np.float32(np.int32(intrinsics.float32_bits(x) - _HALF_ROOT_BITS_32) >> _SHIFT_32)
 
 
-@native
+@native(np.float64)
 def _exponent_64(x: Any) -> Any:
     return np.float64((intrinsics.float64_bits(x) - _HALF_ROOT_BITS_64) >> _SHIFT_64)
 
@@ -37,67 +37,67 @@ def _exponent_64(x: Any) -> Any:
 # The mantissa is what is left of the bits when the exponent's are taken away: a sum that the exponent needs too.
 
 
-@native
+@native(np.float32)
 def _mantissa_32(x: Any) -> Any:
     exponent = np.int32(intrinsics.float32_bits(x) - _HALF_ROOT_BITS_32) & _EXPONENT_32
     return intrinsics.float32_from_bits(np.int32(intrinsics.float32_bits(x) - exponent))
 
 
-@native
+@native(np.float64)
 def _mantissa_64(x: Any) -> Any:
     exponent = (intrinsics.float64_bits(x) - _HALF_ROOT_BITS_64) & _EXPONENT_64
     return intrinsics.float64_from_bits(intrinsics.float64_bits(x) - exponent)
 
 
-@native
+@native(np.float32)
 def _shifted_32(t: Any) -> Any:
     return np.float32(t + _MAGIC_32)
 
 
-@native
+@native(np.float64)
 def _shifted_64(t: Any) -> Any:
     return t + _MAGIC_64
 
 
-@native
+@native(np.float32)
 def _unshifted_32(s: Any) -> Any:
     return np.float32(s - _MAGIC_32)
 
 
-@native
+@native(np.float64)
 def _unshifted_64(s: Any) -> Any:
     return s - _MAGIC_64
 
 
-@native
+@native(np.float32)
 def _scaled_32(x: Any, s: Any) -> Any:
     raised = np.int32(intrinsics.float32_bits(s) << _SHIFT_32)
     return intrinsics.float32_from_bits(np.int32(intrinsics.float32_bits(x) + raised))
 
 
-@native
+@native(np.float64)
 def _scaled_64(x: Any, s: Any) -> Any:
     return intrinsics.float64_from_bits(intrinsics.float64_bits(x) + (intrinsics.float64_bits(s) << _SHIFT_64))
 
 
-@native
+@native(np.float32)
 def linear_log2_32(x: Any) -> Any:
     """`powers.linear_log2` in float32: the bits of x as a number, less those of 1."""
     return np.float32(intrinsics.float32_bits(x) - _ONE_BITS_32) * _STEP_32
 
 
-@native
+@native(np.float64)
 def linear_log2_64(x: Any) -> Any:
     """The same in float64."""
     return np.float64(intrinsics.float64_bits(x) - _ONE_BITS_64) * _STEP_64
 
 
-@native
+@native(np.float32)
 def _from_linear_32(t: Any) -> Any:
     return intrinsics.float32_from_bits(np.int32(np.int32(t / _STEP_32) + _ONE_BITS_32))
 
 
-@native
+@native(np.float64)
 def _from_linear_64(t: Any) -> Any:
     return intrinsics.float64_from_bits(np.int64(t / _STEP_64) + _ONE_BITS_64)
 

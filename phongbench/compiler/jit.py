@@ -31,7 +31,7 @@ import filelock
 import numpy as np
 import platformdirs
 
-from phongbench.compiler import inlining, late_numba
+from phongbench.compiler import inlining, late_numba, templates
 
 numba: Any = late_numba.Late("numba")
 types: Any = late_numba.Late("numba.types")
@@ -50,7 +50,10 @@ REDUCTION_FLAGS = {"contract", "reassoc", "nsz"}
 INTERLEAVE = 4
 #: modules that never name the compiler, but that drivers are made of; numba itself sees a change of the bodies that an
 #: elementwise loop is a closure over
-_BODIES = {"compiler/kernel_source.py", "compiler/polynomials.py", "compiler/elementary.py", "formulas/lambda_forms.py"}
+_BODIES = {
+    *(f"compiler/{name}.py" for name in ("kernel_source", "polynomials", "elementary", "tracing", "templates")),
+    "formulas/lambda_forms.py",
+}
 _KEEP_SECONDS = 30 * 86400
 _ONE_AT_A_TIME = threading.RLock()
 
@@ -217,7 +220,7 @@ def elementwise(signature: Any, function: Callable[..., Any], *, fused: bool = T
     if DISABLED:
         return function
     with _interleaved():
-        return _cached(lambda: numba.cfunc(signature, cache=True, **_options(fused))(function))
+        return _cached(lambda: templates.compiled(function, signature, _options(fused)))
 
 
 def _options(fused: bool) -> dict[str, Any]:
@@ -232,7 +235,7 @@ def code(loop: Any, *, fused: bool = True) -> tuple[str, str]:
     """
     # numba shows a cfunc's LLVM but neither its assembly nor the function it was made of
     with _interleaved():
-        again = numba.cfunc(loop._sig, **_options(fused))(loop._pyfunc)  # noqa: SLF001
+        again = templates.compiled(loop._pyfunc, loop._sig, _options(fused), cached=False)  # noqa: SLF001
     return again._library.get_llvm_str(), again._library.get_asm_str()  # noqa: SLF001
 
 

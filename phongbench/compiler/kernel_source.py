@@ -43,10 +43,17 @@ def primitive(**implementations: Body) -> Callable[[F], F]:
     return mark
 
 
-def native(function: F) -> F:
-    """An implementation of a primitive whose types are spelled out: it is compiled as it is, not lowered."""
-    function.__compiled__ = True  # type: ignore[attr-defined]
-    return jit.inline(function)
+def native(result: Any) -> Callable[[F], F]:
+    """Mark an implementation of a primitive whose types are spelled out: it is compiled as it is, not lowered.
+
+    result  NumPy's type of what it takes and returns
+    """
+
+    def mark(function: F) -> F:
+        function.__compiled__ = True  # type: ignore[attr-defined]
+        return jit.inline(function, result)
+
+    return mark
 
 
 @cache

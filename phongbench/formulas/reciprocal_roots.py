@@ -43,12 +43,12 @@ def short_series(q: float) -> float:
 _bits, _table = jit.inline(bit_trick_root), jit.inline(twelve_bit_root)
 
 
-@native
+@native(np.float32)
 def _one_step(q: Any) -> Any:
     return _bits(q, 1)
 
 
-@native
+@native(np.float32)
 def _from_table(q: Any) -> Any:
     # q = r 4^k with r in [1, 4): the table's entry for r, times 2^-k
     k = np.int32(np.int32((intrinsics.float32_bits(q) >> _MANTISSA) - _BIAS) >> _ONE)
@@ -57,12 +57,12 @@ def _from_table(q: Any) -> Any:
     return np.float32(_table(np.float64(r))) * power
 
 
-@native
+@native(np.float64)
 def _one_step_64(q: Any) -> Any:
     return np.float64(_bits(np.float32(q), 1))
 
 
-@native
+@native(np.float64)
 def _from_table_64(q: Any) -> Any:
     return np.float64(_from_table(np.float32(q)))
 
@@ -84,7 +84,7 @@ def estimate(x: float) -> float:
     return cast(float, _one_by_one(of_number, x))
 
 
-@native
+@native(np.float32)
 def _by_instruction(q: Any) -> Any:
     return intrinsics.root_estimate(q)
 

@@ -13,7 +13,7 @@ from phongbench.compiler.lowering import FLOAT32, FLOAT64
 from phongbench.compiler.precisions import Array
 from phongbench.formulas.recipes import PAIR
 from phongbench.inputs.plan import Cell, Plan
-from phongbench.results.runs import with_raw
+from phongbench.results.frames import with_raw
 
 #: domains of formulas that remove lengths: lengths up to so many times 1, or as short; quick takes the last
 LONGEST = (2.0, 1000.0)

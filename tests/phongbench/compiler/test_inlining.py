@@ -70,3 +70,31 @@ def test_tuples_and_whole_numbers_pass() -> None:
         return first + second
 
     assert run(0.5) == off_by(0.5) + 3.5
+
+
+single = jit.inline(lambda x: x + x, np.float32)
+_HALF = 0.5
+widened = jit.inline(lambda x: x * _HALF, np.float32)
+
+
+@pytest.mark.parametrize(
+    ("body", "given", "said"),
+    [
+        (known, np.float32(0.5), "compiled for float64 and is called with float32"),
+        (single, 0.5, "compiled for float32 and is called with float64"),
+        (single, 3, "compiled for float32 and is called with int64"),
+        (single, np.ones(2), "compiled for float32 and is called with float64"),
+        (widened, np.float32(0.5), "compiled for float32 and computes float64"),
+    ],
+    ids=["narrower", "wider", "whole", "array", "constant"],
+)
+def test_numbers_of_another_type_are_refused_with_what_to_do(body: Any, given: Any, said: str) -> None:
+    """It would compute in the wider type, and slower, with nothing to see of it but other bits."""
+
+    @jit.driver
+    def run(x: Any) -> Any:
+        return body(x)
+
+    with pytest.raises(jit.compile_error(), match=said) as refused:
+        run(given)
+    assert "lower it for that precision, or inline it without a type" in str(refused.value)
