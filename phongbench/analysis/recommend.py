@@ -66,43 +66,43 @@ def recommend(
     raw                  True: choose among whole recipes from raw N, L and V, see `raw_vectors.recommend`
     mesh_angle           instead: degrees between the normals at the ends of an edge, see `length_error_of`
     inverse_error        how many degrees normals may be off that the formula gives back, see `inverse_errors`
-    contract             True: what is within is so on every device that keeps the accuracies of WGSL and Vulkan, of the
-                         emitted code; in float32 or float16
+    contract             True: within on every device that keeps the accuracies of WGSL and Vulkan
     inputs               vectors, or cosine: only formulas of R.V itself
     root                 the folder of the runs in which targets were added, or the measurement of the only one
     others               True: `elsewhere`, too, the best choice on each compiled target where it is another formula
     returns              basis ("run" or "laws"), run, the budget, `choices` (best, then next; empty where nothing is
-                         within it), `nearest_miss`, `verdict` and `notes` in words. In each choice `max_abs` is the
-                         largest error that was measured, or a law's; `bound` is what is compared with the budget, None
-                         where nothing is promised, and `coverage` what it rests on
+                         within it), `nearest_miss`, `verdict` and `notes`. In each choice `max_abs` is the largest
+                         error measured, or a law's; `bound` is what is compared with the budget, None where nothing
+                         is promised, and `coverage` what it rests on
     Raises InputError for numbers out of range and for what the run did not measure, naming the command that does;
     UnknownNameError for an unknown precision or space; CorruptRunError for a run whose bytes have changed.
     """
     length_error = _length_error(length_error, mesh_angle)
     budget = Budget.of(alpha, max_error, length_error, precision, space, working_set, contract=contract)
+    here = _here(target, short_of, root, inputs, raw=raw)
+    notes = [] if mesh_angle is None else [edge_words(mesh_angle)]
+    if raw:
+        answer = raw_vectors.recommend(run, budget, any_length=length_error is None, notes=notes)
+        return answer | ({"elsewhere": []} if others else {})
+    known = _known(run, budget, notes, timed=here)
+    cells = _costed(known, run, budget, None if here else (target, short_of, root), notes)
+    cells = _meant(cells, run, budget, inputs, inverse_error, notes)
+    words = _words(cells, budget, _judge(run, budget, search=search))
+    notes += _held(cells, budget)
+    answer = {**_asked(run, budget), "inputs": inputs, "target": target, "short_of": short_of, **words, "notes": notes}
+    untimed = _meant(known, run, budget, inputs, inverse_error, []) if others else []
+    return answer | ({"elsewhere": _elsewhere(run, budget, untimed, words["choices"], root)} if others else {})
+
+
+def _here(target: str, short_of: str | None, root: Shelf, inputs: str, *, raw: bool) -> bool:
+    """Whether this machine is meant; InputError or UnknownNameError for what cannot be asked together, or of nobody."""
     if inputs not in INPUTS:
         raise UnknownNameError("inputs", inputs, INPUTS)
     here = checked(target, short_of, root) == CPU
     if raw and (inputs != VECTORS or not here):
         what = "recipes start from N, L and V, and are chosen by their times on this machine"
         raise InputError(what, "raw", "leave raw or inputs and target out")
-    notes = [] if mesh_angle is None else [edge_words(mesh_angle)]
-    if raw:
-        answer = raw_vectors.recommend(run, budget, any_length=length_error is None, notes=notes)
-        return {**answer, "elsewhere": []} if others else answer
-    known = _known(run, budget, notes, timed=here)
-    if here:
-        cells = known if run is None else measured_errors.with_times(run, known, budget, notes)
-    else:
-        cells = _on_target(known, run, budget, (target, short_of, root), notes)
-    cells = _meant(cells, run, budget, inputs, inverse_error, notes)
-    words = _words(cells, budget, _judge(run, budget, search=search))
-    notes += _held(cells, budget)
-    answer = {**_asked(run, budget), "inputs": inputs, "target": target, "short_of": short_of, **words, "notes": notes}
-    if not others:
-        return answer
-    untimed = _meant(known, run, budget, inputs, inverse_error, [])
-    return {**answer, "elsewhere": _elsewhere(run, budget, untimed, answer["choices"], root)}
+    return here
 
 
 def _meant(
@@ -184,13 +184,15 @@ def _known(run: Run | None, budget: Budget, notes: list[str], *, timed: bool) ->
     return measured_errors.errors(run, budget, notes)
 
 
-def _on_target(
-    known: Sequence[Row], run: Run | None, budget: Budget, where: tuple[str, str | None, Shelf], notes: list[str]
+def _costed(
+    known: list[Row], run: Run | None, budget: Budget, where: tuple[str, str | None, Shelf] | None, notes: list[str]
 ) -> list[Row]:
-    """These formulas with their costs on a target.
+    """These formulas with their times on this machine, or costs on a target: a law has counted work already.
 
-    where  the target, the unit that is scarce there, and where measured targets are looked up
+    where  the target, the unit that is scarce there, and where measured targets are looked up; None for this machine
     """
+    if where is None:
+        return known if run is None else measured_errors.with_times(run, known, budget, notes)
     target, short_of, root = where
     own = own_prices(None if run is None else run.records("costs"), target, short_of, budget.precision, notes)
     return priced(known, budget.alpha.values, target, short_of, notes, root, own)

@@ -8,7 +8,8 @@ emission a table no longer knows its formulas, and a test says so.
 import hashlib
 import json
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections import UserDict
+from collections.abc import Mapping, Sequence
 from dataclasses import astuple, dataclass, fields
 from functools import cache, cached_property
 from pathlib import Path
@@ -158,21 +159,12 @@ def digest(text: str) -> str:
     return hashlib.sha256(_DIGEST.sub("", text, count=1).encode()).hexdigest()
 
 
-class _Rows(Mapping[str, tuple[str, Cost]]):
+class _Rows(UserDict[str, Any]):
     """Rows of a file; each cost is made when it is asked about, since most never are."""
 
-    def __init__(self, held: Mapping[str, Sequence[Any]]) -> None:
-        self._held = held
-
     def __getitem__(self, shape: str) -> tuple[str, Cost]:
-        named, *values = self._held[shape]
+        named, *values = self.data[shape]
         return str(named), _cost(values)
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._held)
-
-    def __len__(self) -> int:
-        return len(self._held)
 
 
 def _cost(values: Sequence[Any]) -> Cost:
