@@ -20,7 +20,7 @@ from matplotlib.figure import Figure
 
 from phongbench_reports.svg import slim
 from phongbench_reports.text import BUDGETS
-from phongbench_reports.ticks import merge_minor_ticks
+from phongbench_reports.ticks import merge_ticks
 
 Vector = npt.NDArray[np.float64]
 
@@ -181,7 +181,7 @@ def svg_pair(figure: Figure, name: str) -> tuple[bytes, bytes]:
 
     name   its title
     """
-    merge_minor_ticks(figure)
+    merge_ticks(figure)
     buffer = io.BytesIO()
     with mpl.rc_context({"svg.hashsalt": f"phongbench-{name}", "svg.fonttype": "none"}):
         figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": "phongbench", "Title": name})
