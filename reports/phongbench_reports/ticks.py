@@ -1,6 +1,6 @@
 """Ticks of logarithmic axes, and how a thousand of them are drawn in no time."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from functools import cache
 from itertools import pairwise
 from typing import Any
@@ -33,10 +33,16 @@ def log_axis(axis: Any, *, labels: int = 20) -> None:
 def named_ticks(axis: Any, values: Sequence[float], *, minor: Sequence[float] = ()) -> None:
     """Log scale whose labelled ticks are exactly these values, with unlabelled ones at `minor`."""
     axis.axes.set(**{f"{axis.axis_name}scale": "log"})
-    axis.set_major_locator(FixedLocator(list(values)))  # `set_ticks` makes the ticks at once, to be remade when drawn
-    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    fixed_ticks(axis, values, [f"{value:g}" for value in values])
     axis.set_minor_locator(FixedLocator([value for value in minor if value not in values]))
     axis.set_minor_formatter(NullFormatter())
+
+
+def fixed_ticks(axis: Any, places: Iterable[float], labels: Iterable[str]) -> None:
+    """Ticks at these places with these labels; matplotlib's `set_ticks` makes each at once, and again when it draws."""
+    named = dict(zip(map(float, places), labels, strict=True))
+    axis.set_major_locator(FixedLocator(list(named)))
+    axis.set_major_formatter(FuncFormatter(lambda place, _: named[place]))
 
 
 def octaves(low: float, high: float) -> list[float]:
@@ -77,9 +83,11 @@ def merge_ticks(figure: Figure) -> None:
 
     To matplotlib each tick is five artists, and a figure of nine log-log panels has a thousand: a second to draw.
     """
-    ticked = [axis for axes in figure.axes if axes.axison for axis in (axes.xaxis, axes.yaxis)]
+    ticked: list[Any] = [axis for axes in figure.axes if axes.axison for axis in (axes.xaxis, axes.yaxis)]
     places = [(_inside(axis, axis.get_majorticklocs()), _inside(axis, axis.get_minorticklocs())) for axis in ticked]
-    labels = [axis.major.formatter.format_ticks(major) for axis, (major, _) in zip(ticked, places, strict=True)]
+    labels = [
+        axis.major.formatter.format_ticks(major.tolist()) for axis, (major, _) in zip(ticked, places, strict=True)
+    ]
     for axis in ticked:  # all places first: panels that share an axis share its locator
         axis.set_major_locator(NullLocator())
         axis.set_minor_locator(NullLocator())
@@ -92,7 +100,8 @@ def _inside(axis: Axis, places: npt.ArrayLike) -> Vector:
     known, drawn = np.asarray(places, float), axis.get_transform().transform
     low, high = sorted(drawn(np.asarray(axis.get_view_interval(), float)))
     slack = 1e-9 * (high - low)
-    return known[(drawn(known) >= low - slack) & (drawn(known) <= high + slack)]
+    inside: Vector = known[(drawn(known) >= low - slack) & (drawn(known) <= high + slack)]
+    return inside
 
 
 def _draw_ticks(axis: Any, major: Vector, minor: Vector, names: Sequence[str]) -> None:
