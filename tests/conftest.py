@@ -16,10 +16,10 @@ from hypothesis import HealthCheck, settings
 
 #: Folders whose tests share something dear, a warm application, a browser, a report: one process runs all of them.
 WHOLE = ("tests/api", "tests/browser", "tests/reports")
-#: The first folder compiles nearly every kernel, the second none and the third others, so on an empty cache two
+#: The first folder compiles nearly every kernel, the second few and the third none of ours, so on an empty cache two
 #: processes seldom compile the same; browsers ask a server that would compile what the first does. The last has many
 #: short files, so that all processes end at the same time.
-ORDER = ("tests/api", "tests/reports", "tests/house", "tests/browser", "tests/phongbench")
+ORDER = ("tests/api", "tests/reports", "tests/phongbench/targets", "tests/house", "tests/browser", "tests/phongbench")
 #: With more processes than this, all would wait for the one that runs tests/api.
 MOST = 4
 

@@ -3,20 +3,22 @@
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import pandas as pd
-
-from phongbench.analysis.choice import Judge, Row, promised, remembered
+from phongbench.analysis.choice import Judge, promised, remembered
+from phongbench.analysis.choices import Choices
 from phongbench.analysis.error_budget import Budget
-from phongbench.analysis.front import errors_at, judged, records
-from phongbench.analysis.rows import Rows, at
+from phongbench.analysis.front import errors_at, framed, judged
 from phongbench.analysis.target_costs import Price, own_prices, priced, prices, table_of, unit_of
 from phongbench.formulas.formula import Formula
 from phongbench.formulas.user_files import installed
+from phongbench.results.records import Row
 from phongbench.results.runs import DEFAULT_ROOT
-from phongbench.results.schema import CPU, GPU, INPUT
+from phongbench.results.schema import CPU, GPU
 from phongbench.targets.chips import TARGETS
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 #: the precision of compiled costs
 PRECISION = "float32"
@@ -49,16 +51,17 @@ class Answer:
         return {"alpha": self.alpha, "target": self.target, "name": str(formula) if formula else None, **told, **more}
 
 
-def targets_of(rows: Rows) -> list[str]:
+def targets_of(choices: Choices) -> list[str]:
     """The targets that a run has costs of, in the order of the list of targets; GPU if its times have intervals."""
-    few = (rows.costs["target"] == GPU) & rows.costs["ratio_low"].isna()
-    known = set(rows.costs.loc[~few, "target"].astype(str))
-    timed = [] if at(rows.timing, precision=PRECISION).empty else [CPU]
+    costs = choices.costs.rows(["target", "ratio_low"])
+    known = {row["target"] for row in costs} - {GPU}
+    known |= {GPU for row in costs if row["target"] == GPU and row["ratio_low"] is not None}
+    timed = [CPU] if choices.timing.at(precision=PRECISION) else []
     return [*timed, *(name for name in (GPU, *TARGETS) if name in known)]
 
 
 def answers(
-    rows: Rows, targets: Sequence[str], alphas: Iterable[float], budget: float, root: Path = DEFAULT_ROOT
+    choices: Choices, targets: Sequence[str], alphas: Iterable[float], budget: float, root: Path = DEFAULT_ROOT
 ) -> list[Answer]:
     """The answer at each exponent on each target, formulas of (R, V) in float32 on unit vectors.
 
@@ -66,15 +69,15 @@ def answers(
     root    the folder of the runs, in which measured targets were added
     """
     found = []
-    own = {target: own_prices(rows.costs, target, None) for target in targets}
+    own = {target: own_prices(choices.costs, target, None) for target in targets}
     for alpha in alphas:
-        wrong = errors_of(rows, alpha)
-        near = records(wrong[wrong["error"] <= budget])  # of others no code need be written
+        # of others no code need be written
+        near = [row for row in errors_of(choices, alpha) if row["error"] is not None and row["error"] <= budget]
         formulas = [Formula.of_row(row) for row in near]
         judge = remembered(promised(Budget.of(alpha, budget, precision=PRECISION), installed()))
         for target in targets:
             if target == CPU:
-                timed = rows.choice(alpha, PRECISION, budget).best
+                timed = choices.choice(alpha, PRECISION, budget).best
                 row = None if timed is None else {**timed, "cost": timed["ns"], **unit_of(CPU)}
             else:
                 told = prices(formulas, (alpha,), table_of(target, root), own=own[target])
@@ -101,15 +104,15 @@ def cheapest(
     return None
 
 
-def errors_of(rows: Rows, alpha: float) -> pd.DataFrame:
+def errors_of(choices: Choices, alpha: float) -> list[Row]:
     """Formulas of (R, V) with their largest sampled error at an exponent."""
-    return errors_at(rows.mirrored, alpha=alpha, precision=PRECISION)
+    return errors_at(choices.mirrored, alpha=alpha, precision=PRECISION)
 
 
-def front_on(rows: Rows, target: str, alpha: float, cells: pd.DataFrame) -> pd.DataFrame:
+def front_on(choices: Choices, target: str, alpha: float, cells: Sequence[Row]) -> "pd.DataFrame":
     """The front of a compiled target at an exponent, of the cells of `errors_of`, as `front.points` gives it."""
-    own = own_prices(rows.costs, target, None)
-    return judged(priced(cells, (alpha,), target, None, [], own=own)).drop(columns=INPUT, errors="ignore")
+    own = own_prices(choices.costs, target, None)
+    return framed(judged(priced(cells, (alpha,), target, None, [], own=own)))
 
 
 def alike(found: Sequence[Answer]) -> list[list[str]]:

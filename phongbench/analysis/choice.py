@@ -1,22 +1,19 @@
 """The cheapest formula of a front for an error budget, by what may be promised of each."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from heapq import heapify, heappop, heappush
 from typing import Any
 
-import pandas as pd
-
 from phongbench.analysis.error_budget import Budget
-from phongbench.analysis.front import records
 from phongbench.analysis.promises import Promise, promise, promise_half
 from phongbench.analysis.target_costs import TIE
 from phongbench.formulas.formula import Formula
 from phongbench.formulas.registry import REGISTRY
 from phongbench.formulas.spec import Approximation
+from phongbench.results.records import Row, by, key
 from phongbench.results.schema import BASELINE, CELL, KERNEL
 
-Row = dict[str, Any]
 #: (row, sharp) -> what may be promised of it; unless sharp, the bound only says on which side of the budget it is
 Judge = Callable[[Row, bool], Promise]
 
@@ -81,7 +78,7 @@ def remembered(judge: Judge) -> Judge:
     return judged
 
 
-def choose(cells: pd.DataFrame, max_error: float, judge: Judge = as_given) -> Choice:
+def choose(cells: Sequence[Row], max_error: float, judge: Judge = as_given) -> Choice:
     """The cheapest cell of a front whose bound is within `max_error`, the next one, and the nearest miss.
 
     Times are tied where each lies within the other's interval: of those tied with the least, the one that errs least
@@ -91,9 +88,8 @@ def choose(cells: pd.DataFrame, max_error: float, judge: Judge = as_given) -> Ch
     cells  rows with CELL, error, ratio, ratio_low and ratio_high
     Variants of one kernel (beta policies) take the same time; only the first within the budget stands for it.
     """
-    ties = [TIE] if TIE in cells else []
-    order = ("ratio", *ties, "error", *CELL)
-    rows = sorted(records(cells), key=lambda row: [(row[name] is None, row[name]) for name in order])
+    ties = [TIE] if any(TIE in row for row in cells) else []
+    rows = sorted(cells, key=by(["ratio", *ties, "error", *CELL]))
     fits: dict[tuple[Any, ...], tuple[Row, Promise]] = {}
     misses: list[tuple[float, int]] = []
     for position, row in enumerate(rows):
@@ -115,8 +111,7 @@ def choose(cells: pd.DataFrame, max_error: float, judge: Judge = as_given) -> Ch
     return Choice(best, second, resolved, _nearest(rows, faster, judge))
 
 
-def _kernel(row: Row) -> tuple[Any, ...]:
-    return tuple(row[name] for name in KERNEL)
+_kernel = key(KERNEL)
 
 
 def _most_accurate(rows: list[Row], fastest: Row, max_error: float, judge: Judge) -> tuple[Row, Promise] | None:

@@ -4,13 +4,12 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-import pandas as pd
-
-from phongbench.analysis.choice import Choice, Row
+from phongbench.analysis.choice import Choice
 from phongbench.analysis.error_budget import Budget
 from phongbench.analysis.promises import DEVICES, exponents_of
 from phongbench.formulas.formula import Formula
 from phongbench.formulas.user_files import installed
+from phongbench.results.records import Row
 from phongbench.results.schema import BASELINE, CPU
 
 
@@ -64,7 +63,7 @@ def _priced(cell: Row, counted: bool) -> dict[str, Any]:
 
 
 def _number(value: Any) -> float | None:
-    return None if value is None or pd.isna(value) else float(value)
+    return None if value is None or math.isnan(value) else float(value)
 
 
 def _beyond(miss: Mapping[str, Any], budget: Budget) -> str:

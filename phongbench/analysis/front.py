@@ -5,11 +5,13 @@ timing rows; time depends neither on alpha nor on the beta policy, so the join l
 of exact Phong in the same run, with a 99 % interval.
 """
 
-from typing import Any
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
-import pandas as pd
 
 from phongbench.analysis.exponents import Exponents
 from phongbench.analysis.kernel_times import WHOLE_POWER, timed, timed_precision, times_at, times_of
@@ -18,22 +20,28 @@ from phongbench.errors import UnknownNameError
 from phongbench.formulas.formula import Formula
 from phongbench.inputs.strata import CONFIGURATIONS
 from phongbench.results.provenance import fingerprint_machine
-from phongbench.results.runs import DEFAULT_ROOT, Run, as_given, intact, strongest
-from phongbench.results.schema import CASE, CELL, CPU, ERROR_METRICS, INPUT, KERNEL
+from phongbench.results.records import Records, Row, by, first_of, key
+from phongbench.results.runs import DEFAULT_ROOT, Run, intact
+from phongbench.results.schema import CELL, CPU, ERROR_METRICS, INPUT, KERNEL, TABLES
 from phongbench.targets.measured import Shelf
 
+if TYPE_CHECKING:
+    import pandas as pd
+
 COLUMNS = [*CELL, "error", "ns", "ratio", "ratio_low", "ratio_high", "state"]
+#: vectors that are unit, on which errors are told
+UNIT = {"perturbation": "none", "length_error": 0.0, "gated": True, "truth": "angle"}
 
 
 def errors_at(
-    accuracy: pd.DataFrame,
+    accuracy: Records,
     *,
     alpha: float | Exponents,
     metric: str = "max_abs",
     stratum: str = "highlight",
     precision: str = "float32",
-) -> pd.DataFrame:
-    """Errors of gated cells on unit vectors against Phong of the true angle: columns CELL + `error`, sorted by name.
+) -> list[Row]:
+    """Errors of gated cells on unit vectors against Phong of the true angle: rows of CELL + `error`, sorted by name.
 
     accuracy   rows as in accuracy.parquet
     alpha      one that the run swept, or several: a cell's error is its worst over those of the run's that are asked
@@ -43,44 +51,51 @@ def errors_at(
     precision  a name that the rows know; of fixed point and others that are emulated, too
     Raises UnknownNameError, listing the known ones, and InputError for an alpha that was not measured.
     """
-    return worst_of(_errors(accuracy, Exponents.of(alpha), metric, stratum, precision))
-
-
-def _errors(accuracy: pd.DataFrame, exponents: Exponents, metric: str, stratum: str, precision: str) -> pd.DataFrame:
-    """The rows that `errors_at` takes the worst of: columns CELL, INPUT and `error`."""
     if metric not in ERROR_METRICS:
         raise UnknownNameError("metric", metric, ERROR_METRICS)
     for column, wanted in (("stratum", stratum), ("precision", precision)):
-        known = sorted(accuracy[column].astype(str).unique())
-        if wanted not in known:
+        if wanted not in (known := accuracy.distinct(column)):
             raise UnknownNameError(column, wanted, known)
-    accuracy = as_given(accuracy)
-    alphas = exponents.measured(accuracy["alpha"].unique())
-    unit = (accuracy["perturbation"] == "none") & (accuracy["length_error"] == 0.0) & accuracy["gated"].astype(bool)
-    meant = (accuracy["stratum"] == stratum) & (accuracy["precision"] == precision) & (accuracy["truth"] == "angle")
-    told = [*CELL, *INPUT, metric]
-    needed = [name for name in accuracy.columns if name in {*told, *CASE, "coverage"}]  # a third of what there is
-    rows = strongest(accuracy.loc[unit & meant & accuracy["alpha"].isin(alphas), needed])[told]
-    return whole_or_any(rows, exponents).rename(columns={metric: "error"})
+    accuracy, exponents = accuracy.as_given(), Exponents.of(alpha)
+    meant = accuracy.at(**UNIT, stratum=stratum, precision=precision, alpha=_alphas(accuracy, exponents))
+    return worst_of(whole_or_any(errors_of(meant.strongest(), metric), exponents))
 
 
-def whole_or_any(rows: pd.DataFrame, exponents: Exponents) -> pd.DataFrame:
+def _alphas(accuracy: Records, exponents: Exponents) -> tuple[float, ...]:
+    """The measured exponents that are asked about."""
+    return exponents.measured(accuracy.distinct("alpha"))
+
+
+def errors_of(rows: Records, metric: str, *more: str) -> list[Row]:
+    """The rows with this metric as their `error`: CELL, INPUT, `error` and any others."""
+    columns = [*CELL, *INPUT, metric, *more]
+    return [{"error" if name == metric else name: row[name] for name in columns} for row in rows.rows(columns)]
+
+
+def finite(rows: Records, *more: str) -> list[Row]:
+    """Rows of `errors_of` their largest errors, of cells all of whose values are finite in all of these rows."""
+    cell, known = key(CELL), errors_of(rows, "max_abs", "nonfinite", *more)
+    strange = {cell(row) for row in known if row["nonfinite"]}
+    kept = [row for row in known if row["error"] is not None and cell(row) not in strange]
+    return [{name: value for name, value in row.items() if name != "nonfinite"} for row in kept]
+
+
+def whole_or_any(rows: list[Row], exponents: Exponents) -> list[Row]:
     """The rows; without integer powers where every exponent of a range is meant, since they take whole ones only."""
-    return rows[rows["approximation"] != WHOLE_POWER] if exponents.continuous else rows
+    return [row for row in rows if row["approximation"] != WHOLE_POWER] if exponents.continuous else rows
 
 
-def worst_of(rows: pd.DataFrame) -> pd.DataFrame:
+def worst_of(rows: Iterable[Row]) -> list[Row]:
     """Each cell's row with the largest `error`, sorted by name; cells that lack an input others have are left out.
 
-    rows  columns CELL, INPUT, `error` and any others; an error that is no number counts as the largest
+    rows  CELL, INPUT, `error` and any others; an error that is no number counts as the largest
     """
-    first = rows.sort_values([*CELL, "error"], kind="stable").drop_duplicates([*CELL, *INPUT])
-    inputs = len(first[INPUT].drop_duplicates())
-    if inputs == 1:
-        return first.reset_index(drop=True)
-    groups = first.groupby(CELL, dropna=False, observed=True, sort=True)
-    complete = first[groups["error"].transform("size") == inputs]
-    return complete.drop_duplicates(CELL, keep="last").reset_index(drop=True)
+    first = first_of(sorted(rows, key=by([*CELL, "error"])), [*CELL, *INPUT])
+    inputs, cell = len({*map(key(INPUT), first)}), key(CELL)
+    groups: dict[tuple[Any, ...], list[Row]] = {}
+    for row in first:
+        groups.setdefault(cell(row), []).append(row)
+    return [mine[-1] for mine in groups.values() if len(mine) == inputs]
 
 
 def states(error: npt.ArrayLike, low: npt.ArrayLike, high: npt.ArrayLike, kernel: npt.ArrayLike) -> list[str]:
@@ -107,73 +122,60 @@ def states(error: npt.ArrayLike, low: npt.ArrayLike, high: npt.ArrayLike, kernel
 
 
 def front(
-    accuracy: pd.DataFrame,
-    timing: pd.DataFrame,
+    accuracy: Records,
+    timing: Records,
     *,
     alpha: float | Exponents,
     precision: str = "float32",
     working_set: str = "l1",
     **errors: str,
-) -> pd.DataFrame:
+) -> list[Row]:
     """Cells at one alpha, or over several, with error, time and whether they lie on the error/time front.
 
     accuracy, timing   rows as in accuracy.parquet and timing.parquet
     alpha, precision   as for `errors_at`
     working_set        whose times: l1, l2 or memory
     errors             metric and stratum, as for `errors_at`
-    returns            columns COLUMNS, fastest first; a cell without a timing row, an error or an interval is left out
+    returns            rows of COLUMNS, fastest first; a cell without a timing row, an error or an interval is left out
     Raises UnknownNameError and InputError as `errors_at`.
     """
     wrong = errors_at(accuracy, alpha=alpha, precision=precision, **errors)
-    alphas = Exponents.of(alpha).measured(accuracy["alpha"].unique())
-    times = times_at(times_of(timing, working_set=working_set, precision=precision), alphas)
-    return joined(wrong, times)
+    alphas = _alphas(accuracy, Exponents.of(alpha))
+    return joined(wrong, times_at(times_of(timing, working_set=working_set, precision=precision), alphas))
 
 
-def fronts(
-    accuracy: pd.DataFrame, timing: pd.DataFrame, *, precision: str = "float32", working_set: str = "l1"
-) -> dict[float, pd.DataFrame]:
-    """The front at each exponent by itself, as `front` makes it of the errors in the stratum highlight.
+def joined(wrong: Iterable[Row], times: Iterable[Row]) -> list[Row]:
+    """The front of cells with an `error` and of kernels with times; other columns of the cells are kept at the end.
 
-    Made together: what a front takes is the handling of small tables.
+    Cells without an error or an interval are left out.
     """
-    alphas = sorted(float(alpha) for alpha in as_given(accuracy)["alpha"].unique())
-    wrong = _errors(accuracy, Exponents(tuple(alphas)), "max_abs", "highlight", precision)
-    wrong = wrong.sort_values(["alpha", *CELL, "error"], kind="stable").drop_duplicates([*CELL, *INPUT])
-    times = times_of(timing, working_set=working_set, precision=precision)
-    each = pd.concat([times_at(times, (alpha,)).assign(alpha=alpha) for alpha in alphas], ignore_index=True)
-    cells = _whole(wrong.merge(each, on=[*KERNEL, "alpha"], how="inner"))
-    kernels, places = same_cost(cells), cells.groupby("alpha").indices
-    state = np.full(len(cells), "", object)
-    for here in places.values():
-        state[here] = _states(cells.iloc[here], kernels.iloc[here])
-    cells = cells.assign(state=pd.Series(state, index=cells.index, dtype="str"))
-    return {alpha: _in_order(cells.iloc[places.get(alpha, [])]) for alpha in alphas}
+    kernel = key(KERNEL)
+    known = {kernel(row): row for row in times}
+    cells = [{**row, **known[kernel(row)]} for row in wrong if kernel(row) in known]
+    needed = ("error", "ratio", "ratio_low", "ratio_high")
+    return judged([row for row in cells if all(row[name] is not None for name in needed)])
 
 
-def joined(wrong: pd.DataFrame, times: pd.DataFrame) -> pd.DataFrame:
-    """The front of cells with an `error` and of kernels with times; other columns of the cells are kept at the end."""
-    return judged(_whole(wrong.merge(times, on=KERNEL, how="inner")))
-
-
-def _whole(cells: pd.DataFrame) -> pd.DataFrame:
-    """The cells with an error and an interval."""
-    return cells.dropna(subset=["error", "ratio", "ratio_low", "ratio_high"]).reset_index(drop=True)
-
-
-def judged(cells: pd.DataFrame) -> pd.DataFrame:
+def judged(cells: Sequence[Row]) -> list[Row]:
     """Cells with errors and ratios in order, each with its state; other columns are kept at the end."""
-    named = pd.Series(_states(cells, same_cost(cells)), index=cells.index, dtype="str")
-    return _in_order(cells.assign(state=named))
+    error, low, high = ([row[name] for row in cells] for name in ("error", "ratio_low", "ratio_high"))
+    named = states(error, low, high, same_cost(cells))
+    rows = [{**row, "state": state} for row, state in zip(cells, named, strict=True)]
+    return [_in_order(row) for row in sorted(rows, key=by(["ratio", "error", *CELL]))]
 
 
-def _states(cells: pd.DataFrame, kernels: pd.Series) -> list[str]:
-    return states(cells["error"], cells["ratio_low"], cells["ratio_high"], kernels)
+def _in_order(row: Row) -> Row:
+    more = [name for name in row if name not in (*COLUMNS, *INPUT)]
+    return {name: row[name] for name in (*COLUMNS, *more)}
 
 
-def _in_order(cells: pd.DataFrame) -> pd.DataFrame:
-    more = [name for name in cells.columns if name not in (*COLUMNS, *INPUT)]
-    return cells.sort_values(["ratio", "error", *CELL], kind="stable").reset_index(drop=True)[[*COLUMNS, *more]]
+def framed(rows: Sequence[Row]) -> pd.DataFrame:
+    """Rows of a front as a table, typed even where there are none."""
+    import pandas as pd
+
+    types = {name: kind for name, kind in TABLES["timing"].types.items() if name in COLUMNS}
+    frame = pd.DataFrame(list(rows), columns=None if rows else COLUMNS)
+    return frame.astype(types | dict.fromkeys(("error", "ns"), "float64") | {"state": "str"})
 
 
 def points(
@@ -201,27 +203,26 @@ def points(
     Raises CorruptRunError for a run whose bytes have changed, and InputError for one that is partial or was not timed;
     UnknownNameError for a name that the run does not hold.
     """
-    exponents, accuracy, notes = Exponents.of(alpha), intact(run).accuracy, list[str]()
-    known = sorted(accuracy["space"].astype(str).unique())
-    if space not in known:
+    exponents, accuracy, notes = Exponents.of(alpha), intact(run).records("accuracy"), list[str]()
+    if space not in (known := accuracy.distinct("space")):
         raise UnknownNameError("space", space, known)
-    accuracy = accuracy[accuracy["space"] == space]
+    accuracy = accuracy.at(space=space)
     stratum = stratum or usual_stratum(accuracy, space, precision)
     question = {"metric": metric, "stratum": stratum, "precision": precision, "working_set": working_set}
     if space == "half" and stratum != CONFIGURATIONS:
         notes.append(f"the stratum {stratum} holds coplanar vectors only, where N.H tells the angle of R and V")
     if checked(target, short_of, root) == CPU:
         cells = front(accuracy, timed(run), alpha=exponents, **question)
-        cells = cells if of_this_machine(run) else cells.assign(ns=np.nan)
+        cells = cells if of_this_machine(run) else [{**row, "ns": None} for row in cells]
     else:
         wrong = errors_at(accuracy, alpha=exponents, metric=metric, stratum=stratum, precision=precision)
-        alphas = exponents.measured(accuracy["alpha"].unique())
-        own = own_prices(run.costs, target, short_of, precision, notes)
+        alphas = _alphas(accuracy, exponents)
+        own = own_prices(run.records("costs"), target, short_of, precision, notes)
         cells = judged(priced(wrong, alphas, target, short_of, notes, root, own))
     return {
         "run": run.id,
         "alpha": str(exponents),
-        "alphas": list(exponents.measured(accuracy["alpha"].unique())),
+        "alphas": list(_alphas(accuracy, exponents)),
         **question,
         "space": space,
         "timed_precision": timed_precision(precision),
@@ -229,16 +230,16 @@ def points(
         "target": target,
         **unit_of(target, root),
         "notes": notes,
-        "points": [{"name": str(Formula.of_row(row)), **row} for row in records(cells)],
+        "points": [{"name": str(Formula.of_row(row)), **row} for row in cells],
     }
 
 
-def usual_stratum(accuracy: pd.DataFrame, space: str, precision: str) -> str:
+def usual_stratum(accuracy: Records, space: str, precision: str) -> str:
     """The stratum of unit vectors that a formula's error is told of: that where its highlight is; of (N, H)
     configurations of N, L and V, since it is no function of the angle between R and V.
     """
-    measured = as_given(accuracy[(accuracy["precision"] == precision) & (accuracy["space"] == "half")])
-    return CONFIGURATIONS if space == "half" and (measured["stratum"] == CONFIGURATIONS).any() else "highlight"
+    measured = accuracy.as_given().at(precision=precision, space="half", stratum=CONFIGURATIONS)
+    return CONFIGURATIONS if space == "half" and len(measured) else "highlight"
 
 
 def records(cells: pd.DataFrame) -> list[dict[str, Any]]:

@@ -9,7 +9,6 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
-import pandas as pd
 
 from phongbench.analysis.error_budget import Budget
 from phongbench.analysis.kernel_times import multiplications
@@ -17,6 +16,7 @@ from phongbench.compiler.precisions import precision_named
 from phongbench.errors import InputError
 from phongbench.formulas import error_laws
 from phongbench.formulas.rounding_law import rounding_bound
+from phongbench.results.records import Row
 from phongbench.results.schema import CELL, RAW
 
 #: without times, work is counted: operations from vectors to each coordinate (the gate on a.b > 0 included), what a
@@ -27,8 +27,8 @@ _TRANSCENDENTAL = 12
 _LENGTHS = ((1, 0), (-1, 0), (1, 1), (-1, -1), (1, -1))
 
 
-def cells(budget: Budget, notes: list[str]) -> pd.DataFrame:
-    """The formulas that a law speaks of: columns as of `measured_errors.cells`; `ratio` holds the work.
+def cells(budget: Budget, notes: list[str]) -> list[Row]:
+    """The formulas that a law speaks of: rows as of `measured_errors.cells`; `ratio` holds the work.
 
     notes   receives what to bear in mind
     Raises InputError for what no law speaks of, naming the command that measures it.
@@ -48,13 +48,12 @@ def cells(budget: Budget, notes: list[str]) -> pd.DataFrame:
         f"{measure.capitalize()}"
     )
     columns = [*CELL, "error", "ratio"]
-    bounded = pd.DataFrame([dict(zip(columns, row, strict=True)) for row in _formulas(budget)], columns=columns)
-    unknown = bounded["error"].isna()
-    if unknown.any():
-        notes.append(f"{int(unknown.sum())} formulas are left out: the laws do not reach so large a length error there")
-    bounded = bounded[~unknown].astype({"gamma": "Int64"})
-    ratio = bounded["ratio"]
-    return bounded.assign(coverage="law", ns=np.nan, samples=np.nan, ratio_low=ratio, ratio_high=ratio)
+    every = [dict(zip(columns, row, strict=True)) for row in _formulas(budget)]
+    bounded = [row for row in every if not math.isnan(row["error"])]
+    if unknown := len(every) - len(bounded):
+        notes.append(f"{unknown} formulas are left out: the laws do not reach so large a length error there")
+    untimed = {"coverage": "law", "ns": None, "samples": None}
+    return [{**row, **untimed, "ratio_low": row["ratio"], "ratio_high": row["ratio"]} for row in bounded]
 
 
 def _formulas(budget: Budget) -> Iterator[tuple[Any, ...]]:

@@ -9,9 +9,6 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-import numpy as np
-import pandas as pd
-
 from phongbench.analysis import front, kernel_times
 from phongbench.analysis.error_budget import Budget, too_wrong
 from phongbench.analysis.exponents import Exponents
@@ -20,8 +17,9 @@ from phongbench.formulas.formula import Formula
 from phongbench.formulas.registry import REGISTRY
 from phongbench.inputs.strata import CONFIGURATIONS
 from phongbench.results import runs
-from phongbench.results.runs import Run, as_given
-from phongbench.results.schema import CELL, INPUT, TWIN
+from phongbench.results.records import Records, Row, key
+from phongbench.results.runs import Run
+from phongbench.results.schema import CELL, TWIN
 
 #: strata of unit vectors that a budget must hold on; the last is the search's, which looks at nearly unit ones
 STRATA = ("highlight", "uniform", "peak", "normalised", "vectors")
@@ -30,8 +28,8 @@ _ANY_LENGTHS = ("a", "both", "opposite")
 _FORMULA = [name for name in CELL if name != "precision"]
 
 
-def cells(run: Run, budget: Budget, notes: list[str]) -> pd.DataFrame:
-    """The formulas that apply: columns as of `front.joined`, then samples, coverage and certified.
+def cells(run: Run, budget: Budget, notes: list[str]) -> list[Row]:
+    """The formulas that apply: rows as of `front.joined`, then samples, coverage and certified.
 
     notes   receives what to bear in mind
     Raises InputError for what the run did not measure, naming the command that does.
@@ -40,25 +38,25 @@ def cells(run: Run, budget: Budget, notes: list[str]) -> pd.DataFrame:
     worst = errors(run, budget, notes)
     times = kernel_times.times_of(timing, working_set=budget.working_set, precision=budget.precision)
     timed = front.joined(worst, kernel_times.times_at(times, budget.alpha.values))
-    if timed.empty:
+    if not timed:
         fix = f"time it: phongbench run --precision {budget.precision}"
         raise InputError(f"no formula in {budget.precision} was timed in {budget.working_set}", run.id, fix)
     notes += _caveats(run, timing, budget)
-    return timed if front.of_this_machine(run) else timed.assign(ns=np.nan)
+    return timed if front.of_this_machine(run) else [{**row, "ns": None} for row in timed]
 
 
-def errors(run: Run, budget: Budget, notes: list[str]) -> pd.DataFrame:
-    """The formulas that apply, with their errors alone: columns CELL, error, samples, coverage, bound and certified.
+def errors(run: Run, budget: Budget, notes: list[str]) -> list[Row]:
+    """The formulas that apply, with their errors alone: rows of CELL, error, samples, coverage, bound and certified.
 
     Arguments and errors as for `cells`.
     """
-    accuracy = runs.with_raw(runs.intact(run).accuracy)
+    accuracy = runs.intact(run).records("accuracy")
     return _worst(run, accuracy, _vouching(run, accuracy, budget, notes), budget, notes)
 
 
-def _vouching(run: Run, accuracy: pd.DataFrame, budget: Budget, notes: list[str]) -> tuple[float, ...]:
+def _vouching(run: Run, accuracy: Records, budget: Budget, notes: list[str]) -> tuple[float, ...]:
     """The run's exponents that vouch for those of the budget."""
-    known, wanted = sorted(accuracy["alpha"].unique()), budget.alpha
+    known, wanted = accuracy.distinct("alpha"), budget.alpha
     alphas = wanted.around(known)
     if alphas is None:
         listed = ",".join(f"{value:g}" for value in wanted.values)
@@ -76,57 +74,51 @@ def _vouching(run: Run, accuracy: pd.DataFrame, budget: Budget, notes: list[str]
     return alphas
 
 
-def _worst(
-    run: Run, accuracy: pd.DataFrame, alphas: tuple[float, ...], budget: Budget, notes: list[str]
-) -> pd.DataFrame:
+def _worst(run: Run, accuracy: Records, alphas: tuple[float, ...], budget: Budget, notes: list[str]) -> list[Row]:
     """Each formula's largest error over these exponents and all inputs of the budget; formulas that apply only."""
-    mine = (accuracy["precision"] == budget.precision) & (accuracy["space"] == budget.space)
-    rows = as_given(
-        accuracy[mine & accuracy["alpha"].isin(alphas) & accuracy["gated"] & (accuracy["truth"] == "angle")]
-    )
-    if rows.empty:
+    mine = accuracy.as_given().at(precision=budget.precision, space=budget.space, truth="angle", gated=True)
+    mine = mine.at(alpha=alphas)
+    if not len(mine):
         raise _without_cells(run, budget)
-    rows = _on_inputs(run, rows, budget, notes)
-    finite = rows.groupby(CELL, dropna=False, observed=True)["nonfinite"].transform("sum") == 0
-    rows = front.whole_or_any(rows[finite & rows["max_abs"].notna()], budget.alpha)
-    columns = [*CELL, *INPUT, "max_abs", "samples", "coverage"]
-    worst = front.worst_of(rows[columns].rename(columns={"max_abs": "error"}))
-    worst = worst[[_applies(row, budget.alpha) for row in front.records(worst)]]
-    return worst.merge(_certified(accuracy, alphas), on=_FORMULA, how="left")
+    known = front.finite(_on_inputs(run, mine, budget, notes), "samples", "coverage")
+    worst = front.worst_of(front.whole_or_any(known, budget.alpha))
+    proven, formula = _certified(accuracy, alphas), key(_FORMULA)
+    return [{**row, "certified": proven.get(formula(row))} for row in worst if _applies(row, budget.alpha)]
 
 
 def _without_cells(run: Run, budget: Budget) -> InputError:
-    held = sorted({f"{p} {s}" for p, s in zip(run.accuracy["precision"], run.accuracy["space"], strict=True)})
+    every = run.records("accuracy")
+    held = [f"{p} {s}" for p in every.distinct("precision") for s in every.at(precision=p).distinct("space")]
     fix = f"measure it: phongbench run --precision {budget.precision}"
-    what = f"no cells in {budget.precision}, {budget.space} space; the run holds {', '.join(held)}"
+    what = f"no cells in {budget.precision}, {budget.space} space; the run holds {', '.join(sorted(held))}"
     return InputError(what, run.id, fix)
 
 
-def _on_inputs(run: Run, rows: pd.DataFrame, budget: Budget, notes: list[str]) -> pd.DataFrame:
+def _on_inputs(run: Run, mine: Records, budget: Budget, notes: list[str]) -> Records:
     """The rows of unit vectors, and of wrong lengths up to the smallest measured one that covers the budget's."""
-    unit = rows["stratum"].isin((*STRATA, CONFIGURATIONS))
-    if not unit.any():
+    unit = mine.at(stratum=(*STRATA, CONFIGURATIONS))
+    if not len(unit):
         fix = 'measure them: phongbench run with a plan whose strata include "highlight"'
         raise InputError(f"the run holds none of the strata {', '.join(STRATA)}", run.id, fix)
-    if budget.space == "half" and not (rows["stratum"] == CONFIGURATIONS).any():
+    if budget.space == "half" and not len(unit.at(stratum=CONFIGURATIONS)):
         notes.append(
             "this run measured formulas of (N, H) on coplanar vectors only: a new one measures all configurations"
         )
     if not budget.length_error:
-        return rows[unit]
-    wrong = (rows["stratum"] == "lengths") & rows["perturbation"].isin(_ANY_LENGTHS)
-    sizes = np.sort(rows.loc[wrong, "length_error"].abs().unique())
-    if not len(sizes):
+        return unit
+    wrong = mine.at(stratum="lengths", perturbation=_ANY_LENGTHS)
+    sizes = sorted({abs(size) for size in wrong.distinct("length_error")})
+    if not sizes:
         fix = f'measure them: a plan with strata = ["highlight", "lengths"] and length_spaces = ["{budget.space}"]'
         raise InputError(f"the run holds no vectors of wrong length in {budget.space} space", run.id, fix)
-    reached = sizes[sizes >= budget.length_error * (1 - 1e-9)]
-    if not len(reached):
+    reached = next((size for size in sizes if size >= budget.length_error * (1 - 1e-9)), None)
+    if reached is None:
         fix = "allow a smaller length error, or normalise the vectors first"
         raise InputError(too_wrong(sizes[-1], budget), run.id, fix)
-    if not math.isclose(reached[0], budget.length_error):
-        notes.append(f"lengths are judged at {reached[0]:g} wrong, the nearest that was measured and not less")
-    covered: pd.DataFrame = rows[unit | (wrong & (rows["length_error"].abs() <= reached[0]))]
-    return covered
+    if not math.isclose(reached, budget.length_error):
+        notes.append(f"lengths are judged at {reached:g} wrong, the nearest that was measured and not less")
+    covered = (*(-size for size in sizes if size <= reached), *(size for size in sizes if size <= reached))
+    return unit.together(wrong.at(length_error=covered))
 
 
 def _applies(row: Mapping[str, Any], alpha: Exponents) -> bool:
@@ -137,14 +129,20 @@ def _applies(row: Mapping[str, Any], alpha: Exponents) -> bool:
     return spec is None or all(spec.accepts(formula.setting(value)) for value in (*ends, *middle))
 
 
-def _certified(accuracy: pd.DataFrame, alphas: tuple[float, ...]) -> pd.DataFrame:
+def _certified(accuracy: Records, alphas: tuple[float, ...]) -> dict[tuple[Any, ...], float | None]:
     """The proven bound of each formula's own error over these exponents, where there is one at each."""
-    rows = accuracy[(accuracy["coverage"] == "certified") & accuracy["alpha"].isin(alphas)]
-    groups = rows.groupby(_FORMULA, dropna=False, observed=True)["model_max"]
-    return groups.max()[groups.size() == len(alphas)].rename("certified").reset_index()
+    groups: dict[tuple[Any, ...], list[float | None]] = {}
+    formula = key(_FORMULA)
+    for row in accuracy.at(coverage="certified", alpha=alphas).rows([*_FORMULA, "model_max"]):
+        groups.setdefault(formula(row), []).append(row["model_max"])
+    return {
+        name: max((bound for bound in bounds if bound is not None), default=None)
+        for name, bounds in groups.items()
+        if len(bounds) == len(alphas)
+    }
 
 
-def _caveats(run: Run, timing: pd.DataFrame, budget: Budget) -> list[str]:
+def _caveats(run: Run, timing: Records, budget: Budget) -> list[str]:
     """What to bear in mind of these times and vectors, as sentences."""
     notes, timed = [], kernel_times.timed_precision(budget.precision)
     if timed != budget.precision:
@@ -152,8 +150,8 @@ def _caveats(run: Run, timing: pd.DataFrame, budget: Budget) -> list[str]:
             f"{budget.precision} is emulated here, so its time says nothing: formulas are ordered by the times of the "
             f"same kernels in {timed}"
         )
-    twin = timing[(timing["approximation"] == TWIN) & (timing["working_set"] == budget.working_set)]
-    if (twin["verdict"] != "unresolved").any():
+    twin = timing.at(approximation=TWIN, working_set=budget.working_set)
+    if set(twin.distinct("verdict")) - {"unresolved"}:
         notes.append(
             "identical code differed in time in this run, so no claim to be faster is made: time it again when quiet"
         )

@@ -1,14 +1,17 @@
 """How coarse a mesh may be before normals that are left raw show: read from the rows of the probe `meshes`."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
-import pandas as pd
+
+from phongbench.results.records import Records, Row, key
 
 #: the gamma that is shown, or the measured one nearest to it
 GAMMA = 8
 #: an 8-bit channel's step
 CODE = 1 / 255
+REACHES = ("alpha", "lambda_form", "pair", "gamma", "degrees", "relation")
 PAIRS = ("classic", "lengthwise", "half")
 
 
@@ -32,35 +35,37 @@ def widest_edge(edges: Sequence[float], changes: Sequence[float], limit: float =
     return float(x[beyond - 1] * (x[beyond] / x[beyond - 1]) ** share), "="
 
 
-def reaches(meshes: pd.DataFrame, limit: float = CODE) -> pd.DataFrame:
+def reaches(meshes: Records, limit: float = CODE) -> list[Row]:
     """How wide edges may be at each exponent, in each form and with each kind of pair, if normals stay raw.
 
     meshes   rows of meshes.parquet
-    returns  alpha, lambda_form, pair, gamma, degrees, relation (see `widest_edge`), for Lyon's formula with its gamma
-             nearest to GAMMA; what counts is how much the same formula changes when its normals are made unit first
+    returns  rows of REACHES, with degrees and relation as of `widest_edge`, for Lyon's formula with its gamma nearest
+             to GAMMA; what counts is how much the same formula changes when its normals are made unit first
     """
-    rows = raw_lyon(meshes)
-    widest = [
-        (*key, *widest_edge(mine["edge_degrees"].tolist(), mine["length_max"].tolist(), limit))
-        for key, mine in rows.groupby(["alpha", "lambda_form", "pair", "gamma"], sort=True)
+    groups: dict[tuple[Any, ...], list[Row]] = {}
+    kind = key(REACHES[:4])
+    for row in raw_lyon(meshes).rows([*REACHES[:4], "edge_degrees", "length_max"]):
+        groups.setdefault(kind(row), []).append(row)
+    return [
+        dict(zip(REACHES, (*named, *widest_edge(*_edges(groups[named]), limit)), strict=True))
+        for named in sorted(groups)
     ]
-    return pd.DataFrame(widest, columns=["alpha", "lambda_form", "pair", "gamma", "degrees", "relation"])
 
 
-def raw_lyon(meshes: pd.DataFrame, normals: str = "raw") -> pd.DataFrame:
+def _edges(rows: Sequence[Row]) -> tuple[list[float], list[float]]:
+    return [row["edge_degrees"] for row in rows], [row["length_max"] for row in rows]
+
+
+def raw_lyon(meshes: Records, normals: str = "raw") -> Records:
     """Lyon's rows at the gamma nearest to GAMMA, against the interpolated normal made unit."""
-    rows = lyon(meshes)
-    return rows[rows["normals"] == normals]
+    return lyon(meshes).at(normals=normals)
 
 
-def lyon(meshes: pd.DataFrame) -> pd.DataFrame:
+def lyon(meshes: Records) -> Records:
     """Lyon's rows at the gamma nearest to GAMMA, against the interpolated normal made unit, whatever the normals."""
-    rows = meshes[(meshes["approximation"] == "lyon") & (meshes["truth"] == "interpolated")]
-    if rows.empty:
-        return rows
-    gamma = min(sorted(rows["gamma"].unique()), key=lambda g: abs(np.log2(float(g) / GAMMA)))
-    nearest: pd.DataFrame = rows[rows["gamma"] == gamma]
-    return nearest
+    rows = meshes.at(approximation="lyon", truth="interpolated")
+    gamma = min(rows.distinct("gamma"), key=lambda g: abs(np.log2(float(g) / GAMMA)), default=None)
+    return rows if gamma is None else rows.at(gamma=gamma)
 
 
 def in_words(degrees: float, relation: str) -> str:

@@ -10,22 +10,21 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-import pandas as pd
-
 from phongbench.analysis import choice, front, kernel_times
-from phongbench.analysis.choice import Choice, Judge, Row
+from phongbench.analysis.choice import Choice, Judge
 from phongbench.analysis.choice_words import answered, plain
 from phongbench.analysis.error_budget import Budget, too_wrong
 from phongbench.analysis.promises import DEVICES, Promise, promise_raw
 from phongbench.errors import InputError
 from phongbench.formulas.formula import Formula, Registry
-from phongbench.formulas.recipes import PAIR
+from phongbench.formulas.recipes import RECIPES
 from phongbench.formulas.user_files import installed
 from phongbench.inputs.length_errors import ANY
 from phongbench.inputs.strata import CONFIGURATIONS
 from phongbench.results import runs
+from phongbench.results.records import Records, Row
 from phongbench.results.runs import Run
-from phongbench.results.schema import BASELINE, CELL, DOT, INPUT
+from phongbench.results.schema import BASELINE, DOT
 
 #: what every shader does that normalises first: the recipe that others are measured by
 USUAL = Formula.parse(f"{BASELINE}@reflect/each")
@@ -44,9 +43,9 @@ STEPS = (
 
 
 def cells(
-    accuracy: pd.DataFrame, timing: pd.DataFrame, budget: Budget, *, any_length: bool, name: str, notes: list[str]
-) -> pd.DataFrame:
-    """The recipes that a run measured and timed: columns as of `front.joined`, then samples and coverage.
+    accuracy: Records, timing: Records, budget: Budget, *, any_length: bool, name: str, notes: list[str]
+) -> list[Row]:
+    """The recipes that a run measured and timed: rows as of `front.joined`, then samples and coverage.
 
     accuracy, timing  its tables, raw formulas among them
     any_length        True: L, N and V have lengths from 0.001 to 1000; else they are as wrong as the budget says
@@ -54,48 +53,43 @@ def cells(
     Raises InputError for what the run did not measure, naming the command that does.
     """
     rows = configurations(accuracy, budget.precision)
-    if rows.empty:
+    if not len(rows):
         fix = f"measure them: phongbench run --precision {budget.precision}, with a plan that leaves `raw` as it is"
         raise InputError(f"the run holds no recipes from N, L and V in {budget.precision}", name, fix)
-    alphas = budget.alpha.around(sorted(rows["alpha"].unique()))
+    alphas = budget.alpha.around(rows.distinct("alpha"))
     if alphas is None:
         fix = f"measure it: phongbench run --alpha {','.join(f'{a:g}' for a in budget.alpha.values)}"
         raise InputError(f"alpha {budget.alpha} lies outside what the run measured", name, fix)
-    rows = rows[rows["alpha"].isin(alphas)]
-    rows = rows[rows["perturbation"] == ANY.name] if any_length else _as_wrong(rows, budget, name, notes)
-    named = rows[[*CELL, *INPUT, "max_abs", "nonfinite", "samples", "coverage"]].rename(columns={"max_abs": "error"})
-    finite = named.groupby(CELL, dropna=False, observed=True)["nonfinite"].transform("sum") == 0
-    worst = front.worst_of(named[finite & named["error"].notna()].drop(columns="nonfinite"))
+    rows = rows.at(alpha=alphas)
+    rows = rows.at(perturbation=ANY.name) if any_length else _as_wrong(rows, budget, name, notes)
+    worst = front.worst_of(front.finite(rows, "samples", "coverage"))
     times = kernel_times.times_of(timing, working_set=budget.working_set, precision=budget.precision)
     return front.joined(worst, kernel_times.times_at(times, budget.alpha.values))
 
 
-def cheapest(accuracy: pd.DataFrame, timing: pd.DataFrame, budget: Budget, name: str) -> tuple[Choice, Row | None]:
+def cheapest(accuracy: Records, timing: Records, budget: Budget, name: str) -> tuple[Choice, Row | None]:
     """The choice among recipes for vectors of any length, and the row of the USUAL one, by a run's tables."""
     compared = cells(accuracy, timing, budget, any_length=True, name=name, notes=[])
     chosen = choice.choose(compared, budget.max_error, judged(budget, installed(), any_length=True))
-    return chosen, next((row for row in front.records(compared) if Formula.of_row(row) == USUAL), None)
+    return chosen, next((row for row in compared if Formula.of_row(row) == USUAL), None)
 
 
-def configurations(accuracy: pd.DataFrame, precision: str) -> pd.DataFrame:
+def configurations(accuracy: Records, precision: str) -> Records:
     """The rows of recipes in a precision."""
-    made = (accuracy["stratum"] == CONFIGURATIONS) & (accuracy["recipe"] != PAIR)
-    rows: pd.DataFrame = accuracy[made & (accuracy["precision"] == precision)]
-    return rows
+    return accuracy.at(stratum=CONFIGURATIONS, precision=precision, recipe=tuple(RECIPES))
 
 
-def _as_wrong(rows: pd.DataFrame, budget: Budget, name: str, notes: list[str]) -> pd.DataFrame:
+def _as_wrong(rows: Records, budget: Budget, name: str, notes: list[str]) -> Records:
     """The rows of vectors that are unit, or as wrong as the smallest measured size that covers the budget's."""
-    rows = rows[rows["perturbation"] != ANY.name]
-    sizes = sorted(rows["length_error"].abs().unique())
+    rows = rows.at(perturbation=tuple(one for one in rows.distinct("perturbation") if one != ANY.name))
+    sizes = sorted({abs(size) for size in rows.distinct("length_error")})
     reached = next((size for size in sizes if size >= budget.length_error * (1 - 1e-9)), None)
     if reached is None:
         fix = "leave --length-error or --mesh-angle out: lengths from 0.001 to 1000 are then meant"
         raise InputError(too_wrong(sizes[-1], budget), name, fix)
     if not math.isclose(reached, budget.length_error, abs_tol=1e-12):
         notes.append(f"lengths are judged at {reached:g} wrong, the nearest that was measured and not less")
-    wrong: pd.DataFrame = rows[rows["length_error"].abs() <= reached]
-    return wrong
+    return rows.at(length_error=tuple(sign * size for size in sizes if size <= reached for sign in (1, -1)))
 
 
 def judged(budget: Budget, registry: Registry, *, any_length: bool) -> Judge:
@@ -120,7 +114,7 @@ def recommend(run: Run | None, budget: Budget, *, any_length: bool, notes: Seque
     if run is None:
         raise InputError("no run says what recipes cost", "raw", "measure them: phongbench run")
     notes = [*notes]
-    accuracy, timing = runs.intact(run).accuracy, kernel_times.timed(run)
+    accuracy, timing = runs.intact(run).records("accuracy"), kernel_times.timed(run)
     compared = cells(accuracy, timing, budget, any_length=any_length, name=run.id, notes=notes)
     judge = judged(budget, installed(), any_length=any_length)
     most = f"up to {100 * budget.length_error:.3g} % wrong"
@@ -134,7 +128,7 @@ def recommend(run: Run | None, budget: Budget, *, any_length: bool, notes: Seque
     notes.append(f"what an answer says holds in {budget.precision} {where}for every N, L and V of {lengths}")
     usual = [
         plain(row | {"bound": math.inf, "error_coverage": row["coverage"]}, budget)
-        for row in front.records(compared)
+        for row in compared
         if Formula.of_row(row) == USUAL
     ]
     return {
@@ -154,14 +148,14 @@ def recommend(run: Run | None, budget: Budget, *, any_length: bool, notes: Seque
     }
 
 
-def steps(timing: pd.DataFrame, *, working_set: str = "l1", precision: str = "float32") -> list[dict[str, Any]]:
+def steps(timing: Records, *, working_set: str = "l1", precision: str = "float32") -> list[dict[str, Any]]:
     """What each step of a highlight costs: rows of step, what, with, without, ns, share, share_low, share_high.
 
     ns     difference of the least times; None where one was not timed
     share  of exact Phong's time on unit vectors, with the 99 % interval of that time's ratio
     """
     times = kernel_times.times_of(timing, working_set=working_set, precision=precision)
-    by_name = {_key(row): row for row in front.records(times)}
+    by_name = {_name(row): row for row in times}
     rows = []
     for name, having, lacking, what in STEPS:
         with_it, without = by_name.get(having), by_name.get(lacking or DOT)
@@ -184,7 +178,7 @@ def steps(timing: pd.DataFrame, *, working_set: str = "l1", precision: str = "fl
     return rows
 
 
-def _key(row: Row) -> str:
+def _name(row: Row) -> str:
     name = str(row["approximation"])
     return name if name == DOT else str(Formula.of_row({**row, "beta_policy": "none"}))
 
@@ -194,12 +188,12 @@ def in_words(rows: Sequence[dict[str, Any]]) -> str:
     return ", ".join(f"{row['step']} {row['ns']:.2g} ns" for row in rows)
 
 
-def lengths_gain(compared: pd.DataFrame, budget: Budget, judge: Judge) -> str | None:
+def lengths_gain(compared: Sequence[Row], budget: Budget, judge: Judge) -> str | None:
     """A sentence on whether removing lengths is the better answer, where the budget can be met both ways."""
     best: dict[bool, Row | None] = {}
     for removes in (True, False):
-        mine = compared[(compared["normalise"] != "none") == removes]
-        best[removes] = choice.choose(mine, budget.max_error, judge).best if len(mine) else None
+        mine = [row for row in compared if (row["normalise"] != "none") == removes]
+        best[removes] = choice.choose(mine, budget.max_error, judge).best if mine else None
     with_it, without = best[True], best[False]
     if with_it is None or without is None:
         return None if with_it is None else "without removing lengths no recipe is within the budget"

@@ -5,11 +5,9 @@ errors but no times. What is compared with the budget is a promise (`promises`):
 was measured is told beside it, and decides nothing.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
-
-import pandas as pd
 
 from phongbench.analysis import inverse_errors, law_bounds, measured_errors, raw_vectors
 from phongbench.analysis.by_target import cheapest
@@ -17,14 +15,13 @@ from phongbench.analysis.choice import Choice, Judge, as_given, choose, promised
 from phongbench.analysis.choice_words import answered
 from phongbench.analysis.error_budget import Budget, edge_words, length_error_of
 from phongbench.analysis.exponents import Exponents
-from phongbench.analysis.front import records
 from phongbench.analysis.promises import DEVICES, UNIT_ON_DEVICES, domain
 from phongbench.analysis.target_costs import checked, own_prices, priced, prices, table_of, unit_of
 from phongbench.compiler.precisions import precision_named
 from phongbench.errors import InputError, UnknownNameError
 from phongbench.formulas.formula import Formula
-from phongbench.formulas.registry import REGISTRY
 from phongbench.formulas.user_files import installed
+from phongbench.results.records import Row
 from phongbench.results.runs import DEFAULT_ROOT, Run
 from phongbench.results.schema import BASELINE, CPU
 from phongbench.targets.chips import TARGETS
@@ -91,7 +88,7 @@ def recommend(
     notes = [] if mesh_angle is None else [edge_words(mesh_angle)]
     if raw:
         return raw_vectors.recommend(run, budget, any_length=length_error is None, notes=notes)
-    cells = _known(run, budget, notes, timed=here)
+    cells: Sequence[Row] = _known(run, budget, notes, timed=here)
     cells = cells if here else _on_target(cells, run, budget, (target, short_of, root), notes)
     cells = _meant(cells, run, budget, inputs, inverse_error, notes)
     words = _words(cells, budget, _judge(run, budget, search=search))
@@ -100,41 +97,41 @@ def recommend(
 
 
 def _meant(
-    cells: pd.DataFrame,
+    cells: Sequence[Row],
     run: Run | None,
     budget: Budget,
     inputs: str,
     inverse_error: float | str | None,
     notes: list[str],
-) -> pd.DataFrame:
+) -> Sequence[Row]:
     """The cells that take what is at hand, and give normals back as well as asked."""
     if inverse_error is not None:
         cells = inverse_errors.within(cells, run, budget.alpha, inverse_error, notes)
     return of_cosine(cells, budget, notes) if inputs == COSINE else cells
 
 
-def _words(cells: pd.DataFrame, budget: Budget, judge: Judge) -> dict[str, Any]:
+def _words(cells: Sequence[Row], budget: Budget, judge: Judge) -> dict[str, Any]:
     """The choice among these cells, with its reasons."""
     choice = choose(cells, budget.max_error, judge)
     return answered(choice, budget, exact=_exact_fits(cells, choice, budget, judge))
 
 
-def _held(cells: pd.DataFrame, budget: Budget) -> list[str]:
+def _held(cells: Sequence[Row], budget: Budget) -> list[str]:
     """Of which formulas nothing is promised, and where an answer holds, as notes."""
-    unknown = sorted(set(cells["approximation"]) - set(installed()))
+    unknown = sorted({row["approximation"] for row in cells} - set(installed()))
     lacking = f"{', '.join(unknown)}: only sampled, and the formula is not here, so nothing is promised of it"
     return [*([lacking] if unknown else []), f"what an answer says holds in {budget.precision} {_where(budget)}"]
 
 
-def _exact_fits(cells: pd.DataFrame, choice: Choice, budget: Budget, judge: Judge) -> bool:
+def _exact_fits(cells: Sequence[Row], choice: Choice, budget: Budget, judge: Judge) -> bool:
     """Whether exact Phong is within the budget; asked only where the choice is not surely cheaper."""
     if choice.best is None or choice.best["ratio_high"] < 1:
         return False
-    kept = [judge(row, False) for row in records(cells[cells["approximation"] == BASELINE])]
+    kept = [judge(row, False) for row in cells if row["approximation"] == BASELINE]
     return any(one.kept and one.bound <= budget.max_error for one in kept)
 
 
-def of_cosine(cells: pd.DataFrame, budget: Budget, notes: list[str]) -> pd.DataFrame:
+def of_cosine(cells: Sequence[Row], budget: Budget, notes: list[str]) -> list[Row]:
     """The formulas that need R.V alone; notes receive what rounding that cosine costs, where it shows."""
     precision = precision_named(budget.precision)
     step = precision.eps if precision.saturates else precision.eps / 2  # of floating point it halves below 1
@@ -145,7 +142,7 @@ def of_cosine(cells: pd.DataFrame, budget: Budget, notes: list[str]) -> pd.DataF
             f"to {255 * change:.2g} 8-bit codes at alpha {budget.alpha.values[-1]:g}: keep the vectors, of which the "
             "difference and cross forms lose less, or R.V in a longer format"
         )
-    return cells[cells["lambda_form"].isin(COSINE_FORMS)]
+    return [row for row in cells if row["lambda_form"] in COSINE_FORMS]
 
 
 def _where(budget: Budget) -> str:
@@ -174,7 +171,7 @@ def _length_error(length_error: float | str | None, mesh_angle: float | str | No
     return length_error if mesh_angle is None else length_error_of(mesh_angle, length_error)
 
 
-def _known(run: Run | None, budget: Budget, notes: list[str], *, timed: bool) -> pd.DataFrame:
+def _known(run: Run | None, budget: Budget, notes: list[str], *, timed: bool) -> list[Row]:
     """The formulas that apply, each with its error, and with its time on this machine if asked for."""
     if run is None:
         return law_bounds.cells(budget, notes)
@@ -182,14 +179,14 @@ def _known(run: Run | None, budget: Budget, notes: list[str], *, timed: bool) ->
 
 
 def _on_target(
-    known: pd.DataFrame, run: Run | None, budget: Budget, where: tuple[str, str | None, Shelf], notes: list[str]
-) -> pd.DataFrame:
+    known: Sequence[Row], run: Run | None, budget: Budget, where: tuple[str, str | None, Shelf], notes: list[str]
+) -> list[Row]:
     """These formulas with their costs on a target.
 
     where  the target, the unit that is scarce there, and where measured targets are looked up
     """
     target, short_of, root = where
-    own = own_prices(None if run is None else run.costs, target, short_of, budget.precision, notes)
+    own = own_prices(None if run is None else run.records("costs"), target, short_of, budget.precision, notes)
     return priced(known, budget.alpha.values, target, short_of, notes, root, own)
 
 
@@ -220,13 +217,12 @@ def elsewhere(
         return []
     budget = Budget.of(length_error=_length_error(length_error, mesh_angle), **question)
     known = _known(run, budget, [], timed=False)
-    known = _meant(known, run, budget, inputs, inverse_error, [])
-    if run is not None:
-        known = known[known["error"] <= budget.max_error]  # of others no code need be written
-    cells = records(known)
+    cells = _meant(known, run, budget, inputs, inverse_error, [])
+    if run is not None:  # of others no code need be written
+        cells = [row for row in cells if row["error"] is not None and row["error"] <= budget.max_error]
     formulas = [Formula.of_row(row) for row in cells]
     judge, told = remembered(_judge(run, budget, search=False)), answer["choices"]
-    kept = None if run is None else run.costs[~run.costs["approximation"].isin(list(REGISTRY))]
+    kept = None if run is None else run.records("costs")
     best = []
     for target in TARGETS:
         own = own_prices(kept, target, None)

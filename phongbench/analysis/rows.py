@@ -1,23 +1,25 @@
 """The rows of a run, cut as claims, figures and tables want them; each cut is made once and is in a fixed order."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import pandas as pd
 
-from phongbench.analysis.choice import Choice, choose, promised
-from phongbench.analysis.error_budget import Budget
-from phongbench.analysis.front import front, fronts
+from phongbench.analysis.choices import Choices
+from phongbench.analysis.front import framed
 from phongbench.analysis.mesh_edges import lyon
-from phongbench.compiler.precisions import in_order
-from phongbench.formulas.user_files import installed
 from phongbench.inputs.strata import CONFIGURATIONS
-from phongbench.results.runs import as_given
-from phongbench.results.schema import CASE, EXACT, RAW, TABLES, TWIN
+from phongbench.results.frames import as_given
+from phongbench.results.records import Records
+from phongbench.results.schema import CASE, RAW, TABLES
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 #: lambda forms in the order in which they are shown
 FORMS = ("dot", "difference", "cross", "tan2", "none")
@@ -87,9 +89,14 @@ class Rows:
         return self.partial and self.stored("timing").empty and bool(self.run.manifest["plan"].get("timing"))
 
     @cached_property
+    def choices(self) -> Choices:
+        """Its fronts and choices."""
+        return Choices(*(Records.of(self.stored(name)) for name in ("accuracy", "timing", "costs")))
+
+    @property
     def alphas(self) -> list[float]:
         """The swept exponents, ascending."""
-        return sorted(float(alpha) for alpha in self.stored("accuracy")["alpha"].unique())
+        return self.choices.alphas
 
     @cached_property
     def gammas(self) -> list[int]:
@@ -101,23 +108,25 @@ class Rows:
         """The exponent of views that show only one."""
         return nearest(self.alphas, HEADLINE_ALPHA)
 
-    @cached_property
+    @property
     def precisions(self) -> list[str]:
         """The swept precisions, float32 first."""
-        swept = in_order({str(name) for name in self.stored("accuracy")["precision"].unique()} - {EXACT})
-        first = [name for name in ("float32", "float16", "float64") if name in swept]
-        return [*first, *(name for name in swept if name not in first)]
+        return self.choices.precisions
 
-    @cached_property
+    @property
     def precision(self) -> str:
-        """The precision that claims are judged and single-precision views are drawn at: float32 where it was swept."""
-        return self.precisions[0] if self.precisions else "float32"
+        """The precision that claims are judged at, see `Choices.precision`."""
+        return self.choices.precision
 
-    @cached_property
+    @property
     def working_set(self) -> str:
         """The smallest working set that was timed, or "" without timing."""
-        timed = set(self.stored("timing")["working_set"])
-        return next((name for name in ("l1", "l2", "memory") if name in timed), "")
+        return self.choices.working_set
+
+    @property
+    def twin_differs(self) -> list[str]:
+        """Working sets whose speed claims are withheld, see `Choices.twin_differs`."""
+        return self.choices.twin_differs
 
     @cached_property
     def highlight(self) -> pd.DataFrame:
@@ -139,7 +148,7 @@ class Rows:
     @cached_property
     def lyon_meshes(self) -> pd.DataFrame:
         """Lyon's rows on interpolated normals, see `mesh_edges.lyon`."""
-        return lyon(self.meshes)
+        return lyon(Records.of(self.meshes)).of_frame(self.meshes)
 
     @cached_property
     def _judged(self) -> pd.DataFrame:
@@ -191,40 +200,17 @@ class Rows:
         rows = self.raw("timing")
         return _certain(ordered(rows.assign(**{n: _said(rows, n) for n in RAW}), TABLES["timing"].key))
 
-    @cached_property
-    def twin_differs(self) -> list[str]:
-        """Working sets in which identical code was found to differ in time: their speed claims are withheld."""
-        twins = at(self.stored("timing"), approximation=TWIN)
-        return sorted(set(twins.loc[twins["verdict"] != "unresolved", "working_set"].astype(str)))
-
     def front(self, alpha: float, precision: str) -> pd.DataFrame:
-        """The error/time front of formulas of (R, V) at one exponent in the smallest timed working set.
-
-        Formulas of (N, H) are another lobe, and judged apart: see `half_space`.
-        """
-        question = {"precision": precision, "working_set": self.working_set}
-        if ("fronts", precision) not in self._kept:
-            self._kept["fronts", precision] = fronts(self.mirrored, self.timing, **question)
-        known: pd.DataFrame | None = self._kept["fronts", precision].get(alpha)
-        return front(self.mirrored, self.timing, alpha=alpha, **question) if known is None else known
-
-    def choice(self, alpha: float, precision: str, max_error: float) -> Choice:
-        """The cheapest formula of that front for an error budget, by the promise that `recommend` decides by."""
-        key = (alpha, precision, max_error)
+        """The front at one exponent as a table, see `Choices.front`; of (N, H) see `half_space`."""
+        key = (alpha, precision)
         if key not in self._kept:
-            judge = promised(Budget.of(alpha, max_error, precision=precision), installed())
-            self._kept[key] = choose(self.front(alpha, precision), max_error, judge)
-        kept: Choice = self._kept[key]
+            self._kept[key] = framed(self.choices.front(alpha, precision))
+        kept: pd.DataFrame = self._kept[key]
         return kept
 
     @cached_property
-    def mirrored(self) -> pd.DataFrame:
-        """Of `highlight`, the formulas of (R, V)."""
-        return at(self.highlight, space="reflect")
-
-    @cached_property
     def _kept(self) -> dict[Any, Any]:
-        """What was asked for before: tables, fronts and choices."""
+        """What was asked for before: tables and fronts."""
         return {}
 
 
@@ -236,14 +222,18 @@ def _certain(times: pd.DataFrame) -> pd.DataFrame:
     return (rows[rows["lit"].isna()] if "lit" in rows else rows).reset_index(drop=True)
 
 
-def _said(rows: pd.DataFrame, column: str) -> "pd.Series[Any]":
+def _said(rows: pd.DataFrame, column: str) -> pd.Series[Any]:
     """A column of RAW, with what goes without saying where a row or the whole table says nothing."""
+    import pandas as pd
+
     usual = RAW[column]
     return rows[column].astype(object).fillna(usual) if column in rows else pd.Series(usual, rows.index, object)
 
 
 def plain(rows: pd.DataFrame) -> pd.DataFrame:
     """The rows with categories as strings: they sort and compare alike, however a file holds them."""
+    import pandas as pd
+
     names = [name for name in rows.columns if isinstance(rows[name].dtype, pd.CategoricalDtype)]
     return rows.astype(dict.fromkeys(names, "str"))
 

@@ -5,18 +5,17 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-import pandas as pd
-
 from phongbench.analysis import kernel_times
 from phongbench.analysis.by_target import PRECISION, answers
-from phongbench.analysis.front import records
+from phongbench.analysis.choices import Choices
 from phongbench.analysis.lobes import beside_phong
 from phongbench.analysis.mesh_edges import in_words, reaches
-from phongbench.analysis.rows import Rows, at
 from phongbench.analysis.target_costs import checked
 from phongbench.errors import InputError
+from phongbench.results.formula_columns import FORMULA
+from phongbench.results.records import Records, by, first_of
 from phongbench.results.runs import DEFAULT_ROOT, Run, remedy, require_rows, unfinished
-from phongbench.results.schema import CPU
+from phongbench.results.schema import BASELINE, CPU
 
 #: the exponent at which a fact on raw normals is given, or the measured one nearest to it
 _EDGES_ALPHA = 128.0
@@ -40,7 +39,7 @@ def summarise(run: Run, targets: Sequence[str] = (), root: Path = DEFAULT_ROOT) 
     answers     where targets are named: at each exponent the cheapest formula of each within BUDGET
     """
     wanted = [checked(target, None, root) for target in targets]
-    plan, manifest, frame = run.plan, run.manifest, run.accuracy
+    plan, manifest, errors = run.plan, run.manifest, run.records("accuracy")
     facts = {
         "run": run.id,
         "state": manifest["state"],
@@ -51,22 +50,22 @@ def summarise(run: Run, targets: Sequence[str] = (), root: Path = DEFAULT_ROOT) 
         "alphas": ", ".join(f"{a:g}" for a in plan.alphas),
         "gammas": ", ".join(map(str, plan.gammas)),
         "precisions": ", ".join(plan.precisions),
-        "accuracy rows": len(frame),
-        "timing rows": len(run.timing),
+        "accuracy rows": len(errors),
+        "timing rows": len(run.records("timing")),
         "seconds": manifest.get("seconds", {}),
     }
     facts |= {"swept": swept} if (swept := _swept(manifest)) else {}
     facts |= {"gpu": manifest["gpu"]["adapter"]} if "gpu" in manifest else {}
     facts |= {"note": f"{lacking}; {remedy(run)}"} if (lacking := unfinished(run)) else {}
-    edges = [] if run.meshes.empty else records(reaches(run.meshes))
+    edges = reaches(run.records("meshes"))
     precision = "float32" if "float32" in plan.precisions else plan.precisions[-1]
-    best = _best(frame[frame["precision"] == precision])
+    best = _best(errors.at(precision=precision))
     return {
         "facts": facts | _raw_normals(edges),
         "precision": precision,
         "best": best,
         "mesh_edges": edges,
-        "lobes": beside_phong(run.moments),
+        "lobes": beside_phong(run.records("moments")),
     } | ({"answers": _answers(run, wanted, root)} if wanted else {})
 
 
@@ -81,12 +80,12 @@ def _swept(manifest: Mapping[str, Any]) -> str | None:
 
 def _answers(run: Run, targets: list[str], root: Path) -> list[dict[str, Any]]:
     """What to ship where; InputError for a run that has no errors in float32, or no times where they are asked for."""
-    rows = Rows(require_rows(run))
-    if at(rows.highlight, precision=PRECISION, space="reflect").empty:
+    choices = Choices.of(require_rows(run))
+    if not choices.mirrored.at(precision=PRECISION):
         raise InputError("the run has no errors in float32", run.id, "phongbench run --precision float32")
     if CPU in targets:
         kernel_times.timed(run)
-    return [answer.as_dict() for answer in answers(rows, targets, rows.alphas, BUDGET, root)]
+    return [answer.as_dict() for answer in answers(choices, targets, choices.alphas, BUDGET, root)]
 
 
 def _raw_normals(edges: list[dict[str, Any]]) -> dict[str, str]:
@@ -101,9 +100,10 @@ def _raw_normals(edges: list[dict[str, Any]]) -> dict[str, str]:
     return {"raw normals": f"at alpha {alpha:g} change the cross form by one 8-bit code from edges of {far}"}
 
 
-def _best(frame: pd.DataFrame) -> list[dict[str, Any]]:
-    meant = (frame["stratum"] == "highlight") & (frame["approximation"] != "phong") & (frame["nonfinite"] == 0)
-    rows = frame[meant & frame["gated"]].sort_values(["alpha", "max_abs"], kind="stable").drop_duplicates("alpha")
+def _best(errors: Records) -> list[dict[str, Any]]:
+    rows = errors.at(stratum="highlight", nonfinite=0, gated=True).rows([*FORMULA, "alpha", "max_abs", "codes_8bit"])
+    meant = [row for row in rows if row["approximation"] != BASELINE]
+    best = first_of(sorted(meant, key=by(["alpha", "max_abs"])), ["alpha"])
     return [
         {
             "alpha": float(row["alpha"]),
@@ -114,5 +114,5 @@ def _best(frame: pd.DataFrame) -> list[dict[str, Any]]:
             "max_abs": float(row["max_abs"]),
             "8-bit codes": float(row["codes_8bit"]),
         }
-        for row in records(rows)
+        for row in best
     ]

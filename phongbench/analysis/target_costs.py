@@ -6,17 +6,18 @@ they are times, with one.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from phongbench.errors import InputError, UnknownNameError
 from phongbench.formulas.formula import Formula
 from phongbench.formulas.registry import REGISTRY
 from phongbench.formulas.shader_code.language import FLOAT32
+from phongbench.results.records import Records, Row, key
 from phongbench.results.runs import DEFAULT_ROOT
-from phongbench.results.schema import CPU, GPU, KERNEL, NO_FORMULAS
+from phongbench.results.schema import CELL, CPU, GPU, KERNEL, NO_FORMULAS
 from phongbench.targets import measured
 from phongbench.targets.chips import TARGETS
 from phongbench.targets.code_shapes import Code, shipped_code
@@ -24,15 +25,14 @@ from phongbench.targets.costs import CostTable, shipped
 from phongbench.targets.measured import MeasuredTable, Shelf
 from phongbench.targets.target import UNITS
 
-if TYPE_CHECKING:
-    import pandas as pd
-
 #: in which code of the adapter is compared with another's
 _WRITTEN = "wgsl"
 #: what a row says of its cost besides: in which unit, of which kind, and what limits the program
 COLUMNS = ["target", "cost", "unit", "cost_kind", "bound_by"]
 #: the column that decides between formulas which take equally much of a scarce unit: their cost where none is
 TIE = "cost_alone"
+#: what a run's costs say of a formula
+_PRICED = [*CELL, "cost", "ratio", "ratio_low", "ratio_high"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,11 +81,7 @@ def unit_of(target: str, root: Shelf = DEFAULT_ROOT) -> dict[str, str]:
 
 
 def own_prices(
-    costs: pd.DataFrame | None,
-    target: str,
-    short_of: str | None,
-    precision: str = FLOAT32,
-    notes: list[str] | None = None,
+    costs: Records | None, target: str, short_of: str | None, precision: str = FLOAT32, notes: list[str] | None = None
 ) -> dict[Formula, Price]:
     """What a run's costs say of formulas that do not ship, which were compiled with it; nothing of a scarce unit.
 
@@ -95,44 +91,45 @@ def own_prices(
     """
     if target == GPU:
         return _gpu_prices(costs, notes if notes is not None else [])
-    if costs is None or costs.empty or short_of is not None:
+    if costs is None or short_of is not None or not (own := _own_names(costs)):
         return {}
-    rows = costs[(costs["target"] == target) & (costs["context"] == 0)]
-    rows = rows[(rows["precision"] == precision) & ~rows["approximation"].isin(list(REGISTRY))]
-    kept: list[dict[Any, Any]] = rows.to_dict("records")
-    return {
-        Formula.of_row(r): Price(r["cost"], r["cost"], r["ratio"], r["ratio_low"], r["ratio_high"], r["bound_by"])
-        for r in kept
-    }
+    rows = costs.at(target=target, context=0, precision=precision, approximation=own).rows([*_PRICED, "bound_by"])
+    return {Formula.of_row(row): _stored(row, row["bound_by"], None) for row in rows}
 
 
-def _gpu_prices(costs: pd.DataFrame | None, notes: list[str]) -> dict[Formula, Price]:
+def _own_names(costs: Records) -> tuple[str, ...]:
+    """The formulas among a run's costs that do not ship."""
+    return tuple(name for name in costs.distinct("approximation") if name not in REGISTRY) if len(costs) else ()
+
+
+def _stored(row: Row, bound_by: str | None, alpha: float | None) -> Price:
+    return Price(row["cost"], row["cost"], row["ratio"], row["ratio_low"], row["ratio_high"], bound_by, alpha)
+
+
+def _gpu_prices(costs: Records | None, notes: list[str]) -> dict[Formula, Price]:
     """The prices of formulas whose times have an interval."""
-    rows = None if costs is None or costs.empty else costs[costs["target"] == GPU]
-    if rows is None or rows.empty:
+    rows = None if costs is None or not len(costs) else costs.at(target=GPU)
+    if rows is None or not len(rows):
         raise InputError("the run has no times of an adapter", "target", "measure one: phongbench run --target gpu")
-    notes.append(f"gpu: {rows['tool'].iloc[0]}")
-    rows = rows[(rows["context"] == 0) & (rows["reads"] == 0) & ~rows["approximation"].isin(NO_FORMULAS)]
-    rows = rows[rows["ratio_low"].notna() & rows["ratio_high"].notna()]
-    if rows.empty:
+    notes.append(f"gpu: {rows.rows(['tool'])[0]['tool']}")
+    bare = rows.at(context=0, reads=0).rows([*_PRICED, "alpha"])
+    named = [row for row in bare if row["approximation"] not in NO_FORMULAS]
+    whole = [row for row in named if row["ratio_low"] is not None and row["ratio_high"] is not None]
+    if not whole:
         fix = "measure again while nothing else runs: phongbench run --target gpu"
         raise InputError("the run's times of the adapter are too few for intervals", "target", fix)
-    kept: list[dict[Any, Any]] = rows.to_dict("records")
-    return {
-        Formula.of_row(r): Price(r["cost"], r["cost"], r["ratio"], r["ratio_low"], r["ratio_high"], None, r["alpha"])
-        for r in kept
-    }
+    return {Formula.of_row(row): _stored(row, None, row["alpha"]) for row in whole}
 
 
 def priced(
-    cells: pd.DataFrame,
+    cells: Sequence[Row],
     alphas: Iterable[float],
     target: str,
     short_of: str | None,
     notes: list[str],
     root: Shelf = DEFAULT_ROOT,
     own: Mapping[Formula, Price] = MappingProxyType({}),
-) -> pd.DataFrame:
+) -> list[Row]:
     """The cells whose cost on the target is known, with columns ns (of a time), ratio, its ends, COLUMNS and TIE.
 
     cells     rows of CELL in one precision, and any others; what they say of time is replaced
@@ -143,30 +140,29 @@ def priced(
     own       prices of formulas that no table knows
     Raises InputError for a precision that no costs on the target are of, and what `checked` and `shipped` raise.
     """
-    import pandas as pd  # `phongbench shader` comes here without rows
-
-    precision = next(iter(cells["precision"].astype(str)), FLOAT32)
+    precision = next((str(row["precision"]) for row in cells), FLOAT32)
     table, every = table_of(target, root, precision), tuple(alphas)
-    rows: list[dict[Any, Any]] = cells.to_dict("records")
-    found = prices([Formula.of_row(row) for row in rows], every, table, short_of, own)
-    known = pd.Series([price is not None for price in found], index=cells.index, dtype=bool)
-    if not known.all():
-        names = sorted({str(name) for name in cells.loc[~known, "approximation"]})
-        notes.append(f"left out, since no cost of their code on {target} is known: {', '.join(names)}")
-    kept, told = cells[known].reset_index(drop=True), [price for price in found if price is not None]
+    found = prices([Formula.of_row(row) for row in cells], every, table, short_of, own)
+    if unknown := {str(row["approximation"]) for row, price in zip(cells, found, strict=True) if price is None}:
+        notes.append(f"left out, since no cost of their code on {target} is known: {', '.join(sorted(unknown))}")
     timed = isinstance(table, MeasuredTable)
-    return kept.assign(
-        ns=[price.cost if timed else float("nan") for price in told],
-        ratio=[price.ratio for price in told],
-        ratio_low=[price.low for price in told],
-        ratio_high=[price.high for price in told],
-        target=target,
-        cost=[price.cost for price in told],
-        **{TIE: [price.alone for price in told]},
-        unit=table.unit,
-        cost_kind="measured" if timed else "compiled",
-        bound_by=pd.Series([price.bound_by for price in told], dtype=object),
-    )
+    kind = {"unit": table.unit, "cost_kind": "measured" if timed else "compiled"}
+    return [
+        {
+            **row,
+            "ns": price.cost if timed else None,
+            "ratio": price.ratio,
+            "ratio_low": price.low,
+            "ratio_high": price.high,
+            "target": target,
+            "cost": price.cost,
+            TIE: price.alone,
+            **kind,
+            "bound_by": price.bound_by,
+        }
+        for row, price in zip(cells, found, strict=True)
+        if price is not None
+    ]
 
 
 def table_of(target: str, root: Shelf = DEFAULT_ROOT, precision: str = FLOAT32) -> CostTable | MeasuredTable:
@@ -224,8 +220,8 @@ def _price(table: CostTable | MeasuredTable, one: Code, short_of: str | None) ->
     return Price(cost.short_of(short_of), cost.cost, ratio, ratio, ratio, short_of or cost.bound_by)
 
 
-def same_cost(cells: pd.DataFrame) -> pd.Series:
+def same_cost(cells: Sequence[Row]) -> list[int]:
     """A number for each cell, equal for those whose costs are the same: of counted costs, or of one timed kernel."""
-    counted = "cost_kind" in cells and (cells["cost_kind"] == "compiled").all()
-    by = ["cost"] if counted else KERNEL
-    return cells.groupby(by, dropna=False, observed=True, sort=True).ngroup()
+    counted = bool(cells) and all(row.get("cost_kind") == "compiled" for row in cells)
+    numbers: dict[tuple[Any, ...], int] = {}
+    return [numbers.setdefault(one, len(numbers)) for one in map(key(["cost"] if counted else KERNEL), cells)]

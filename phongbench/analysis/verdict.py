@@ -5,15 +5,13 @@ from dataclasses import dataclass
 from itertools import groupby
 from typing import Any
 
-import pandas as pd
-
 from phongbench.analysis.choice import promised
+from phongbench.analysis.choices import Choices
 from phongbench.analysis.error_budget import Budget
-from phongbench.analysis.front import records
 from phongbench.analysis.kernel_times import timed_precision
-from phongbench.analysis.rows import Rows, at
 from phongbench.formulas.formula import Formula
 from phongbench.formulas.user_files import installed
+from phongbench.results.records import Records, by, first_of
 from phongbench.results.schema import BASELINE, CELL
 
 #: the error that is allowed: one code of an 8-bit display
@@ -34,7 +32,7 @@ class _Answer:
         return None if self.row is None else str(Formula.of_row(self.row))
 
 
-def verdict(rows: Rows, budget: float = BUDGET) -> dict[str, Any]:
+def verdict(choices: Choices, budget: float = BUDGET) -> dict[str, Any]:
     """What to ship, as plain data, in the precision that the run is judged at.
 
     budget      largest absolute error allowed; what is compared with it is a promise, as in `recommend`
@@ -46,49 +44,49 @@ def verdict(rows: Rows, budget: float = BUDGET) -> dict[str, Any]:
                 99 % interval; gain, whether that is surely below 1; exact, whether exact Phong is within the budget
                 there, or None where that decides nothing; tied, the formula that the times do not tell it apart from
     """
-    precision = rows.precision
-    front = at(rows.highlight, precision=precision, space="reflect")
-    timed = not at(rows.timing, precision=timed_precision(precision)).empty
-    answers = _timed(rows, precision, budget) if timed else _least(front)
-    withheld = rows.working_set in rows.twin_differs
+    precision = choices.precision
+    timed = bool(choices.timing.at(precision=timed_precision(precision)))
+    answers = _timed(choices, precision, budget) if timed else _least(choices.mirrored.at(precision=precision))
+    withheld = choices.working_set in choices.twin_differs
     groups = [_group(list(same)) for _, same in groupby(answers, key=lambda a: (a.name, a.rival, a.exact))]
     return {
         "precision": precision,
         "timed_precision": timed_precision(precision),
         "budget": budget,
-        "working_set": rows.working_set or None,
+        "working_set": choices.working_set or None,
         "timed": timed,
         "withheld": withheld,
         "groups": groups,
     }
 
 
-def _timed(rows: Rows, precision: str, budget: float) -> list[_Answer]:
+def _timed(choices: Choices, precision: str, budget: float) -> list[_Answer]:
     """The choice of each exponent; where it is not surely faster than exact Phong, whether that one fits, too."""
     found = []
-    for alpha in rows.alphas:
-        choice = rows.choice(alpha, precision, budget)
+    for alpha in choices.alphas:
+        choice = choices.choice(alpha, precision, budget)
         best, second = choice.best, choice.runner_up
         tied = best is not None and second is not None and second["ratio"] < best["ratio"]
-        exact = best is not None and best["ratio_high"] >= 1 and _exact_fits(rows, alpha, precision, budget)
+        exact = best is not None and best["ratio_high"] >= 1 and _exact_fits(choices, alpha, precision, budget)
         rival = str(Formula.of_row(second)) if second is not None and tied else None
         found.append(_Answer(alpha, best, rival, exact))
     return found
 
 
-def _exact_fits(rows: Rows, alpha: float, precision: str, budget: float) -> bool:
+def _exact_fits(choices: Choices, alpha: float, precision: str, budget: float) -> bool:
     """Whether exact Phong keeps the budget in this precision."""
-    cells = rows.front(alpha, precision)
+    cells = choices.front(alpha, precision)
     judge = promised(Budget.of(alpha, budget, precision=precision), installed())
-    kept = [judge(row, False) for row in records(cells[cells["approximation"] == BASELINE])]
+    kept = [judge(row, False) for row in cells if row["approximation"] == BASELINE]
     return any(one.kept and one.bound <= budget for one in kept)
 
 
-def _least(rows: pd.DataFrame) -> list[_Answer]:
+def _least(errors: Records) -> list[_Answer]:
     """What errs least at each exponent, by samples."""
-    meant = rows[(rows["approximation"] != BASELINE) & (rows["nonfinite"] == 0) & rows["max_abs"].notna()]
-    first = meant.sort_values(["alpha", "max_abs", *CELL], kind="stable").drop_duplicates("alpha")
-    return [_Answer(float(row["alpha"]), {**row, "bound": row["max_abs"]}) for row in records(first)]
+    rows = errors.at(nonfinite=0).rows([*CELL, "alpha", "max_abs", "coverage"])
+    meant = [row for row in rows if row["approximation"] != BASELINE and row["max_abs"] is not None]
+    first = first_of(sorted(meant, key=by(["alpha", "max_abs", *CELL, "coverage"])), ["alpha"])
+    return [_Answer(row["alpha"], {**row, "bound": row["max_abs"]}) for row in first]
 
 
 def _group(answers: list[_Answer]) -> dict[str, Any]:

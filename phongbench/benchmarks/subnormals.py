@@ -86,12 +86,11 @@ def _row(name: str, block: Block, rounds: int, seed: int) -> dict[str, Any]:
         raise MeasurementError(
             "a timed output differs from the verified one", name, "run again; if it stays, report it"
         )
-    per = block.elements * block.repeats
     return {
         "pairs": name,
         "subnormal": float(((values > 0) & (values < FLOAT32.tiny)).mean()),
-        "chain_ns": readings.least(0) / per,
-        "ours_ns": readings.least(1) / per,
+        "chain_ns": readings.least(0) / block.elements,
+        "ours_ns": readings.least(1) / block.elements,
         **readings.ratio(0, 1).columns(),
         "rounds": readings.rounds(0),
     }

@@ -79,11 +79,11 @@ def show_run(run_name: str, targets: tuple[str, ...], verbose: bool, as_json: bo
 
 def summary_of(run: Any, *, targets: tuple[str, ...], root: Path) -> dict[str, Any]:
     """What a run holds and says to ship, where it is not kept."""
-    from phongbench.analysis.rows import Rows
+    from phongbench.analysis.choices import Choices
     from phongbench.analysis.summary import summarise
     from phongbench.analysis.verdict import verdict
 
-    return {**summarise(run, targets, root), "verdict": verdict(Rows(run)) if len(run.accuracy) else None}
+    return {**summarise(run, targets, root), "verdict": verdict(Choices.of(run)) if run.records("accuracy") else None}
 
 
 @click.command(short_help="Check a run's bytes against its manifest.")

@@ -39,7 +39,7 @@ def summary(outcome: Any) -> None:
 
     run = outcome.run
     # many go on with `show`, which then has its answer
-    found = kept(run, ROOT, summary_of, targets=())["verdict"] if len(run.accuracy) else None
+    found = kept(run, ROOT, summary_of, targets=())["verdict"] if run.records("accuracy") else None
     if found:
         verdict_table(found)
     if outcome.finished_before:

@@ -8,7 +8,8 @@ from urllib.parse import quote
 import pandas as pd
 
 from phongbench.analysis.by_target import PRECISION, alike, answers, targets_of
-from phongbench.analysis.rows import Rows, at, nearest
+from phongbench.analysis.choices import Choices
+from phongbench.analysis.rows import nearest
 from phongbench.analysis.summary import BUDGET, summarise
 from phongbench.errors import InputError
 from phongbench.results.runs import Run
@@ -73,27 +74,27 @@ def in_html(run: Run) -> str:
 
 def _answers(run: Run) -> str:
     """The verdict table; "" for a run without float32 rows."""
-    rows = Rows(run)
-    if run.accuracy.empty or at(rows.highlight, precision=PRECISION, space="reflect").empty:
+    choices = Choices.of(run)
+    if not choices.mirrored.at(precision=PRECISION):
         return ""
-    alphas = sorted({nearest(rows.alphas, alpha) for alpha in ALPHAS})
-    found = answers(rows, targets_of(rows), alphas, BUDGET)
+    alphas = sorted({nearest(choices.alphas, alpha) for alpha in ALPHAS})
+    found = answers(choices, targets_of(choices), alphas, BUDGET)
     groups = alike(found)
     cells = {(one.alpha, one.target): one for one in found}
     lines = [("alpha", *(", ".join(group) for group in groups))]
     for alpha in alphas:
         shown = [cells[alpha, group[0]] for group in groups]
-        lines.append((f"{alpha:g}", *(_cell(one.formula, one.row, rows) for one in shown)))
+        lines.append((f"{alpha:g}", *(_cell(one.formula, one.row, choices) for one in shown)))
     head, *body = ("".join(f"<td>{escape(cell)}</td>" for cell in line) for line in lines)
     caption = "cheapest formula within 1/255, with its cost over exact Phong's; float32, unit vectors"
     rest = "".join(f"<tr>{line}</tr>" for line in body)
     return f"<table><caption>{caption}</caption><thead><tr>{head.replace('td>', 'th>')}</tr></thead>{rest}</table>"
 
 
-def _cell(formula: Any, row: Any, rows: Rows) -> str:
+def _cell(formula: Any, row: Any, choices: Choices) -> str:
     if row is None:
         return "nothing fits"
-    timed = row.get("unit") == "ns" and rows.twin_differs
+    timed = row.get("unit") == "ns" and choices.twin_differs
     return f"{formula} {'withheld' if timed else format(float(row['ratio']), '.3g')}"
 
 

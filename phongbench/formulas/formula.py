@@ -7,6 +7,7 @@ lyon:cross:8@half, phong/each, lyon:cross:8@lengthwise/once.
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from numbers import Real
 from typing import Any
 
 from phongbench.errors import InputError, UnknownNameError
@@ -121,12 +122,11 @@ class Formula:
         """The formula of a row of a table: columns approximation, lambda_form, gamma, beta_policy and space, and recipe
         and normalise where there are such.
         """
-        import pandas as pd  # who has rows has it already; who writes code can spare its third of a second
-
         gamma = row["gamma"]
         slope, space = str(row["beta_policy"]), str(row["space"])
         raw = {name: str(row[name]) for name in ("recipe", "normalise") if name in row}
-        whole = None if pd.isna(gamma) else int(gamma)
+        known = isinstance(gamma, Real) and gamma == gamma  # None, NaN and pandas' NA are none
+        whole = int(row["gamma"]) if known else None
         return cls(str(row["approximation"]), str(row["lambda_form"]), whole, slope, space, **raw)
 
     def spelled(self, registry: Registry = REGISTRY) -> str:

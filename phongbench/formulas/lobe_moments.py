@@ -14,7 +14,7 @@ Source   derived here; the closed forms of `lobe_laws`, and integrals over both 
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cache, lru_cache
 
 import numpy as np
 
@@ -148,10 +148,17 @@ def _quadrature(edges: Array) -> tuple[Array, Array]:
 
     So square roots, as the horizon makes them, become smooth.
     """
-    nodes, lengths = np.polynomial.legendre.leggauss(_NODES)
+    nodes, lengths = _legendre()
     s = (nodes + 1) / 2
     low, size = edges[:-1, None], np.diff(edges)[:, None]
     return (low + size * s * s * (3 - 2 * s)).ravel(), (size * 3 * s * (1 - s) * lengths).ravel()
+
+
+@cache
+def _legendre() -> tuple[Array, Array]:
+    """Nodes in -1 .. 1 and weights; an eigenvalue problem, so it is solved once."""
+    nodes, lengths = np.polynomial.legendre.leggauss(_NODES)
+    return nodes, lengths
 
 
 def _visible(theta: float, t: Array) -> Array:

@@ -113,7 +113,7 @@ class Plan:
     raw: tuple[str, ...] = QUICK_RAW
     raw_precisions: tuple[str, ...] = ("float32",)
     timing: bool = True
-    timing_budget: float = 6.0
+    timing_budget: float = 4.0
     processes: int = 1
     skipping: bool = False
     probes: tuple[str, ...] = USUAL_PROBES

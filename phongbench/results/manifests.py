@@ -2,7 +2,8 @@
 
 import json
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import fields
 from pathlib import Path
 from typing import Any
@@ -16,6 +17,15 @@ REMEDY = "restore the folder from a copy, or run the study again with the same p
 #: keys that only a manifest of ours has together
 _OURS = ("schema", "run")
 _NUMBER = (int, float)
+
+
+@contextmanager
+def legible(table: Path) -> Iterator[None]:
+    """Turn what goes wrong where a table of a run is read into CorruptRunError."""
+    try:
+        yield
+    except (OSError, ValueError) as problem:
+        raise CorruptRunError(f"cannot be read: {problem}", str(table), REMEDY) from problem
 
 
 def read_manifest(file: Path, schema: int) -> dict[str, Any]:

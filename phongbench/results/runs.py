@@ -20,8 +20,10 @@ from typing import TYPE_CHECKING, Any
 from phongbench.errors import CorruptRunError, InputError
 from phongbench.inputs.plan import Plan
 from phongbench.results.checkpoints import PARTS, sha256
-from phongbench.results.manifests import REMEDY, read_manifest
-from phongbench.results.schema import CASE, COVERAGES, CPU, RAW, TABLES, UNSAID
+from phongbench.results.frames import with_raw
+from phongbench.results.manifests import REMEDY, legible, read_manifest
+from phongbench.results.records import Records
+from phongbench.results.schema import CPU, RAW, TABLES, UNSAID
 from phongbench.support.atomic_files import write_text, write_whole
 from phongbench.support.user_paths import is_file, is_folder, reading, writing
 
@@ -47,7 +49,7 @@ def _table(name: str) -> cached_property[pd.DataFrame]:
 class Run:
     """A stored run. Its tables, as results.schema describes them, are read at their first use.
 
-    What the plan did not ask for has an empty table.
+    What the plan did not ask for has an empty table. `records` reads a table without pandas, for answers.
     """
 
     path: Path
@@ -115,45 +117,38 @@ class Run:
         path = self.path / f"{name}.parquet"
         if path.name not in self.manifest["files"]:
             return TABLES[name].frame()
-        try:
+        with legible(path):
             frame = pd.read_parquet(path)
-        except (OSError, ValueError) as problem:
-            raise CorruptRunError(f"cannot be read: {problem}", str(path), REMEDY) from problem
         if RAW.keys() <= set(TABLES[name].names):
             frame = with_raw(frame)
         unsaid = {column: value for column, value in UNSAID.get(name, {}).items() if column not in frame}
         frame = frame.assign(**unsaid) if unsaid else frame
-        missing = [column for column in TABLES[name].required if column not in frame.columns]
-        if missing:
-            raise CorruptRunError(f"lacks the columns {', '.join(missing)}", str(path), REMEDY)
+        _require(path, name, frame.columns)
         return frame
 
+    def records(self, name: str) -> Records:
+        """The rows of a table, as its property has them; `accuracy` of this machine's processor. Raises as `read`."""
+        if name not in self._records:
+            path = self.path / f"{name}.parquet"
+            if path.name not in self.manifest["files"]:
+                return Records.none(name)
+            usual = {column: value for column, value in RAW.items() if column in TABLES[name].names}
+            rows = Records.read(path, name, {**usual, **UNSAID.get(name, {})})
+            _require(path, name, rows.known)
+            self._records[name] = rows.at(device=CPU) if name == "accuracy" else rows
+        return self._records[name]
 
-def strongest(rows: pd.DataFrame) -> pd.DataFrame:
-    """Of accuracy rows that differ in their coverage only, the strongest; the order of the rest is kept.
-
-    rows  with any columns of CASE: those that are there say what is the same
-    """
-    if "coverage" not in rows or rows["coverage"].nunique() < 2:
-        return rows
-    same = [column for column in CASE if column in rows.columns]
-    order = rows["coverage"].map(COVERAGES.index).sort_values(kind="stable").index
-    return rows.loc[order].drop_duplicates(same, keep="last").sort_index()
-
-
-def with_raw(rows: pd.DataFrame) -> pd.DataFrame:
-    """The rows with the columns recipe and normalise, which older ones lack: of these every formula took its pair."""
-    import pandas as pd
-
-    missing = {name: pd.array([value] * len(rows), dtype="str") for name, value in RAW.items() if name not in rows}
-    return rows.assign(**missing) if missing else rows
+    @cached_property
+    def _records(self) -> dict[str, Records]:
+        """The tables that `records` was asked for."""
+        return {}
 
 
-def as_given(rows: pd.DataFrame) -> pd.DataFrame:
-    """The rows of formulas that take their pair of vectors as it is."""
-    rows = with_raw(rows)
-    raw = (rows["recipe"] != RAW["recipe"]) | (rows["normalise"] != RAW["normalise"])
-    return rows[~raw] if raw.any() else rows
+def _require(path: Path, name: str, columns: Iterable[str]) -> None:
+    """CorruptRunError for a table that lacks columns."""
+    missing = [column for column in TABLES[name].required if column not in columns]
+    if missing:
+        raise CorruptRunError(f"lacks the columns {', '.join(missing)}", str(path), REMEDY)
 
 
 def new_run_id(plan: Plan) -> str:
@@ -261,7 +256,7 @@ def measured_shard(run: Run) -> bool:
 
 def require_rows(run: Run) -> Run:
     """The run, if it has accuracy rows; InputError if it was interrupted before, or could measure none of its cells."""
-    if run.accuracy.empty:
+    if not len(run.records("accuracy")):
         what = unfinished(run) or "the run has no accuracy rows: none of its cells could be measured"
         raise InputError(what, str(run.path), remedy(run) if not run.complete else "run it again with other formulas")
     return run

@@ -292,7 +292,7 @@ TABLES: Mapping[str, Table] = {
 METRICS = [column.name for column in (*_ERRORS, *_COUNTS)]
 #: those that say how wrong a cell is, smaller being better: what a front is drawn of
 ERROR_METRICS = [column.name for column in _ERRORS if column.name != "bias"]
-#: what identifies a measured case: an accuracy row but for its coverage, of which `runs.strongest` chooses
+#: what identifies a measured case: an accuracy row but for its coverage, of which `Records.strongest` chooses
 CASE = [name for name in ACCURACY.key if name != _COVERAGE.name]
 #: what identifies a formula of a run at one precision, the kernel that it is timed by, and an input to it
 CELL = [*_FORMULA, "precision", *RAW]

@@ -51,14 +51,16 @@ def time_kernels(sweep: Sweep, progress: Progress) -> pd.DataFrame:
         "threads": (1, 2) if cores() > 1 else (1,),
         "lit": skip_kernels.LIT if plan.skipping else (),
     }
+
+    def enough(short: BudgetError) -> float:  # known only after the sweep, which must not be lost: so it gives way
+        seconds = STRETCH * short.needed
+        progress.note(f"{short.what}; it may take {seconds:.0f} s")
+        return seconds
+
     progress.stage("timing", 1.0)
-    try:
-        timing = measure_in_processes(timed, budget_seconds=plan.timing_budget, progress=Reached(progress), **options)
-    except BudgetError as short:  # known only after the sweep, which must not be lost: so the budget gives way
-        enough = STRETCH * short.needed
-        progress.note(f"{short.what}; it may take {enough:.0f} s")
-        progress.stage("timing", 1.0)
-        timing = measure_in_processes(timed, budget_seconds=enough, progress=Reached(progress), **options)
+    timing = measure_in_processes(
+        timed, budget_seconds=plan.timing_budget, progress=Reached(progress), on_short=enough, **options
+    )
     for note in timing.notes:
         progress.detail(note)
     for problem in timing.problems:

@@ -17,7 +17,6 @@ from phongbench.errors import MeasurementError
 from phongbench.formulas.kernel import read_only
 from phongbench.formulas.recipes import PAIR
 from phongbench.results.machine import MEMORY_CAP, Caches, cache_sizes
-from phongbench.results.schema import COPY, TRIAD
 from phongbench.timing import epoch_loop
 from phongbench.timing.interference import Witness, disturbed
 from phongbench.timing.rounds import EPOCH_NS, Epoch, agreed, repeats_for
@@ -113,6 +112,8 @@ class Block:
     """All kernels of one precision over one set of buffers.
 
     lit      the share of pairs that are lit, where that is what the block is about; see skip_kernels.py
+    pass_ns  (kernels,)  nanoseconds of a pass of each kernel, over the number of its threads
+    repeats  (kernels,)  how many passes make an epoch of each
     differs  the kernels whose output differed from the verified one while they were timed
     """
 
@@ -132,7 +133,7 @@ class Block:
         self.lit, self.cached = lit, working_set != "memory"
         self.pool: ThreadPoolExecutor | None = None
         self.allocate(total_bytes, seed)
-        self.repeats = 1
+        self.repeats: NDArray[np.int64] = np.ones(len(kernels), np.int64)
         self.pass_ns: NDArray[np.float64] = np.zeros(len(kernels))
         self.digests: list[int] = []
         self.differs: set[int] = set()
@@ -166,7 +167,11 @@ class Block:
 
     def keep(self, places: list[int]) -> None:
         """Leave out all kernels but these."""
-        self.kernels, self.pass_ns = [self.kernels[i] for i in places], self.pass_ns[places]
+        self.kernels, self.pass_ns, self.repeats = (
+            [self.kernels[i] for i in places],
+            self.pass_ns[places],
+            self.repeats[places],
+        )
         self.digests = [self.digests[i] for i in places] if self.digests else []
         self.shares = self.shares[: self.threads]
 
@@ -208,18 +213,15 @@ class Block:
         return max(1, repeats // _WARM)
 
     def calibrate(self, tick: float) -> None:
-        """Nanoseconds of a pass of each kernel, from two readings that agree; then the repeats that suit them all.
+        """Nanoseconds of a pass of each kernel, from two readings that agree, and the repeats that fill its epoch.
 
-        The fastest formula fills an epoch, so slower ones take longer, libm's power many times longer; a bare copy may
-        stay below an epoch, but not below the least number of ticks.
+        Epochs are equally long, not equally many passes: with as many as the fastest formula needs, epochs of all were
+        four times as long on the mean, libm's power thirty times, for intervals that were no narrower.
         """
-        for index in range(len(self.kernels)):
-            once = max(1.0, self.nanoseconds(index, 1))
-            few = max(1, round(0.2 * EPOCH_NS / once)) if self.cached else 1
+        for index, kernel in enumerate(self.kernels):
+            few = max(1, round(0.2 * EPOCH_NS / max(1.0, self.nanoseconds(index, 1)))) if self.cached else 1
             self.pass_ns[index] = agreed(partial(self._reading, index, few))
-        alone = [(k.name, ns) for k, ns in zip(self.kernels, self.pass_ns, strict=True) if k.threads == 1]
-        fastest = min(ns for name, ns in alone if name not in (COPY, TRIAD))
-        self.repeats = max(repeats_for(fastest, tick), repeats_for(float(self.pass_ns.min()), tick, 0.0))
+            self.repeats[index] = repeats_for(self.pass_ns[index] * kernel.threads, tick)
         scratch = self.shares[0].scratch
         self.usual_spin = float(np.percentile([epoch_loop.spin(scratch) for _ in range(51)], 25))
 
@@ -262,7 +264,7 @@ class Block:
 
     def seconds_of(self, indices: list[int]) -> float:
         """What a round of these kernels is expected to take."""
-        passes = self.repeats + self.warm(self.repeats)
+        passes = np.array([repeats + self.warm(repeats) for repeats in self.repeats[indices].tolist()])
         threads = np.array([self.kernels[i].threads for i in indices])
         total = float((self.pass_ns[indices] * threads * passes + OVERHEAD_NS + MEETING_NS * (threads > 1)).sum())
         return (total if self.cached else 1.15 * total) / 1e9  # reading a large output to check it
@@ -273,9 +275,9 @@ class Block:
         return self.seconds_of(list(range(len(self.kernels))))
 
     def epoch(self, witness: Witness, index: int) -> Epoch:
-        """One reading with its evidence; its outputs are compared with the verified one."""
-        before = witness.see(0.0)
-        nanoseconds = self.nanoseconds(index, self.repeats)
+        """One reading, nanoseconds of a pass, with its evidence; its outputs are compared with the verified one."""
+        before, repeats = witness.see(0.0), int(self.repeats[index])
+        nanoseconds = self.nanoseconds(index, repeats) / repeats
         used = [share.scratch for share in self.shares[: self.kernels[index].threads]]
         after = witness.see(float(max(max(s[epoch_loop.SPIN_BEFORE], s[epoch_loop.SPIN_AFTER]) for s in used)))
         if any(self.digest(me) != self.digests[index] for me in range(len(used))):

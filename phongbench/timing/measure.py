@@ -1,15 +1,16 @@
 """Interleaved, calibrated measurement of run time, with the evidence of what disturbed it.
 
-A block is one working set in one precision: all its kernels run over the same buffers, with the same number of
-repeats, once in every round, in the order of a Latin square. What is reported are quotients within rounds; nanoseconds
-stand beside them.
+A block is one working set in one precision: all its kernels run over the same buffers, each for as long as the others,
+once in every round, in the order of a Latin square. What is reported are quotients within rounds; nanoseconds stand
+beside them.
 
 Known biases, written against ourselves: all kernels share one placement of their arrays in memory (chosen so that rows
 do not alias; further processes have others); kernels run hot, on values of the highlight stratum at alpha = 50, and in
-l1 few enough of them for the branch predictor to learn by heart, which flatters kernels that branch; slow kernels have
-longer epochs, which are more often disturbed; ceilings count bytes as STREAM does, without the read that a store to a
-cold line costs, so a formula reading six rows per store can pass 100 % of a copy's bandwidth; kernels whose order is
-undecided get further rounds, and stopping when it is decided makes their intervals a little too narrow.
+l1 few enough of them for the branch predictor to learn by heart, which flatters kernels that branch; beyond the caches
+a pass is an epoch, so that those of slow kernels are longer and more often disturbed; ceilings count bytes as STREAM
+does, without the read that a store to a cold line costs, so a formula reading six rows per store can pass 100 % of a
+copy's bandwidth; kernels whose order is undecided get further rounds, and stopping when it is decided makes their
+intervals a little too narrow.
 """
 
 import math
@@ -27,7 +28,7 @@ from phongbench.support.process import cores
 from phongbench.timing import skip_kernels, timed_kernels
 from phongbench.timing.blocks import WORKING_SETS, Block
 from phongbench.timing.machine_lock import machine_lock
-from phongbench.timing.session import Progress, Session
+from phongbench.timing.session import OnShort, Progress, Session, refused
 from phongbench.timing.timed_kernels import Key, TimedFormula, TimedKernel
 
 
@@ -55,6 +56,7 @@ def measure(
     threads: Sequence[int] = (1,),
     lit: Sequence[float] = (),
     locked: bool = False,
+    on_short: OnShort = refused,
 ) -> Timing:
     """Time the formulas beside the exact powers and the ceilings.
 
@@ -66,8 +68,10 @@ def measure(
     threads         1, and numbers of threads on which `timed_kernels.THREADED` are timed too
     lit             shares of lit pairs at which skipping is timed, in float32; see skip_kernels.py
     locked          True if the caller holds the machine's lock
-    Raises InputError where the budget cannot give the rounds an interval needs, saying what can; LockedError while
-    another timing runs.
+    on_short        what gives another budget where this one cannot give the rounds an interval needs, as is known only
+                    after calibration
+    Raises BudgetError where the budget, or the other one, cannot, saying what can; LockedError while another timing
+    runs.
     """
     check(budget_seconds, working_sets, threads)
     if not timed:
@@ -77,7 +81,9 @@ def measure(
         groups = list(_compile_all(timed, problems))
         skips = skip_kernels.kernels(FLOAT32) if lit else []
         with jit.compilations() as late:
-            session = Session(groups, skips, working_sets, budget_seconds, seed, threads, lit, progress, problems)
+            session = Session(
+                groups, skips, working_sets, budget_seconds, seed, threads, lit, progress, problems, on_short=on_short
+            )
             rows = session.run()
         if late and not jit.DISABLED:
             raise MeasurementError("something was compiled while timing", "timing", "run again; if it stays, report it")

@@ -24,7 +24,7 @@ from phongbench.timing import table
 from phongbench.timing.blocks import WORKING_SETS
 from phongbench.timing.machine_lock import machine_lock
 from phongbench.timing.measure import Timing, check, measure
-from phongbench.timing.session import Progress
+from phongbench.timing.session import OnShort, Progress, refused
 from phongbench.timing.timed_kernels import TimedFormula
 
 
@@ -34,16 +34,18 @@ def measure_in_processes(
     processes: int,
     budget_seconds: float,
     progress: Progress | None = None,
+    on_short: OnShort = refused,
     **options: Any,
 ) -> Timing:
     """`measure` in this process, or in several fresh ones that share the budget.
 
     processes  1 for this one; from 8 on the interval of a ratio is a sign test across processes too
+    on_short   what gives another budget, for all processes, where a share of this one is too short
     options    further ones of `measure`
     returns    as there; the column `processes` says how many tables were merged
     """
     if processes == 1 or not timed:
-        return measure(timed, budget_seconds=budget_seconds, progress=progress, **options)
+        return measure(timed, budget_seconds=budget_seconds, progress=progress, on_short=on_short, **options)
     check(budget_seconds, options.get("working_sets", WORKING_SETS), options.get("threads", (1,)))
     frames: list[pd.DataFrame] = []
     problems: dict[str, MeasurementError] = {}
@@ -52,8 +54,9 @@ def measure_in_processes(
         for number in range(processes):
             try:
                 one = _in_a_process(_task(timed, budget_seconds / processes, number, options))
-            except BudgetError as short:
-                raise BudgetError(short.what, short.needed * processes, short.where, short.fix) from short
+            except BudgetError as short:  # the others keep theirs
+                budget_seconds = on_short(BudgetError(short.what, short.needed * processes, short.where, short.fix))
+                one = _in_a_process(_task(timed, budget_seconds / processes, number, options))
             frames.append(one.rows)
             problems |= {str(problem): problem for problem in one.problems if str(problem) not in problems}
             notes |= dict.fromkeys(one.notes)

@@ -65,7 +65,7 @@ def tick(readings: Integers) -> float:
 
 @dataclass(frozen=True, slots=True)
 class Epoch:
-    """One reading: nanoseconds of an epoch, NaN where there is none, and whether something disturbed it."""
+    """One reading: nanoseconds of a pass of an epoch, NaN where there is none, and whether something disturbed it."""
 
     nanoseconds: float
     disturbed: bool = False

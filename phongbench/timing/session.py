@@ -23,11 +23,18 @@ from phongbench.timing.statistics import MIN_ROUNDS, contested
 from phongbench.timing.timed_kernels import TimedKernel
 
 Progress = Callable[[int, int, str], None]
+#: takes the refusal of a budget, and gives seconds to time for instead, or raises it
+OnShort = Callable[[BudgetError], float]
 #: working sets in which several threads are timed, and the one in which skipping is: large enough that branches are
 #: not learnt by heart
 THREADED_SETS, SKIPPED_SET = ("l1", "memory"), "l2"
 #: share of the budget over which blocks may take it to get rounds enough for a good interval
 _LATE = 1.15
+
+
+def refused(short: BudgetError) -> float:
+    """Raises it: the usual answer."""
+    raise short
 
 
 @dataclass
@@ -39,6 +46,7 @@ class Session:
     progress  is called with (epochs done, epochs planned, working set)
     problems  receives what made a kernel's row void
     notes     receives what the budget was too small for
+    on_short  what follows where it is too small for any interval; what was calibrated stays
     """
 
     groups: list[tuple[Precision, list[TimedKernel]]]
@@ -51,6 +59,7 @@ class Session:
     progress: Progress | None
     problems: list[MeasurementError] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
+    on_short: OnShort = refused
 
     def run(self) -> list[dict[str, Any]]:
         """Calibrate, plan, verify, measure; the rows of timing.parquet."""
@@ -111,13 +120,20 @@ class Session:
     def _planned(self, blocks: list[Block], scales: list[float]) -> tuple[list[int], float]:
         costs = [(b.working_set, b.round_seconds) for b in blocks]
         plan = budget.plan_rounds(costs, self._seconds_left(), scales)
-        if isinstance(plan, tuple):
-            return plan
+        if not isinstance(plan, tuple):
+            self.seconds = self.on_short(self._too_short(plan, blocks))
+            plan = budget.plan_rounds(costs, self._seconds_left(), scales)
+        if not isinstance(plan, tuple):
+            raise self._too_short(plan, blocks)
+        return plan
+
+    def _too_short(self, rounds: float, blocks: list[Block]) -> BudgetError:
+        """The refusal of the budget, where the fewest rounds take so many seconds."""
         spent = time.perf_counter() - self.started
         kernels = sum(len(group) for _, group in self.groups)
-        needed = math.ceil(12 * (spent + plan / budget.PLANNED)) / 10
+        needed = math.ceil(12 * (spent + rounds / budget.PLANNED)) / 10
         sets = ", ".join(dict.fromkeys(b.working_set for b in blocks))
-        raise BudgetError(
+        return BudgetError(
             f"{self.seconds:g} s are too short to time {kernels} kernels in {sets}: it takes about {needed:g} s",
             needed,
             "timing budget",
@@ -157,12 +173,12 @@ class Session:
             why = f"nothing to compare with: {', '.join(sorted(missing))} is void"
             self.problems.append(MeasurementError(why, block.where, "run again; if it stays, report it"))
             return []
-        more: dict[str, Any] = {"working_set": block.working_set, "elements": block.elements, "repeats": block.repeats}
+        more: dict[str, Any] = {"working_set": block.working_set, "elements": block.elements}
         more |= {} if block.lit is None else {"lit": block.lit}
-        rows = table.analyse(block.kernels, readings, block.elements * block.repeats)
+        rows = table.analyse(block.kernels, readings, block.elements)
         wanted = None if block.lit is None else skip_kernels.names()
         return [
-            row | more
+            row | more | {"repeats": int(block.repeats[i])}
             for i, row in enumerate(rows)
             if i not in block.differs and (wanted is None or row["approximation"] in wanted)
         ]

@@ -13,10 +13,10 @@ from phongbench.timing.statistics import Interval, sign_interval, verdict
 from phongbench.timing.timed_kernels import TimedKernel
 
 
-def analyse(kernels: Sequence[TimedKernel], readings: Readings, per_epoch: int) -> list[dict[str, Any]]:
-    """One row for each kernel of a block: nanoseconds, ratios and verdict, from the epochs' readings.
+def analyse(kernels: Sequence[TimedKernel], readings: Readings, elements: int) -> list[dict[str, Any]]:
+    """One row for each kernel of a block: nanoseconds, ratios and verdict, from readings of a pass.
 
-    per_epoch  elements times repeats: what an epoch's nanoseconds are divided by
+    elements  of a pass
 
     On several threads nanoseconds are of wall time for each element of all threads together: half of one thread's,
     at best, where there are two. The bandwidth is a fraction of what one thread copies or triads in the same rounds,
@@ -40,8 +40,8 @@ def analyse(kernels: Sequence[TimedKernel], readings: Readings, per_epoch: int) 
                 "recipe": recipe,
                 "normalise": normalise,
                 "threads": kernel.threads,
-                "ns_min": readings.least(i) / per_epoch,
-                "ns_median": readings.median(i) / per_epoch,
+                "ns_min": readings.least(i) / elements,
+                "ns_median": readings.median(i) / elements,
                 **ratio.columns(),
                 "verdict": verdict(ratio),
                 "dot_ratio": readings.ratio(i, dot).middle,

@@ -42,11 +42,13 @@ SMALLER = (
     Changed(r"run --dry-run", "", "it measures nothing"),
     Changed(
         r"run --scenes",
-        "--dry-run --only lyon",
+        "--dry-run --only lyon --lambda dot --gamma 8 --precision float32",
         "draws all scenes by all formulas; tests/phongbench/study does it small",
     ),
     Changed(
-        r"run --precision", "--dry-run --only lyon", "more precisions to compile; tests/phongbench/accuracy runs them"
+        r"run --precision",
+        "few.toml --dry-run --only lyon --lambda dot --gamma 8",
+        "more precisions to compile, of fifty formulas that remove lengths too; tests/phongbench/accuracy runs them",
     ),
     Changed(r"run --with", f"{UNTIMED} --precision float32 --alpha 10 --target rdna2", "minutes, fifteen compilers"),
     Changed(r"run --alpha", f"{UNTIMED} --precision float32 --only lyon", "minutes"),
@@ -99,6 +101,7 @@ RUN_HERE = [command for command in shown() if not elsewhere(command)]
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     """Where all of them are run, with the files that they name."""
     here = tmp_path_factory.mktemp("reader")
+    (here / "few.toml").write_text('raw = "phong/each"')
     (here / "rational.py").write_text(blocks(CONTRIBUTING, "python")[0])
     (here / "scene.mtl").write_text("newmtl gold\nNs 51.2\nnewmtl chalk\nNs 0\n")
     (here / "request.json").write_text(json.dumps(REQUEST))

@@ -19,6 +19,7 @@ from made_up_tables import (
     timing_rows,
 )
 
+from phongbench.results.records import Records
 from phongbench.results.schema import MESHES, RAW, TABLES, UNSAID
 
 
@@ -50,6 +51,10 @@ class MadeUpRun:
         """All tables, in the order of the fields."""
         first = self.accuracy, self.timing, self.worst, self.meshes, self.behaviour, self.smoothness
         return *first, self.moments, self.cuts, self.incidence, self.incidence_times, self.inverse
+
+    def records(self, name: str) -> Records:
+        """As of a stored run."""
+        return Records.of(getattr(self, name))
 
 
 def categories(rows: pd.DataFrame) -> pd.DataFrame:

@@ -24,7 +24,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from phongbench.formulas.formula import Formula
-from phongbench.results.runs import as_given
+from phongbench.results.frames import as_given
 from phongbench.results.schema import CASE, COVERAGES, EXACT
 
 #: strata of unit vectors: samples of the domain that the search covers

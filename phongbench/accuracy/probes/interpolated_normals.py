@@ -40,6 +40,33 @@ class Points:
         """The interpolated normals made unit length: what shading is meant to see."""
         return unit(self.raw)
 
+    # whatever the exponent:
+
+    @cached_property
+    def viewer(self) -> Array:
+        """Directions to a viewer anywhere above the horizon."""
+        return _above(_anywhere(self.draws[0], self.draws[1]), self.unit)
+
+    @cached_property
+    def somewhere(self) -> Array:
+        """Directions anywhere: what turns the light about the viewer, and H about the normal."""
+        return _anywhere(self.draws[3], self.draws[4])
+
+    @cached_property
+    def above(self) -> Array:
+        """These directions, those below the horizon mirrored."""
+        return _above(self.somewhere, self.unit)
+
+    @cached_property
+    def across_viewer(self) -> Array:
+        """Unit vectors across the viewer's, by these directions, not below the horizon."""
+        return _across(self.viewer, self.somewhere, self.unit)
+
+    @cached_property
+    def across_normal(self) -> Array:
+        """Unit vectors across the normals, likewise."""
+        return _across(self.unit, self.somewhere, self.unit)
+
 
 def points(surface: Surface, triangles: NDArray[np.int64], seed: int, count: int) -> Points:
     """Points spread evenly over the area of some triangles of a surface."""
@@ -97,14 +124,12 @@ class Lit:
 
 def lit(points: Points, alpha: float) -> Lit:
     """The points with viewer, light and H for this exponent."""
-    n, draws = points.unit, points.draws
-    viewer = _above(_anywhere(draws[0], draws[1]), n)
-    deficit = draws[2] * min(HIGHLIGHT_REACH / alpha, 1.0)
-    somewhere = _anywhere(draws[3], draws[4])
-    reflected, half = _at(viewer, deficit, somewhere, n), _at(n, halved(deficit), somewhere, n)
+    deficit = points.draws[2] * min(HIGHLIGHT_REACH / alpha, 1.0)
+    reflected = _at(points.viewer, deficit, points.across_viewer)
+    half = _at(points.unit, halved(deficit), points.across_normal)
     for vectors in (reflected, half):
-        vectors[:, ::ANYWHERE] = _above(somewhere, n)[:, ::ANYWHERE]
-    return Lit(points, viewer, reflected, half)
+        vectors[:, ::ANYWHERE] = points.above[:, ::ANYWHERE]
+    return Lit(points, points.viewer, reflected, half)
 
 
 def classic(n: Array, light: Array) -> Array:
@@ -144,10 +169,14 @@ def _above(vectors: Array, n: Array) -> Array:
     return np.asarray(np.where(dots(vectors, n) < 0, -vectors, vectors))
 
 
-def _at(axis: Array, deficit: Array, towards: Array, n: Array) -> Array:
-    """Unit vectors at a deficit <= 1 from unit axes, turned towards random directions or away from them.
+def _across(axis: Array, towards: Array, n: Array) -> Array:
+    """Unit vectors across unit axes, towards random directions or away from them.
 
     Of these two the one higher above n's horizon is taken, so that a light above the horizon makes it.
     """
-    across = unit(towards - dots(towards, axis) * axis)
-    return np.asarray((1 - deficit) * axis + np.sqrt(deficit * (2 - deficit)) * _above(across, n))
+    return _above(unit(towards - dots(towards, axis) * axis), n)
+
+
+def _at(axis: Array, deficit: Array, across: Array) -> Array:
+    """Unit vectors at a deficit <= 1 from unit axes, turned to those across."""
+    return np.asarray((1 - deficit) * axis + np.sqrt(deficit * (2 - deficit)) * across)

@@ -13,7 +13,7 @@ from phongbench.compiler.lowering import FLOAT32, FLOAT64
 from phongbench.compiler.precisions import Array
 from phongbench.formulas.recipes import PAIR
 from phongbench.inputs.plan import Cell, Plan
-from phongbench.results.runs import with_raw
+from phongbench.results.frames import with_raw
 
 #: domains of formulas that remove lengths: lengths up to so many times 1, or as short; quick takes the last
 LONGEST = (2.0, 1000.0)
@@ -66,10 +66,10 @@ def stored(worst: pd.DataFrame, but: Sequence[str]) -> dict[tuple[Any, ...], lis
     unit = worst[~worst["stratum"].isin(but) & (worst["truth"] == "angle") & (worst["recipe"] == PAIR)]
     names = ["approximation", "lambda_form", "space", "beta_policy", "alpha", "gamma", "precision", "gated"]
     names.append("normalise")
-    keys = zip(*(unit[n].fillna(0) if n == "gamma" else unit[n] for n in names), strict=True)
+    keys = zip(*((unit[n].fillna(0) if n == "gamma" else unit[n]).tolist() for n in names), strict=True)
     numbers = np.array(unit[["error", "exact", "value"]], float)
     numbers[(unit["stratum"] == COSINES.name).to_numpy()] = -1.0
-    pairs = np.array([[float.fromhex(x) for x in unit[c]] for c in ("ax", "ay", "az", "bx", "by", "bz")]).T
+    pairs = np.array([[*map(float.fromhex, unit[c].tolist())] for c in ("ax", "ay", "az", "bx", "by", "bz")]).T
     inputs: dict[tuple[Any, ...], list[Array]] = {}
     for key, number, pair in zip(keys, numbers, pairs.reshape(-1, 6), strict=True):
         inputs.setdefault(tuple(key), []).append(np.concatenate([number, pair]))

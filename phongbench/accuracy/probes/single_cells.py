@@ -26,6 +26,11 @@ def values(spec: Approximation, cell: Cell, block: Array, setting: Setting | Non
     """
     with np.errstate(all="ignore"):  # infinite coefficients are what some settings ask for
         kernel = Kernel.of(spec, setting or cell.setting, precision_named(cell.precision))
+    return values_of(kernel, cell, block)
+
+
+def values_of(kernel: Kernel, cell: Cell, block: Array) -> Array:
+    """The same of a kernel that is there: the cell's own, or one in the precision of the block."""
     return kernel.values(block[coordinate_row(cell)], block[gate_row(cell)])
 
 

@@ -7,7 +7,6 @@ second difference over a step that is fine enough for it would be rounding alone
 
 import math
 from collections.abc import Mapping
-from dataclasses import replace
 from functools import cache
 from typing import Any
 
@@ -20,6 +19,7 @@ from phongbench.accuracy.probes import single_cells
 from phongbench.accuracy.probes.probe import ProbeContext
 from phongbench.compiler.lowering import FLOAT64, Precision, precision_named
 from phongbench.compiler.precisions import Array
+from phongbench.formulas.kernel import Kernel
 from phongbench.formulas.lambda_forms import cutoff_deficit
 from phongbench.formulas.spec import Approximation
 from phongbench.inputs.plan import Cell, Plan
@@ -85,17 +85,19 @@ def end_of(spec: Approximation, cell: Cell) -> float:
     return min(math.pi, 2 * own if cell.formula.space == "half" else own)
 
 
-def kink(spec: Approximation, cell: Cell) -> tuple[float, float]:
+def kink(spec: Approximation, cell: Cell, kernel: Kernel) -> tuple[float, float]:
     """(second difference at the lobe's end over step^2 and alpha, angle of the end in degrees); NaN where no end is.
 
     Alpha is the largest second derivative of exact Phong, at its peak.
+
+    kernel  the cell's in float64
     """
     alpha, end = cell.alpha, end_of(spec, cell)
     step = STEP / math.sqrt(alpha)
     if end + step >= math.pi:
         return math.nan, math.nan
     block = along(FLOAT64, cell.formula.space, end + step * np.array([-1.0, 0.0, 1.0]))
-    before, at, after = single_cells.values(spec, replace(cell, precision=FLOAT64.name), block)
+    before, at, after = single_cells.values_of(kernel, cell, block)
     return abs(float(before - 2 * at + after)) / step**2 / alpha, math.degrees(end)
 
 
@@ -107,13 +109,13 @@ def measure(context: ProbeContext) -> Mapping[str, pd.DataFrame]:
     edges: dict[Any, tuple[float, float]] = {}
     for position in chosen:
         cell = sweep.cells[position]
-        spec = context.registry[cell.approximation]
+        spec, (own, in_float64) = context.registry[cell.approximation], sweep.kernels(position)
         precision = precision_named(cell.precision)
         block = circle(precision, cell.formula.space, cell.alpha)
         key = (cell.formula, cell.alpha, cell.gated)
         if key not in edges:  # the same in every precision
-            edges[key] = kink(spec, cell)
-        values = single_cells.values(spec, cell, block)
+            edges[key] = kink(spec, cell, in_float64)
+        values = single_cells.values_of(own, cell, block)
         shapes.append((*rises(values), *edges[key], *strained(precision, block[coordinate_row(cell)], values)))
         context.advance(1 / len(chosen))
     circle.cache_clear()

@@ -135,7 +135,7 @@ def _random(context: ProbeContext) -> Iterator[Value]:
 def _stored(worst: pd.DataFrame) -> Iterator[Value]:
     """The stored worst inputs. Where the input is a cosine, the truth is that of the product a.b, which is exact."""
     names = ["alpha", "space", "truth", "exact", "stratum", *_PAIR]
-    rows = zip(*(worst[n] for n in names), strict=True)
+    rows = zip(*(worst[n].tolist() for n in names), strict=True)
     for position, (alpha, space, kind, exact, stratum, *pair) in enumerate(rows):
         seen = "cosine" if stratum == COSINES.name else kind
         what = partial(_described, worst, position, seen)

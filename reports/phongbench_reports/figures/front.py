@@ -176,7 +176,7 @@ def _sentence(study: Rows, data: pd.DataFrame) -> str:
     parts = []
     budget, name = BUDGETS[0]
     for alpha in sorted(data["alpha"].unique()):
-        best = study.choice(float(alpha), study.precision, budget).best
+        best = study.choices.choice(float(alpha), study.precision, budget).best
         if best is None:
             parts.append(f"nothing at {alpha_is(alpha)}")
         else:

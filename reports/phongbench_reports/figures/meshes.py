@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 from phongbench.analysis.mesh_edges import CODE, PAIRS, in_words, raw_lyon, reaches
 from phongbench.analysis.rows import STABILITY_ALPHA, Rows, nearest
 from phongbench.formulas.lambda_forms import LAMBDA_FORMS
+from phongbench.results.records import Records
 from phongbench_reports.plots import BLUE, GREEN, MUTED, SURFACE, VERMILION, Plate, end_labels, footnote, sheet
 from phongbench_reports.reproduce import reproduce
 from phongbench_reports.table import Absent
@@ -36,13 +37,15 @@ COLUMNS = [
 
 def rows_of(study: Rows) -> pd.DataFrame:
     """One row per mesh, edge, form and kind of pair, at three exponents: what raw normals change, and whole errors."""
-    raw = raw_lyon(study.lyon_meshes)
+    every = study.lyon_meshes
+    known = Records.of(every)
+    raw = raw_lyon(known).of_frame(every)
     if raw.empty:
         return raw
     wanted = {nearest(sorted(raw["alpha"].unique()), alpha) for alpha in ALPHAS}
     raw = raw[raw["alpha"].isin(wanted)]
     key = ["mesh", "edge_degrees", "pair", "lambda_form", "alpha"]
-    unit = raw_lyon(study.lyon_meshes, "renormalised")[[*key, "codes_8bit"]]
+    unit = raw_lyon(known, "renormalised").of_frame(every)[[*key, "codes_8bit"]]
     both = raw.merge(unit, on=key, suffixes=("", "_renormalised"), how="left")
     both = both.assign(codes_changed=both["length_max"] / CODE, codes_raw=both["codes_8bit"])
     return both.rename(columns={"codes_8bit_renormalised": "codes_renormalised"})[COLUMNS].reset_index(drop=True)
@@ -148,12 +151,13 @@ def _basis(data: pd.DataFrame) -> str:
 
 def _sentence(study: Rows, data: pd.DataFrame) -> str:
     """How wide edges may be for one code at the middle exponent, for each form and pair."""
-    widest = reaches(study.lyon_meshes)
+    widest = reaches(Records.of(study.lyon_meshes))
     alpha = nearest(sorted(data["alpha"].unique()), STABILITY_ALPHA)
-    widest = widest[widest["alpha"] == alpha]
     parts = []
-    for pair in (pair for pair in PAIRS if pair in set(widest["pair"])):
-        mine = records(widest[widest["pair"] == pair])
+    for pair in PAIRS:
+        mine = [row for row in widest if (row["alpha"], row["pair"]) == (alpha, pair)]
+        if not mine:
+            continue
         wide = listed(f"{in_words(row['degrees'], row['relation'])} ({row['lambda_form']})" for row in mine)
         parts.append(f"{LOOKS[pair][0]}: {wide}")
     return (

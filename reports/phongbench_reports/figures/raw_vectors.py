@@ -5,11 +5,11 @@ import pandas as pd
 from matplotlib.axes import Axes
 
 from phongbench.analysis import kernel_times
-from phongbench.analysis.front import joined, worst_of
+from phongbench.analysis.front import finite, framed, joined, worst_of
 from phongbench.analysis.raw_vectors import configurations
 from phongbench.analysis.rows import Rows, at, nearest
 from phongbench.inputs.length_errors import ANY
-from phongbench.results.schema import CELL, INPUT
+from phongbench.results.records import Records
 from phongbench_reports.figures.front import FLOOR, edge, marks, names
 from phongbench_reports.figures.speed import SETS
 from phongbench_reports.plots import INK, Plate, budget_lines, footnote, sheet
@@ -27,17 +27,16 @@ def points(study: Rows, rows: pd.DataFrame, alpha: float) -> pd.DataFrame:
     A recipe with a value that is not finite at a size is left out there.
     rows  errors of recipes at that exponent
     """
-    times = kernel_times.times_of(study.raw("timing"), working_set=study.working_set, precision=study.precision)
+    timing = Records.of(study.raw("timing"))
+    times = kernel_times.times_of(timing, working_set=study.working_set, precision=study.precision)
     times = kernel_times.times_at(times, (alpha,))
     panels = [(_named(size), _at_size(rows, size)) for size in SIZES]
     panels.append(("any length, 0.001 to 1000", at(rows, perturbation=ANY.name)))
     drawn = []
     for name, mine in panels:
-        known = mine[[*CELL, *INPUT, "max_abs", "nonfinite"]].rename(columns={"max_abs": "error"})
-        finite = known.groupby(CELL, dropna=False, observed=True)["nonfinite"].transform("sum") == 0
-        cells = joined(worst_of(known[finite & known["error"].notna()].drop(columns="nonfinite")), times)
-        if len(cells):
-            drawn.append(cells.assign(lengths=name, alpha=alpha, label=[label(row) for row in records(cells)]))
+        cells = joined(worst_of(finite(Records.of(mine))), times)
+        if cells:
+            drawn.append(framed(cells).assign(lengths=name, alpha=alpha, label=[label(row) for row in cells]))
     return pd.concat(drawn, ignore_index=True) if drawn else pd.DataFrame()
 
 
@@ -54,7 +53,8 @@ def draw(study: Rows) -> Plate | Absent:
     """One panel per size, at one exponent; error on a log axis, time as a ratio to exact Phong given unit R and V."""
     if study.raw("timing").empty:
         return Absent("This run has no timing, so there is no front.", time_it(study))
-    rows = configurations(study.raw("accuracy"), study.precision)
+    accuracy = study.raw("accuracy")
+    rows = configurations(Records.of(accuracy), study.precision).of_frame(accuracy)
     if rows.empty:
         return Absent("The run measured no recipe from N, L and V.", "Run a preset, which holds such recipes.")
     alpha = nearest(sorted(rows["alpha"].unique()), study.alpha)

@@ -5,6 +5,7 @@ import pandas as pd
 
 from phongbench.analysis.raw_vectors import steps
 from phongbench.analysis.rows import Rows, at
+from phongbench.results.records import Records
 from phongbench.results.schema import DOT
 from phongbench_reports.figures.speed import SETS
 from phongbench_reports.plots import BLUE, INK, Plate, footnote, sheet
@@ -22,7 +23,7 @@ def costs(study: Rows) -> pd.DataFrame:
         | {"ns": row["ns_min"], "share": row["ratio"], "share_low": row["ratio_low"], "share_high": row["ratio_high"]}
         for row in records(at(here, approximation=DOT))
     ]
-    found = pd.DataFrame([*bare, *steps(here, working_set=study.working_set, precision=study.precision)])
+    found = pd.DataFrame([*bare, *steps(Records.of(here), working_set=study.working_set, precision=study.precision)])
     if found.empty:
         return found
     sure = np.isfinite(found[["share_low", "share_high"]].to_numpy(float)).all(axis=1)

@@ -24,10 +24,10 @@ UNITS = {"ns": "time, measured", "cycles": "cycles, counted", "slots": "issue sl
 
 def fronts(study: Rows) -> pd.DataFrame:
     """Formulas at the run's middle exponent on each target, with error, ratio and state; `panel` groups like ones."""
-    frames, wrong = [], errors_of(study, study.alpha)
-    for target in targets_of(study):
+    frames, wrong = [], errors_of(study.choices, study.alpha)
+    for target in targets_of(study.choices):
         timed = target == CPU
-        cells = study.front(study.alpha, PRECISION) if timed else front_on(study, target, study.alpha, wrong)
+        cells = study.front(study.alpha, PRECISION) if timed else front_on(study.choices, target, study.alpha, wrong)
         frames.append(cells.assign(target=target, unit="ns" if timed else cells["unit"], alpha=study.alpha))
     frames = [frame for frame in frames if len(frame)]
     panels: dict[object, list[str]] = {}
@@ -44,7 +44,7 @@ def draw(study: Rows) -> Plate | Absent:
     """One panel for each front; error on a log axis, cost as a ratio to exact Phong on the same target."""
     if at(study.highlight, precision=PRECISION, space="reflect").empty:
         return Absent(f"Nothing was measured at {PRECISION}.", f"Run with --precision {PRECISION}.")
-    if set(targets_of(study)) <= {CPU}:
+    if set(targets_of(study.choices)) <= {CPU}:
         return Absent("This run has no costs on other targets.", "Run again: phongbench run keeps them.")
     data = fronts(study)
     shown = list(dict.fromkeys(data["panel"]))

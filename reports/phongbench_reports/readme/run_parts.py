@@ -32,7 +32,7 @@ _PACKAGES = ("Python", "NumPy", "numba", "llvmlite", "phongbench")
 
 def by_target(study: Rows) -> str:
     """What to ship within 1/255 on TARGETS, as many as the run has costs of."""
-    targets = [target for target in TARGETS if target in targets_of(study)]
+    targets = [target for target in TARGETS if target in targets_of(study.choices)]
     content = by_target_table(study, *BUDGETS[0], targets)
     if isinstance(content, Absent):
         return f"{content.reason} {content.fix}"

@@ -23,13 +23,13 @@ def by_target(study: Rows, budget: float, name: str, only: Sequence[str] = ()) -
     name    the budget in words, "1/255"
     only    these targets; without any, all that the run has costs of
     """
-    targets = [target for target in targets_of(study) if target in only or not only]
+    targets = [target for target in targets_of(study.choices) if target in only or not only]
     if not [target for target in targets if target != CPU]:
         return Absent("This run has no costs on other targets.", "Run again: phongbench run keeps them.")
     if at(study.highlight, precision=PRECISION, space="reflect").empty:
         return Absent(f"Nothing was measured at {PRECISION}.", f"Run with --precision {PRECISION}.")
     alphas = sorted({nearest(study.alphas, alpha) for alpha in ALPHAS})
-    found = answers(study, targets, alphas, budget)
+    found = answers(study.choices, targets, alphas, budget)
     withheld = bool(study.twin_differs)
     groups = alike(found)
     cells = {(answer.alpha, answer.target): answer for answer in found}

@@ -7,6 +7,7 @@ import pandas as pd
 from phongbench.analysis.mesh_edges import PAIRS, in_words, reaches
 from phongbench.analysis.rows import Rows
 from phongbench.formulas.lambda_forms import LAMBDA_FORMS
+from phongbench.results.records import Records
 from phongbench_reports.figures.meshes import LOOKS
 from phongbench_reports.table import Absent, Table
 from phongbench_reports.text import alpha_is, gamma_is, records, span
@@ -17,16 +18,16 @@ WAYS = {"classic": "classic R", "lengthwise": "lengthwise R", "half": "(N,\u00a0
 
 def mesh_edges(study: Rows) -> Table | Absent:
     """A row per exponent, a column per way to make the pair and lambda form: the widest edge within one code."""
-    data = reaches(study.lyon_meshes)
-    if data.empty:
+    found = reaches(Records.of(study.lyon_meshes))
+    if not found:
         return Absent("The run holds no lyon rows on interpolated normals.", "Run with --probe meshes.")
+    data = pd.DataFrame(found)
     forms = [form for form in LAMBDA_FORMS if (data["lambda_form"] == form).any()]
     columns = [
         way for way in product(PAIRS, forms) if ((data["pair"] == way[0]) & (data["lambda_form"] == way[1])).any()
     ]
     edges = {
-        (row["alpha"], row["pair"], row["lambda_form"]): in_words(row["degrees"], row["relation"])
-        for row in records(data)
+        (row["alpha"], row["pair"], row["lambda_form"]): in_words(row["degrees"], row["relation"]) for row in found
     }
     rows = tuple(
         (f"{alpha:g}", *(edges.get((alpha, *way), "–") for way in columns)) for alpha in sorted(data["alpha"].unique())

@@ -4,11 +4,13 @@ from typing import Any
 
 import pandas as pd
 
-from phongbench.analysis.choice import Choice, Row
+from phongbench.analysis.choice import Choice
 from phongbench.analysis.error_budget import Budget
 from phongbench.analysis.raw_vectors import USUAL, cheapest, configurations, in_words, steps
 from phongbench.analysis.rows import Rows, nearest
-from phongbench.results.runs import with_raw
+from phongbench.formulas.recipes import RECIPES
+from phongbench.results.frames import with_raw
+from phongbench.results.records import Records, Row
 from phongbench_reports.figures.speed import SETS
 from phongbench_reports.table import Absent, Table
 from phongbench_reports.tables.by_target import ALPHAS
@@ -21,14 +23,13 @@ def raw_verdict(study: Rows, precision: str, budget: float, name: str) -> Table 
     budget  largest absolute error allowed
     name    the budget in words, "1/255"
     """
-    accuracy, timing = with_raw(study.raw("accuracy")), with_raw(study.raw("timing"))
-    mine = configurations(accuracy, precision)
-    timed = timing[(timing["recipe"] != "pair") & (timing["precision"] == precision)]
-    if mine.empty or timed.empty:
+    accuracy, timing = (Records.of(with_raw(study.raw(name))) for name in ("accuracy", "timing"))
+    mine, timed = configurations(accuracy, precision), timing.at(precision=precision, recipe=tuple(RECIPES))
+    if not (mine and timed):
         return Absent(f"No recipe from N, L and V was measured and timed in {precision}.", "Run the quick preset.")
     answers = {
         alpha: cheapest(mine, timing, Budget.of(alpha, budget, precision=precision, working_set="l1"), study.name)
-        for alpha in sorted({nearest([float(a) for a in mine["alpha"].unique()], wanted) for wanted in ALPHAS})
+        for alpha in sorted({nearest(mine.distinct("alpha"), wanted) for wanted in ALPHAS})
     }
     rows = tuple(_row(alpha, *answer, withheld=bool(study.twin_differs)) for alpha, answer in answers.items())
     data = pd.DataFrame([_data(alpha, *answer) for alpha, answer in answers.items()])

@@ -9,7 +9,7 @@ import pandas as pd
 from phongbench.analysis.choice import Choice
 from phongbench.analysis.promises import DOMAIN
 from phongbench.analysis.rows import Rows, at
-from phongbench.results.runs import strongest
+from phongbench.results.frames import strongest
 from phongbench.results.schema import CELL
 from phongbench_reports.figures.speed import SETS
 from phongbench_reports.names import title
@@ -66,7 +66,7 @@ def verdict(study: Rows, precision: str, budget: float, name: str) -> Table | Ab
     candidates = at(study.highlight, space="reflect", precision=precision)
     rows, data = [], []
     for alpha in sorted(candidates["alpha"].unique()):
-        choice = study.choice(float(alpha), precision, budget)
+        choice = study.choices.choice(float(alpha), precision, budget)
         best = choice.best
         gain, ends = _gain(best, withheld=withheld)
         bound, ns = (None, None) if best is None else (float(best["bound"]), float(best["ns"]))

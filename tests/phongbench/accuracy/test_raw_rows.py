@@ -9,7 +9,7 @@ import pytest
 from phongbench.accuracy import sweep, tables
 from phongbench.accuracy.sweep import exact_values
 from phongbench.inputs.plan import preset
-from phongbench.results.runs import as_given
+from phongbench.results.frames import as_given
 
 EPS = {"float16": 2.0**-10, "float32": 2.0**-23}
 FORMULAS = (

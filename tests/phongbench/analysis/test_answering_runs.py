@@ -9,6 +9,7 @@ from phongbench.analysis.front import points
 from phongbench.analysis.recommend import recommend
 from phongbench.errors import CorruptRunError, InputError
 from phongbench.results.answering import run_for
+from phongbench.results.records import Records
 from phongbench.results.runs import Run
 
 Stored = Callable[..., Run]
@@ -18,7 +19,7 @@ def test_a_run_that_told_its_twin_apart_makes_no_claim(stored: Stored, monkeypat
     run = stored()
     timing = run.timing.copy()
     timing.loc[timing["approximation"] == "aa-twin", "verdict"] = "slower"
-    monkeypatch.setitem(run.__dict__, "timing", timing)
+    monkeypatch.setitem(run._records, "timing", Records.of(timing))
     assert any("identical code" in n for n in recommend(run, alpha=50, max_error=0.05)["notes"])
 
 

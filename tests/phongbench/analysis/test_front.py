@@ -9,9 +9,11 @@ import pandas as pd
 import pytest
 
 from phongbench.analysis.choice import choose
-from phongbench.analysis.front import COLUMNS, front, fronts, records, states, worst_of
+from phongbench.analysis.choices import Choices
+from phongbench.analysis.front import COLUMNS, framed, front, records, states, worst_of
 from phongbench.analysis.kernel_times import multiplications
 from phongbench.errors import InputError
+from phongbench.results.records import Records
 from phongbench.results.schema import CELL, INPUT, RAW
 
 ACCURACY = {
@@ -70,6 +72,11 @@ def timing() -> pd.DataFrame:
     )
 
 
+def fronted(accuracy: pd.DataFrame, timing: pd.DataFrame, **asked: Any) -> pd.DataFrame:
+    """The front as a table."""
+    return framed(front(Records.of(accuracy), Records.of(timing), **asked))
+
+
 def state_of(cells: pd.DataFrame) -> dict[tuple[str, int, str], str]:
     return {
         (row.approximation, 0 if pd.isna(row.gamma) else int(row.gamma), row.beta_policy): row.state
@@ -78,7 +85,7 @@ def state_of(cells: pd.DataFrame) -> dict[tuple[str, int, str], str]:
 
 
 def test_a_cell_is_off_only_where_a_rival_is_certainly_faster(accuracy: pd.DataFrame, timing: pd.DataFrame) -> None:
-    cells = front(accuracy, timing, alpha=50)
+    cells = fronted(accuracy, timing, alpha=50)
     assert list(cells.columns) == COLUMNS
     assert state_of(cells) == {
         ("lyon", 4, "taylor"): "off",  # the same kernel with minimax slope errs less
@@ -102,8 +109,8 @@ def test_equal_errors_with_overlapping_times_leave_both_unresolved() -> None:
 def test_the_cheapest_cell_within_the_budget_names_its_rival_and_the_miss(
     accuracy: pd.DataFrame, timing: pd.DataFrame
 ) -> None:
-    cells = front(accuracy, timing, alpha=50)
-    choice = choose(cells, 1 / 255)
+    cells = fronted(accuracy, timing, alpha=50)
+    choice = choose(records(cells), 1 / 255)
     assert choice.best is not None
     assert choice.runner_up is not None
     assert choice.nearest_miss is not None
@@ -112,11 +119,11 @@ def test_the_cheapest_cell_within_the_budget_names_its_rival_and_the_miss(
     assert not choice.resolved
     assert (choice.nearest_miss["approximation"], choice.nearest_miss["gamma"]) == ("lyon", 16)
 
-    wide = choose(cells, 0.05)
+    wide = choose(records(cells), 0.05)
     assert wide.best is not None
     assert (wide.best["gamma"], wide.best["beta_policy"], wide.resolved) == (4, "minimax", True)
 
-    none = choose(cells, 1e-6)
+    none = choose(records(cells), 1e-6)
     assert none.best is None
     assert none.nearest_miss is not None
     assert none.nearest_miss["gamma"] == 64
@@ -136,17 +143,17 @@ def test_unknown_names_list_the_known_ones(
     accuracy: pd.DataFrame, timing: pd.DataFrame, asked: dict[str, Any], known: str
 ) -> None:
     with pytest.raises(InputError, match=known):
-        front(accuracy, timing, **{"alpha": 50, **asked})
+        fronted(accuracy, timing, **{"alpha": 50, **asked})
 
 
 def test_a_run_without_timing_has_an_empty_front(accuracy: pd.DataFrame, timing: pd.DataFrame) -> None:
-    cells = front(accuracy, timing.iloc[:0], alpha=50)
+    cells = fronted(accuracy, timing.iloc[:0], alpha=50)
     assert cells.empty
-    assert choose(cells, 0.1).best is None
+    assert choose(records(cells), 0.1).best is None
 
 
 def test_other_metrics_rank_by_their_own_column(accuracy: pd.DataFrame, timing: pd.DataFrame) -> None:
-    cells = front(accuracy, timing, alpha=50, metric="rms")
+    cells = fronted(accuracy, timing, alpha=50, metric="rms")
     assert cells["error"].max() == pytest.approx(0.2 / 3)
 
 
@@ -160,12 +167,15 @@ def test_an_integer_power_is_timed_by_one_that_multiplies_at_least_as_often(timi
         {**own, "approximation": "integer-power-64", "ratio": 0.3},
     )
     both = pd.concat([timing, timed], ignore_index=True)
-    found = {alpha: front(accuracy, both, alpha=alpha)["ratio"].tolist() for alpha in alphas}
+    found = {alpha: fronted(accuracy, both, alpha=alpha)["ratio"].tolist() for alpha in alphas}
     # 10 takes 4 multiplications, 64 takes 6, 50 and 128 take 7, 200 takes 9; a fractional one has none
     assert found == {10.0: [0.3], 50.0: [0.4], 64.0: [0.3], 128.0: [0.4], 200.0: [], 10.5: []}
     assert [multiplications(exponent) for exponent in (1, 2, 3, 10, 64, 50, 1000)] == [0, 1, 2, 4, 6, 7, 14]
-    together = fronts(accuracy, both)
-    assert {alpha: cells["ratio"].tolist() for alpha, cells in together.items()} == found
+
+
+def test_an_empty_front_has_the_types_of_a_full_one(accuracy: pd.DataFrame, timing: pd.DataFrame) -> None:
+    full, empty = fronted(accuracy, timing, alpha=50), fronted(accuracy, timing.iloc[:0], alpha=50)
+    assert empty.dtypes.to_dict() == full.dtypes.to_dict()
 
 
 def test_fronts_made_together_are_those_made_alone(accuracy: pd.DataFrame, timing: pd.DataFrame) -> None:
@@ -173,13 +183,15 @@ def test_fronts_made_together_are_those_made_alone(accuracy: pd.DataFrame, timin
     lyon = accuracy["approximation"] == "lyon"
     other = accuracy.assign(alpha=200.0, max_abs=accuracy["max_abs"] * np.where(lyon, 3.0, 0.1))
     untimed = accuracy[accuracy["approximation"] == "untimed"].assign(alpha=10.0)
-    swept = pd.concat([other, accuracy.iloc[::-1], untimed], ignore_index=True)
-    together = fronts(swept, timing)
-    assert list(together) == [10.0, 50.0, 200.0]
-    for alpha, cells in together.items():
-        pd.testing.assert_frame_equal(cells, front(swept, timing, alpha=alpha))
-    assert together[10.0].empty
-    assert state_of(together[50.0]) != state_of(together[200.0])
+    swept = pd.concat([accuracy.iloc[::-1], other, untimed], ignore_index=True)
+    together = Choices(Records.of(swept), Records.of(timing), Records.none("costs"))
+    assert together.alphas == [10.0, 50.0, 200.0]
+    fronts = {alpha: framed(together.front(alpha, "float32")) for alpha in together.alphas}
+    for alpha, cells in fronts.items():
+        alone = swept[swept["alpha"] == alpha].sample(frac=1.0, random_state=3)
+        pd.testing.assert_frame_equal(cells, fronted(alone, timing.iloc[::-1], alpha=alpha))
+    assert fronts[10.0].empty
+    assert state_of(fronts[50.0]) != state_of(fronts[200.0])
 
 
 def test_records_hold_pythons_own_values_and_none_for_what_is_missing() -> None:
@@ -204,6 +216,6 @@ def test_of_several_inputs_the_worst_counts_and_a_cell_that_lacks_one_is_left_ou
     def row(cell: str, given: str, error: float) -> dict[str, object]:
         return {**dict.fromkeys([*CELL, *INPUT], "same"), CELL[0]: cell, INPUT[0]: given, "error": error}
 
-    rows = pd.DataFrame([row("a", "one", 2.0), row("a", "other", 1.0), row("b", "one", 3.0)])
-    assert worst_of(rows)[[CELL[0], "error"]].to_numpy().tolist() == [["a", 2.0]]
-    assert worst_of(rows[rows[INPUT[0]] == "one"])["error"].tolist() == [2.0, 3.0]
+    rows = [row("a", "one", 2.0), row("a", "other", 1.0), row("b", "one", 3.0)]
+    assert [(one[CELL[0]], one["error"]) for one in worst_of(rows)] == [("a", 2.0)]
+    assert [one["error"] for one in worst_of(one for one in rows if one[INPUT[0]] == "one")] == [2.0, 3.0]

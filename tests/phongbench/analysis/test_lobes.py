@@ -3,6 +3,7 @@
 import pandas as pd
 
 from phongbench.analysis.lobes import beside_phong
+from phongbench.results.records import Records
 from phongbench.results.schema import TABLES
 
 
@@ -29,11 +30,11 @@ def rows() -> pd.DataFrame:
 
 
 def test_each_formula_and_pair_has_its_first_row_at_the_usual_exponent_and_gamma() -> None:
-    found = beside_phong(rows())
+    found = beside_phong(Records.of(rows()))
     assert [one["name"] for one in found] == ["phong", "lyon:dot:16", "lyon:dot:16@half", "blinn"]
     assert {one["alpha"] for one in found} == {64.0}
     assert found[1] == {"name": "lyon:dot:16", "alpha": 64.0, "light": 0.9, "momentum": 1.9, "half width": 2.9}
 
 
 def test_without_the_table_there_are_no_rows() -> None:
-    assert beside_phong(TABLES["moments"].frame()) == []
+    assert beside_phong(Records.none("moments")) == []

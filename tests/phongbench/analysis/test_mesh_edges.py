@@ -5,6 +5,7 @@ import pandas as pd
 import pytest
 
 from phongbench.analysis.mesh_edges import CODE, in_words, reaches, widest_edge
+from phongbench.results.records import Records
 
 
 def test_a_crossing_lies_on_the_power_law_between_two_edges():
@@ -42,8 +43,8 @@ def test_reaches_are_read_from_raw_lyon_rows_at_the_gamma_nearest_to_8():
     others = [{"normals": "renormalised"}, {"truth": "surface"}, {"approximation": "gaussian"}, {"gamma": 64}]
     rows = [usual, usual | {"edge_degrees": 100.0, "length_max": 10 * CODE}]
     rows += [usual | other | {"length_max": 99.0} for other in others]
-    found = reaches(pd.DataFrame(rows)).to_dict("records")
+    found = reaches(Records.of(pd.DataFrame(rows)))
     assert len(found) == 1
     assert found[0]["degrees"] == pytest.approx(10.0)
     assert found[0]["gamma"] == 16
-    assert reaches(pd.DataFrame(rows[2:3])).empty
+    assert reaches(Records.of(pd.DataFrame(rows[2:3]))) == []

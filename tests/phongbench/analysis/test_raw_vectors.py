@@ -81,7 +81,7 @@ def test_a_mesh_angle_is_the_shortest_normal_on_an_edge(run):
 
 
 def test_steps_are_differences_of_times(run):
-    (once,) = [step for step in steps(run.timing) if step["step"] == "one root"]
+    (once,) = [step for step in steps(run.records("timing")) if step["step"] == "one root"]
     assert once["share"] == pytest.approx(0.8)
     assert once["ns"] == pytest.approx(0.4)
     assert once["share_low"] < once["share"] < once["share_high"]

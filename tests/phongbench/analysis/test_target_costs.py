@@ -14,15 +14,16 @@ from click.testing import CliRunner
 from phongbench.accuracy.enclosures.bounds import NotEnclosedError
 from phongbench.analysis import promises
 from phongbench.analysis.by_target import alike, answers
+from phongbench.analysis.choices import Choices
 from phongbench.analysis.front import points
 from phongbench.analysis.recommend import elsewhere, recommend
-from phongbench.analysis.rows import Rows
 from phongbench.analysis.target_costs import Price, checked, prices, table_of
 from phongbench.cli import answer_tables
 from phongbench.cli.main import main
 from phongbench.errors import InputError, UnknownNameError
 from phongbench.formulas.formula import Formula
 from phongbench.inputs.plan import Plan
+from phongbench.results.records import Records
 from phongbench.results.runs import Run
 from phongbench.results.schema import TABLES
 from phongbench.targets.chips import TARGETS
@@ -161,7 +162,7 @@ def test_the_command_takes_several_targets(run: Run, tmp_path: Path, monkeypatch
 
 
 def test_answers_beside_one_another_are_those_of_recommend(run: Run) -> None:
-    found = answers(Rows(run), list(TARGETS), [50.0], 0.01)
+    found = answers(Choices.of(run), list(TARGETS), [50.0], 0.01)
     assert [answer.target for answer in found] == list(TARGETS)
     for answer in found:
         best = recommend(run, **QUESTION, target=answer.target)["choices"][0]
@@ -174,7 +175,9 @@ def test_answers_beside_one_another_are_those_of_recommend(run: Run) -> None:
 
 
 def test_nothing_within_a_budget_is_said_for_each_target(run: Run) -> None:
-    assert all(a.row is None and a.as_dict()["name"] is None for a in answers(Rows(run), ["rdna2"], [50.0], 1e-12))
+    assert all(
+        a.row is None and a.as_dict()["name"] is None for a in answers(Choices.of(run), ["rdna2"], [50.0], 1e-12)
+    )
 
 
 def test_own_formulas_have_the_price_that_was_compiled_with_their_run(stored: Stored, rows: pd.DataFrame) -> None:
@@ -185,7 +188,7 @@ def test_own_formulas_have_the_price_that_was_compiled_with_their_run(stored: St
     named |= {"recipe": "pair", "normalise": "none", "precision": "float32", "alpha": 50.0, "context": 0, "reads": 0}
     cost = {"cost": 1.5, "ratio": 0.25, "ratio_low": 0.25, "ratio_high": 0.25, "bound_by": "special"}
     costs = TABLES["costs"].frame([{"target": "rdna2", "cost_kind": "compiled", **named, **cost}])
-    run.__dict__["costs"] = costs
+    run.__dict__["_records"] = {"costs": Records.of(costs)}
     mine = [p for p in points(run, alpha=50, target="rdna2")["points"] if p["approximation"] == "own"]
     assert [(p["name"], p["cost"], p["ratio"], p["bound_by"]) for p in mine] == [
         ("own:dot:minimax", 1.5, 0.25, "special")

@@ -7,8 +7,8 @@ from typing import Any
 import pandas as pd
 import pytest
 
+from phongbench.analysis.choices import Choices
 from phongbench.analysis.recommend import recommend
-from phongbench.analysis.rows import Rows
 from phongbench.analysis.verdict import verdict
 from phongbench.results.runs import Run
 
@@ -18,7 +18,7 @@ Stored = Callable[..., Run]
 
 def test_every_exponent_is_in_one_group_and_has_the_answer_of_recommend(stored: Stored) -> None:
     run = stored(RUN)
-    found = verdict(Rows(run), 0.02)
+    found = verdict(Choices.of(run), 0.02)
     alphas = [alpha for group in found["groups"] for alpha in group["alphas"]]
     assert alphas == sorted(run.plan.alphas)
     for group in found["groups"]:
@@ -39,7 +39,7 @@ def barely(row: Any) -> float:
 
 def test_a_formula_that_is_not_surely_faster_is_no_gain_over_exact_phong(stored: Stored) -> None:
     run = stored(RUN, ratio=barely)
-    (*_, last) = verdict(Rows(run), 0.02)["groups"]
+    (*_, last) = verdict(Choices.of(run), 0.02)["groups"]
     assert (last["gain"], last["exact"]) == (False, True)
     answer = recommend(run, alpha=50, max_error=0.02)
     assert answer["verdict"] == "no measurable gain: ship exact Phong"
@@ -64,12 +64,12 @@ def test_of_tied_times_the_more_accurate_formula_is_named_and_the_other_beside_i
     assert best["max_abs"] < other["max_abs"]
     assert best["ratio"] <= other["ratio_high"]
     assert answer["verdict"] == f"{best['name']} and {other['name']} are tied in time: the first errs less"
-    (group,) = [one for one in verdict(Rows(run), 0.2)["groups"] if 10.0 in one["alphas"]]
+    (group,) = [one for one in verdict(Choices.of(run), 0.2)["groups"] if 10.0 in one["alphas"]]
     assert (group["name"], group["tied"]) == (best["name"], other["name"])
 
 
 def test_without_times_the_least_sampled_errors_are_told(stored: Stored, small_rows: pd.DataFrame) -> None:
-    found = verdict(Rows(stored(RUN, timed=False)))
+    found = verdict(Choices.of(stored(RUN, timed=False)))
     assert not found["timed"]
     rows = small_rows[(small_rows["stratum"] == "highlight") & small_rows["gated"] & (small_rows["alpha"] == 50.0)]
     rows = rows[(rows["precision"] == "float32") & (rows["approximation"] != "phong") & (rows["space"] == "reflect")]
@@ -81,7 +81,7 @@ def test_without_times_the_least_sampled_errors_are_told(stored: Stored, small_r
 @pytest.mark.parametrize("precision", ["float32", "float16"])
 def test_it_is_told_for_the_precision_of_the_run(stored: Stored, small_rows: pd.DataFrame, precision: str) -> None:
     rows = small_rows[small_rows["precision"].isin([precision, "exact"])]
-    found = verdict(Rows(stored(RUN, accuracy=rows)), 0.1)
+    found = verdict(Choices.of(stored(RUN, accuracy=rows)), 0.1)
     assert (found["precision"], found["timed_precision"], found["timed"]) == (precision, "float32", True)
 
 

@@ -10,7 +10,7 @@ from phongbench.cli.study_answers import summary
 
 @pytest.mark.parametrize("finished", [False, True])
 def test_a_study_says_what_it_took_or_that_nothing_was_left(capsys: pytest.CaptureFixture[str], finished: bool) -> None:
-    run = SimpleNamespace(accuracy=(), path=Path("mine"))
+    run = SimpleNamespace(records=lambda name: (), path=Path("mine"))
     seconds = {"accuracy": 3.0, "compiling": 1.0, "probes": 1.0, "total": 4.0}
     work = {"evaluations": 4e9, "cells": 12, "seconds": seconds}
     summary(SimpleNamespace(run=run, finished_before=finished, report=None, **work))

@@ -9,6 +9,7 @@ import pytest
 from phongbench.errors import CorruptRunError, InputError, LockedError, StorageError
 from phongbench.inputs.plan import preset
 from phongbench.results import runs, schema
+from phongbench.results.frames import strongest
 from phongbench.results.run_lock import locked
 from phongbench.support import atomic_files
 
@@ -262,6 +263,6 @@ def test_the_strongest_coverage_speaks_for_a_cell():
         {"approximation": ["lyon"] * 4, "alpha": [10.0, 10.0, 10.0, 20.0], "max_abs": [0.3, 0.2, 0.1, 0.4]}
         | {"coverage": ["exhaustive", "sampled", "searched", "sampled"]}
     )
-    assert list(runs.strongest(rows)["max_abs"]) == [0.3, 0.4]
-    assert list(runs.strongest(rows.iloc[1:])["max_abs"]) == [0.1, 0.4]
-    pd.testing.assert_frame_equal(runs.strongest(rows[["alpha"]]), rows[["alpha"]])
+    assert list(strongest(rows)["max_abs"]) == [0.3, 0.4]
+    assert list(strongest(rows.iloc[1:])["max_abs"]) == [0.1, 0.4]
+    pd.testing.assert_frame_equal(strongest(rows[["alpha"]]), rows[["alpha"]])

@@ -2,6 +2,7 @@
 
 import os
 import tempfile
+from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -12,10 +13,11 @@ import pytest
 
 from phongbench.compiler import jit
 from phongbench.compiler.lowering import FLOAT32
-from phongbench.errors import InputError, LockedError, UnknownNameError
+from phongbench.errors import BudgetError, InputError, LockedError, UnknownNameError
 from phongbench.results.schema import TIMING
 from phongbench.support.process import cores
 from phongbench.timing import blocks, budget, rounds, skip_kernels, timed_kernels
+from phongbench.timing.interference import Witness
 from phongbench.timing.machine_lock import LOCK_NAME, machine_lock
 from phongbench.timing.measure import Timing, measure
 from phongbench.timing.statistics import MIN_ROUNDS
@@ -136,7 +138,49 @@ def test_progress_only_grows(real: Any) -> None:
 def test_epochs_are_long_enough(real: Any) -> None:
     rows = real[0].rows
     epoch = rows["ns_median"] * rows["elements"] * rows["repeats"]
-    assert (epoch[~rows["approximation"].isin(["copy", "triad"])] > 0.2 * rounds.EPOCH_NS).all()
+    assert (epoch > 0.2 * rounds.EPOCH_NS).all()
+
+
+@compiled_only
+def test_epochs_of_fast_and_slow_kernels_are_equally_long_and_read_as_passes(monkeypatch: pytest.MonkeyPatch) -> None:
+    passes = {"phong": 400.0, "aa-twin": 399.0, "phong-libm": 6400.0, "dot": 30.0}
+    kernels = [kernel for kernel in timed_kernels.companions(FLOAT32) if kernel.name in passes]
+    kernels.append(replace(kernels[0], threads=2))  # what is told of two threads is half of what passes
+    expected = [*(passes[kernel.name] for kernel in kernels[:-1]), 200.0]
+    block = blocks.Block("l1", FLOAT32, kernels, 4096, 1)
+    assert block.verify() == []
+    epochs: list[float] = []
+
+    def clock(block: blocks.Block, index: int, repeats: int) -> float:
+        epochs.append(expected[index] * repeats * block.kernels[index].threads)
+        return expected[index] * repeats
+
+    monkeypatch.setattr(blocks.Block, "nanoseconds", clock)
+    block.calibrate(20.0)
+    assert block.pass_ns.tolist() == expected
+    epochs.clear()
+    with closing(Witness()) as witness:
+        readings = [block.epoch(witness, index).nanoseconds for index in range(len(kernels))]
+    block.close()
+    assert readings == expected
+    assert all(rounds.EPOCH_NS <= epoch < 1.1 * rounds.EPOCH_NS for epoch in epochs)
+
+
+@compiled_only
+def test_where_a_budget_gives_way_what_was_calibrated_stays(monkeypatch: pytest.MonkeyPatch) -> None:
+    calibrate, calibrated = blocks.Block.calibrate, []
+    monkeypatch.setattr(blocks.Block, "calibrate", lambda b, step: (calibrated.append(b), calibrate(b, step)))
+    short: list[BudgetError] = []
+
+    def enough(refusal: BudgetError) -> float:
+        short.append(refusal)
+        return 2 * refusal.needed
+
+    rows = measure([LYON], budget_seconds=0.001, working_sets=["l1"], on_short=enough).rows
+    assert (rows["rounds"] >= MIN_ROUNDS).all()
+    assert (len(calibrated), len(short)) == (1, 1)
+    with pytest.raises(BudgetError, match=r"0\.002 s are too short"):
+        measure([LYON], budget_seconds=0.001, working_sets=["l1"], on_short=lambda refusal: 0.002)
 
 
 # several threads, skipping, further rounds

@@ -3,12 +3,13 @@
 import json
 import tempfile
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from phongbench.compiler import jit
 from phongbench.compiler.lowering import FLOAT32
-from phongbench.errors import InputError, MeasurementError
+from phongbench.errors import BudgetError, InputError, MeasurementError
 from phongbench.formulas.registry import REGISTRY
 from phongbench.formulas.user_files import load_file, registry_with
 from phongbench.inputs.plan import PRESETS, preset
@@ -95,6 +96,26 @@ def test_a_squared_cosine_of_a_users_own_goes_along_by_its_file(tmp_path: Path) 
 def test_a_budget_too_small_for_each_process_says_what_each_needs() -> None:
     with pytest.raises(InputError, match=r"0\.001 s are too short to time"):
         measure_in_processes([LYON], processes=2, budget_seconds=0.002, working_sets=["l1"])
+
+
+@compiled_only
+def test_where_a_share_is_too_short_the_process_starts_again_with_more_and_the_finished_ones_stay(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    asked: list[float] = []
+
+    def child(task: dict[str, Any]) -> Timing:
+        asked.append(task["options"]["budget_seconds"])
+        if len(asked) == 2:
+            raise BudgetError("too short", 3.0)
+        return Timing(TIMING.frame([]), [], [f"note {len(asked)}"])
+
+    monkeypatch.setattr(processes, "_in_a_process", child)
+    monkeypatch.setattr(processes.table, "merged", lambda frames: frames)
+    found = measure_in_processes([LYON], processes=4, budget_seconds=4.0, on_short=lambda short: 2 * short.needed)
+    assert asked == [1.0, 1.0, 6.0, 6.0, 6.0]  # each needs 3, so all need 12, and are given 24
+    assert found.notes == ["note 1", "note 3", "note 4", "note 5"]
+    assert len(found.rows) == 4
 
 
 @compiled_only

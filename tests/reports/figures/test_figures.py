@@ -17,9 +17,10 @@ import pytest
 from matplotlib.figure import Figure
 
 import phongbench_reports
-from phongbench.analysis.front import front
+from phongbench.analysis.front import framed, front
 from phongbench.analysis.rows import Rows, at
 from phongbench.formulas import error_laws
+from phongbench.results.records import Records
 from phongbench_reports import figures, plots, ticks
 from phongbench_reports.drawing import csv_of
 from phongbench_reports.figures import FIGURES, spheres
@@ -249,9 +250,9 @@ def _pixels(figure: Figure) -> Any:
 
 def test_a_front_is_made_once_and_is_that_of_the_rows(study: Rows) -> None:
     found = study.front(study.alpha, study.precision)
-    rows = at(study.highlight, space="reflect", precision=study.precision)
-    wanted = front(rows, study.timing, alpha=study.alpha, precision=study.precision, working_set=study.working_set)
-    pd.testing.assert_frame_equal(found, wanted)
+    errors, times = Records.of(at(study.highlight, space="reflect")), Records.of(study.timing)
+    wanted = front(errors, times, alpha=study.alpha, precision=study.precision, working_set=study.working_set)
+    pd.testing.assert_frame_equal(found, framed(wanted))
     assert study.front(study.alpha, study.precision) is found
 
 

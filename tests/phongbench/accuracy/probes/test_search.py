@@ -12,7 +12,7 @@ from phongbench.accuracy.probes.probe import ProbeContext
 from phongbench.accuracy.probes.search_cells import LONGEST, NOT_UNIT, key_of, stored
 from phongbench.compiler.lowering import precision_named
 from phongbench.inputs.plan import preset
-from phongbench.results.runs import as_given
+from phongbench.results.frames import as_given
 from phongbench.results.schema import ACCURACY, WORST
 
 CELL = ["approximation", "lambda_form", "space", "beta_policy", "alpha", "gamma", "precision"]

@@ -9,8 +9,9 @@ import pytest
 from phongbench.accuracy import sweep
 from phongbench.accuracy.probes import smoothness
 from phongbench.accuracy.probes.probe import ProbeContext
-from phongbench.compiler.lowering import FLOAT16, FLOAT32, precision_named
+from phongbench.compiler.lowering import FLOAT16, FLOAT32, FLOAT64, precision_named
 from phongbench.formulas.formula import Formula
+from phongbench.formulas.kernel import Kernel
 from phongbench.inputs.plan import Cell, preset
 from phongbench.results.schema import SMOOTHNESS
 
@@ -111,7 +112,8 @@ def test_what_never_ends_has_no_edge():
     cell = Cell(Formula("gaussian", "difference", slope="taylor"), 50.0, "float32", gated=False)
     from phongbench.formulas.registry import REGISTRY
 
-    assert all(math.isnan(x) for x in smoothness.kink(REGISTRY["gaussian"], cell))
+    kernel = Kernel.of(REGISTRY["gaussian"], cell.setting, FLOAT64)
+    assert all(math.isnan(x) for x in smoothness.kink(REGISTRY["gaussian"], cell, kernel))
 
 
 def test_lobes_in_float64_fall_from_their_peak(rows):

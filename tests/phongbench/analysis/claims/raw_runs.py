@@ -4,6 +4,7 @@ from pathlib import Path
 from typing import ClassVar
 
 from phongbench.formulas.formula import Formula
+from phongbench.results.records import Records
 from phongbench.results.schema import ACCURACY, TIMING
 
 ALPHA = 50.0
@@ -39,3 +40,7 @@ class MadeUp:
             name: 0.0 if kind == "float64" else 0 for name, kind in TIMING.types.items() if kind in ("float64", "int64")
         }
         self.timing = TIMING.frame([empty | {"verdict": ""} | row for row in [*(t for _, t in both), *pairs]])
+
+    def records(self, name):
+        """As of a stored run."""
+        return Records.of(getattr(self, name))
