@@ -83,7 +83,8 @@ def merge_ticks(figure: Figure) -> None:
 
     To matplotlib each tick is five artists, and a figure of nine log-log panels has a thousand: a second to draw.
     """
-    ticked: list[Any] = [axis for axes in figure.axes if axes.axison for axis in (axes.xaxis, axes.yaxis)]
+    every = (axis for axes in figure.axes if axes.axison for axis in (axes.xaxis, axes.yaxis))
+    ticked: list[Any] = [axis for axis in every if not isinstance(axis.get_major_locator(), NullLocator)]
     places = [(_inside(axis, axis.get_majorticklocs()), _inside(axis, axis.get_minorticklocs())) for axis in ticked]
     labels = [
         axis.major.formatter.format_ticks(major.tolist()) for axis, (major, _) in zip(ticked, places, strict=True)
