@@ -19,6 +19,7 @@ from phongbench.accuracy.coordinates import Layout
 from phongbench.compiler.lowering import FLOAT64, Precision, precision_named
 from phongbench.compiler.precisions import Array
 from phongbench.formulas.kernel import Kernel, known_values, table_row
+from phongbench.formulas.recipes import PAIR
 from phongbench.formulas.registry import REGISTRY
 from phongbench.formulas.spec import Approximation
 from phongbench.inputs.plan import Cell, Plan
@@ -117,14 +118,22 @@ def compile_kernels(sweep: Sweep, progress: Callable[[int, int], None] | None = 
     return len(loops)
 
 
-def compile_drivers(sweep: Sweep) -> None:
-    """Compile, or load from the cache, what surrounds the kernels: a block without cells touches all of it."""
-    plain = [b for b in sweep.batches if b.stratum.name != "hostile" and not b.raw]
-    for carrier in {b.precision.carrier: b for b in plain}.values():
-        for space in ("reflect", "half"):
-            _block(sweep, replace(carrier, cells=(), samples=1, space=space), 0)
-    for batch in {(b.precision, b.recipe, b.normalise): b for b in sweep.batches if b.raw}.values():
+def compile_layouts(sweep: Sweep) -> None:
+    """Compile, or load from the cache, the loops of coordinates and truths that lay the batches' pairs out."""
+    kinds = {(b.precision, b.recipe, b.normalise, b.half_space_truth, b.truths): b for b in sweep.batches}
+    for batch in kinds.values():
         Layout(batch, (), 1)
+
+
+def compile_drivers(sweep: Sweep) -> None:
+    """Compile, or load from the cache, what surrounds the kernels: blocks without cells touch all of it.
+
+    Of each kind of pairs one, of formulas for unit vectors where these see it: what lays out other ones is no driver.
+    """
+    told = sorted((b for b in sweep.batches if b.stratum.name != "hostile"), key=lambda b: not b.raw)
+    kinds = {(b.stratum.name, b.precision.carrier, b.recipe == PAIR, b.space): b for b in told}
+    for batch in kinds.values():
+        _block(sweep, replace(batch, cells=(), samples=1), 0)
 
 
 def run(

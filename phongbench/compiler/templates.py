@@ -146,6 +146,7 @@ def _template(loop: Body, cells: list[Any], signature: Any, compiler: Any) -> _T
     empty = FunctionType(loop.__code__, loop.__globals__, loop.__name__, loop.__defaults__, held)
     empty.__module__, empty.__qualname__ = loop.__module__, loop.__qualname__
     alone = type(compiler)(empty, compiler.targetdescr, compiler.targetoptions, {}, compiler.pipeline_class)
-    result = alone.compile(signature.args, signature.return_type)
+    # what numba wrote down for people is the same for all, and costs as much for each loop as its bodies
+    result = alone.compile(signature.args, signature.return_type)._replace(type_annotation="")
     text = str(result.library._final_module)  # noqa: SLF001
     return _Template(empty, result, tuple(stand_ins.values()), text.encode())

@@ -201,6 +201,7 @@ class _Study:
         self.progress.stage("compiling", 1.0)
         with _clocked(seconds, "compiling"):
             sweep.compile_kernels(self.sweep, self.progress.share)
+            sweep.compile_layouts(self.sweep)
         done = {int(index) for frame in parts for index in frame["batch"].unique()}
         self.progress.stage("accuracy", float(self.sweep.evaluations))
         self.progress.advance(float(sum(b.evaluations for b in self.sweep.batches if b.index in done)))
