@@ -85,7 +85,6 @@ def only_figures() -> Callable[..., AbstractContextManager[None]]:
         chosen = tuple(entry for entry in drawing.FIGURES if entry.name in (names or ("front", "speed")))
         with pytest.MonkeyPatch.context() as patch:
             patch.setattr(drawing, "FIGURES", chosen)
-            patch.setattr(drawing, "LONG", ())
             yield
 
     return only

@@ -1,6 +1,6 @@
 """Batches: which cells of a plan see the same pairs, and which strata each cell is measured in."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -74,16 +74,15 @@ class Batch:
 def batches(plan: Plan, cells: Sequence[Cell], registry: Mapping[str, Approximation]) -> list[Batch]:
     """The batches of a plan's cells, in the order of its precisions and spaces, then by stratum and scale."""
     groups: dict[tuple[Any, ...], list[int]] = {}
+    places: dict[tuple[Any, ...], list[tuple[int, ...]]] = {}
     for position, cell in enumerate(cells):
-        for order, stratum in enumerate(STRATA):
-            if _sees(plan, cell, stratum):
-                scale = _scale(cell, stratum, registry[cell.approximation])
-                if scale is not None:
-                    f = cell.formula
-                    places = (plan.precisions.index(cell.precision), plan.spaces.index(f.space))
-                    recipe, way = (f.recipe, f.normalise) if not _made(f, stratum) else MADE_UNIT
-                    raw = (list(RECIPES).index(recipe) + 1 if recipe != PAIR else 0, _WAYS.index(way))
-                    groups.setdefault((*places, *raw, order, scale), []).append(position)
+        alike, spec = _alike(cell), registry[cell.approximation]
+        if alike not in places:
+            places[alike] = list(_places(plan, cell))
+        for place in places[alike]:
+            scale = _scale(cell, STRATA[place[-1]], spec)
+            if scale is not None:
+                groups.setdefault((*place, scale), []).append(position)
     return [
         Batch(
             index=index,
@@ -98,6 +97,22 @@ def batches(plan: Plan, cells: Sequence[Cell], registry: Mapping[str, Approximat
         )
         for index, key in enumerate(sorted(groups))
     ]
+
+
+def _alike(cell: Cell) -> tuple[Any, ...]:
+    """What decides where a cell is measured: few of them stand for all cells."""
+    f = cell.formula
+    return f.recipe, f.normalise, f.space, cell.precision, cell.gated
+
+
+def _places(plan: Plan, cell: Cell) -> Iterator[tuple[int, ...]]:
+    """Where batches of such cells stand in order: precision, space, recipe, way to remove lengths, stratum."""
+    f = cell.formula
+    for order, stratum in enumerate(STRATA):
+        if _sees(plan, cell, stratum):
+            recipe, way = MADE_UNIT if _made(f, stratum) else (f.recipe, f.normalise)
+            made = (PAIR, *RECIPES).index(recipe)
+            yield plan.precisions.index(cell.precision), plan.spaces.index(f.space), made, _WAYS.index(way), order
 
 
 _WAYS = tuple(NORMALISE)

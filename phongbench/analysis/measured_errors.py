@@ -6,7 +6,7 @@ of the true angle. They are lower bounds of what may happen: what a budget is co
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from phongbench.analysis import front, kernel_times
@@ -28,16 +28,15 @@ _ANY_LENGTHS = ("a", "both", "opposite")
 _FORMULA = [name for name in CELL if name != "precision"]
 
 
-def cells(run: Run, budget: Budget, notes: list[str]) -> list[Row]:
-    """The formulas that apply: rows as of `front.joined`, then samples, coverage and certified.
+def with_times(run: Run, known: Sequence[Row], budget: Budget, notes: list[str]) -> list[Row]:
+    """Those of the formulas of `errors` that were timed: rows as of `front.joined`, then samples, coverage, certified.
 
     notes   receives what to bear in mind
-    Raises InputError for what the run did not measure, naming the command that does.
+    Raises InputError for what the run did not time, naming the command that does.
     """
-    timing = kernel_times.timed(runs.intact(run))
-    worst = errors(run, budget, notes)
+    timing = kernel_times.timed(run)
     times = kernel_times.times_of(timing, working_set=budget.working_set, precision=budget.precision)
-    timed = front.joined(worst, kernel_times.times_at(times, budget.alpha.values))
+    timed = front.joined(known, kernel_times.times_at(times, budget.alpha.values))
     if not timed:
         fix = f"time it: phongbench run --precision {budget.precision}"
         raise InputError(f"no formula in {budget.precision} was timed in {budget.working_set}", run.id, fix)
@@ -48,7 +47,8 @@ def cells(run: Run, budget: Budget, notes: list[str]) -> list[Row]:
 def errors(run: Run, budget: Budget, notes: list[str]) -> list[Row]:
     """The formulas that apply, with their errors alone: rows of CELL, error, samples, coverage, bound and certified.
 
-    Arguments and errors as for `cells`.
+    notes   receives what to bear in mind
+    Raises InputError for what the run did not measure, naming the command that does.
     """
     accuracy = runs.intact(run).records("accuracy")
     return _worst(run, accuracy, _vouching(run, accuracy, budget, notes), budget, notes)

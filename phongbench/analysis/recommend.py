@@ -6,10 +6,9 @@ was measured is told beside it, and decides nothing.
 """
 
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
-from phongbench.analysis import inverse_errors, law_bounds, measured_errors, raw_vectors
+from phongbench.analysis import inverse_errors, kernel_times, law_bounds, measured_errors, raw_vectors
 from phongbench.analysis.by_target import cheapest
 from phongbench.analysis.choice import Choice, Judge, as_given, choose, promised, remembered
 from phongbench.analysis.choice_words import answered
@@ -17,12 +16,12 @@ from phongbench.analysis.error_budget import Budget, edge_words, length_error_of
 from phongbench.analysis.exponents import Exponents
 from phongbench.analysis.promises import DEVICES, UNIT_ON_DEVICES, domain
 from phongbench.analysis.target_costs import checked, own_prices, priced, prices, table_of, unit_of
-from phongbench.compiler.precisions import precision_named
+from phongbench.compiler.precisions import FLOAT32, precision_named
 from phongbench.errors import InputError, UnknownNameError
 from phongbench.formulas.formula import Formula
 from phongbench.formulas.user_files import installed
 from phongbench.results.records import Row
-from phongbench.results.runs import DEFAULT_ROOT, Run
+from phongbench.results.runs import DEFAULT_ROOT, Run, intact
 from phongbench.results.schema import BASELINE, CPU
 from phongbench.targets.chips import TARGETS
 from phongbench.targets.measured import Shelf
@@ -52,6 +51,7 @@ def recommend(
     contract: bool = False,
     inputs: str = VECTORS,
     root: Shelf = DEFAULT_ROOT,
+    others: bool = False,
 ) -> dict[str, Any]:
     """The cheapest formula within an error budget, the next cheapest, and the nearest miss, as plain data.
 
@@ -66,44 +66,48 @@ def recommend(
     raw                  True: choose among whole recipes from raw N, L and V, see `raw_vectors.recommend`
     mesh_angle           instead: degrees between the normals at the ends of an edge, see `length_error_of`
     inverse_error        how many degrees normals may be off that the formula gives back, see `inverse_errors`
-    contract             True: what is within is so on every device that keeps the accuracies of WGSL and Vulkan, of the
-                         emitted code; in float32 or float16
+    contract             True: within on every device that keeps the accuracies of WGSL and Vulkan
     inputs               vectors, or cosine: only formulas of R.V itself
     root                 the folder of the runs in which targets were added, or the measurement of the only one
+    others               True: `elsewhere`, too, the best choice on each compiled target where it is another formula
     returns              basis ("run" or "laws"), run, the budget, `choices` (best, then next; empty where nothing is
-                         within it), `nearest_miss`, `verdict` and `notes` in words. In each choice `max_abs` is the
-                         largest error that was measured, or a law's; `bound` is what is compared with the budget, None
-                         where nothing is promised, and `coverage` what it rests on
+                         within it), `nearest_miss`, `verdict` and `notes`. In each choice `max_abs` is the largest
+                         error measured, or a law's; `bound` is what is compared with the budget, None where nothing
+                         is promised, and `coverage` what it rests on
     Raises InputError for numbers out of range and for what the run did not measure, naming the command that does;
     UnknownNameError for an unknown precision or space; CorruptRunError for a run whose bytes have changed.
     """
     length_error = _length_error(length_error, mesh_angle)
     budget = Budget.of(alpha, max_error, length_error, precision, space, working_set, contract=contract)
+    here = _here(target, short_of, root, inputs, raw=raw)
+    notes = [] if mesh_angle is None else [edge_words(mesh_angle)]
+    if raw:
+        answer = raw_vectors.recommend(run, budget, any_length=length_error is None, notes=notes)
+        return answer | ({"elsewhere": []} if others else {})
+    known = _known(run, budget, notes, timed=here)
+    cells = _costed(known, run, budget, None if here else (target, short_of, root), notes)
+    cells = _meant(cells, run, budget, inputs, inverse_error, notes)
+    words = _words(cells, budget, _judge(run, budget, search=search))
+    notes += _held(cells, budget)
+    answer = {**_asked(run, budget), "inputs": inputs, "target": target, "short_of": short_of, **words, "notes": notes}
+    untimed = _meant(known, run, budget, inputs, inverse_error, []) if others else []
+    return answer | ({"elsewhere": _elsewhere(run, budget, untimed, words["choices"], root)} if others else {})
+
+
+def _here(target: str, short_of: str | None, root: Shelf, inputs: str, *, raw: bool) -> bool:
+    """Whether this machine is meant; InputError or UnknownNameError for what cannot be asked together, or of nobody."""
     if inputs not in INPUTS:
         raise UnknownNameError("inputs", inputs, INPUTS)
     here = checked(target, short_of, root) == CPU
     if raw and (inputs != VECTORS or not here):
         what = "recipes start from N, L and V, and are chosen by their times on this machine"
         raise InputError(what, "raw", "leave raw or inputs and target out")
-    notes = [] if mesh_angle is None else [edge_words(mesh_angle)]
-    if raw:
-        return raw_vectors.recommend(run, budget, any_length=length_error is None, notes=notes)
-    cells: Sequence[Row] = _known(run, budget, notes, timed=here)
-    cells = cells if here else _on_target(cells, run, budget, (target, short_of, root), notes)
-    cells = _meant(cells, run, budget, inputs, inverse_error, notes)
-    words = _words(cells, budget, _judge(run, budget, search=search))
-    notes += _held(cells, budget)
-    return {**_asked(run, budget), "inputs": inputs, "target": target, "short_of": short_of, **words, "notes": notes}
+    return here
 
 
 def _meant(
-    cells: Sequence[Row],
-    run: Run | None,
-    budget: Budget,
-    inputs: str,
-    inverse_error: float | str | None,
-    notes: list[str],
-) -> Sequence[Row]:
+    cells: list[Row], run: Run | None, budget: Budget, inputs: str, inverse_error: float | str | None, notes: list[str]
+) -> list[Row]:
     """The cells that take what is at hand, and give normals back as well as asked."""
     if inverse_error is not None:
         cells = inverse_errors.within(cells, run, budget.alpha, inverse_error, notes)
@@ -172,19 +176,23 @@ def _length_error(length_error: float | str | None, mesh_angle: float | str | No
 
 
 def _known(run: Run | None, budget: Budget, notes: list[str], *, timed: bool) -> list[Row]:
-    """The formulas that apply, each with its error, and with its time on this machine if asked for."""
+    """The formulas that apply, each with its error; InputError where the run must be timed and is not."""
     if run is None:
         return law_bounds.cells(budget, notes)
-    return measured_errors.cells(run, budget, notes) if timed else measured_errors.errors(run, budget, notes)
+    if timed:
+        kernel_times.timed(intact(run))
+    return measured_errors.errors(run, budget, notes)
 
 
-def _on_target(
-    known: Sequence[Row], run: Run | None, budget: Budget, where: tuple[str, str | None, Shelf], notes: list[str]
+def _costed(
+    known: list[Row], run: Run | None, budget: Budget, where: tuple[str, str | None, Shelf] | None, notes: list[str]
 ) -> list[Row]:
-    """These formulas with their costs on a target.
+    """These formulas with their times on this machine, or costs on a target: a law has counted work already.
 
-    where  the target, the unit that is scarce there, and where measured targets are looked up
+    where  the target, the unit that is scarce there, and where measured targets are looked up; None for this machine
     """
+    if where is None:
+        return known if run is None else measured_errors.with_times(run, known, budget, notes)
     target, short_of, root = where
     own = own_prices(None if run is None else run.records("costs"), target, short_of, budget.precision, notes)
     return priced(known, budget.alpha.values, target, short_of, notes, root, own)
@@ -196,32 +204,16 @@ def _judge(run: Run | None, budget: Budget, *, search: bool) -> Judge:
     return promised(budget, installed(), search=search, measured=run is not None)
 
 
-def elsewhere(
-    run: Run | None,
-    answer: Mapping[str, Any],
-    *,
-    raw: bool = False,
-    length_error: float | str | None = None,
-    mesh_angle: float | str | None = None,
-    inverse_error: float | str | None = None,
-    inputs: str = VECTORS,
-    root: Path = DEFAULT_ROOT,
-    **question: Any,
+def _elsewhere(
+    run: Run | None, budget: Budget, cells: Sequence[Row], told: Sequence[Mapping[str, Any]], root: Shelf
 ) -> list[dict[str, Any]]:
-    """The best choice on each compiled target where it is another formula than in this answer, as plain data.
-
-    answer    of `recommend` to the same question
-    question  its other arguments, without target, short_of and search
-    """
-    if raw or question.get("precision", "float32") != "float32":
+    """The best of these cells on each compiled target where it is another formula than the first choice told."""
+    if budget.precision != FLOAT32.name:
         return []
-    budget = Budget.of(length_error=_length_error(length_error, mesh_angle), **question)
-    known = _known(run, budget, [], timed=False)
-    cells = _meant(known, run, budget, inputs, inverse_error, [])
     if run is not None:  # of others no code need be written
         cells = [row for row in cells if row["error"] is not None and row["error"] <= budget.max_error]
     formulas = [Formula.of_row(row) for row in cells]
-    judge, told = remembered(_judge(run, budget, search=False)), answer["choices"]
+    judge = remembered(_judge(run, budget, search=False))
     kept = None if run is None else run.records("costs")
     best = []
     for target in TARGETS:

@@ -13,7 +13,7 @@ from phongbench.analysis.mesh_edges import in_words, reaches
 from phongbench.analysis.target_costs import checked
 from phongbench.errors import InputError
 from phongbench.results.formula_columns import FORMULA
-from phongbench.results.records import Records, by, first_of
+from phongbench.results.records import Records, Row
 from phongbench.results.runs import DEFAULT_ROOT, Run, remedy, require_rows, unfinished
 from phongbench.results.schema import BASELINE, CPU
 
@@ -103,7 +103,11 @@ def _raw_normals(edges: list[dict[str, Any]]) -> dict[str, str]:
 def _best(errors: Records) -> list[dict[str, Any]]:
     rows = errors.at(stratum="highlight", nonfinite=0, gated=True).rows([*FORMULA, "alpha", "max_abs", "codes_8bit"])
     meant = [row for row in rows if row["approximation"] != BASELINE]
-    best = first_of(sorted(meant, key=by(["alpha", "max_abs"])), ["alpha"])
+    best: dict[float, Row] = {}
+    for row in meant:
+        known = best.setdefault(row["alpha"], row)["max_abs"]
+        if row["max_abs"] is not None and (known is None or row["max_abs"] < known):
+            best[row["alpha"]] = row
     return [
         {
             "alpha": float(row["alpha"]),
@@ -114,5 +118,5 @@ def _best(errors: Records) -> list[dict[str, Any]]:
             "max_abs": float(row["max_abs"]),
             "8-bit codes": float(row["codes_8bit"]),
         }
-        for row in best
+        for _, row in sorted(best.items())
     ]

@@ -93,11 +93,8 @@ def recommend(
         sys.exit(DIFFERENT)
 
 
-def _advice(
-    run: Any, *, root: Path, target: str, beside_others: bool, short_of: str | None, **question: Any
-) -> dict[str, Any]:
+def _advice(run: Any, *, beside_others: bool, **question: Any) -> dict[str, Any]:
     """The answer of a run, where it is not kept; beside_others: with the other answers on compiled targets."""
-    from phongbench.analysis.recommend import elsewhere, recommend
+    from phongbench.analysis.recommend import recommend
 
-    answer = recommend(run, target=target, short_of=short_of, root=root, **question)
-    return {**answer, "elsewhere": elsewhere(run, answer, root=root, **question)} if beside_others else answer
+    return recommend(run, others=beside_others, **question)

@@ -27,7 +27,6 @@ from functools import cache, partial, update_wrapper
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
-import filelock
 import numpy as np
 import platformdirs
 
@@ -119,6 +118,8 @@ def _shared_file(numbas_file: Callable[..., Any], cache_path: str, filename_base
     add, lock = file.save, Path(cache_path, f"{filename_base}.lock")
 
     def save(key: Any, data: Any) -> None:
+        import filelock  # late: who compiles nothing can spare it
+
         with filelock.FileLock(lock):
             add(key, data)
 

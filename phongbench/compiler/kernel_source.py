@@ -62,6 +62,12 @@ def known_arguments(body: Body) -> tuple[str, ...]:
     return tuple(n for n, p in inspect.signature(body).parameters.items() if p.annotation in (int, "int"))
 
 
+@cache
+def text_of(body: Body) -> "BodyText":
+    """Its source, read once for all precisions and known arguments."""
+    return BodyText(body)
+
+
 class BodyText:
     """The source of a plain Python function.
 

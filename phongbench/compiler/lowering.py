@@ -23,7 +23,7 @@ from typing import Any
 import numpy as np
 
 from phongbench.compiler import intrinsics, jit
-from phongbench.compiler.kernel_source import Body, BodyText, Table, known_arguments, native, parsed, primitive
+from phongbench.compiler.kernel_source import Body, Table, known_arguments, native, parsed, primitive, text_of
 from phongbench.compiler.precisions import FLOAT16, FLOAT32, FLOAT64, PRECISIONS, Precision, precision_named
 from phongbench.errors import KernelError
 
@@ -50,7 +50,7 @@ class _Lowering:
     """Partial evaluation of one body. `kind` of an expression is "int", "float", "bool" or "table"."""
 
     def __init__(self, body: Body, precision: Precision, known: dict[str, int]) -> None:
-        self.body, self.precision, self.text = body, precision, BodyText(body)
+        self.body, self.precision, self.text = body, precision, text_of(body)
         self.given, self.known = known, dict[str, Any](known)
         self.kinds: dict[str, str] = {}
         rounding, more = precision.rounding or (None, ())

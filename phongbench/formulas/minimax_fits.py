@@ -21,32 +21,42 @@ def parabola(exponent: float, gamma: int) -> tuple[float, float]:
     taylor, low = 0.5 * (1.0 - gamma / exponent), 0.25 / (1.0 - 0.02 ** (1.0 / gamma))
     starts = [np.array([exponent / gamma, max(-2.0, start)]) for start in (taylor, min(taylor, low))]
     fits = [_descend(exponent, gamma, start) for start in starts]
-    beta, curvature = min(fits, key=lambda pair: float(np.abs(_error(exponent, gamma, pair)[0]).max()))
+    _, (beta, curvature) = min(fits, key=lambda fit: fit[0])
     return float(beta), float(curvature)
 
 
-def _descend(exponent: float, gamma: int, at: Array) -> Array:
-    reached = np.inf
+def _descend(exponent: float, gamma: int, at: Array) -> tuple[float, Array]:
+    """The largest error that is reached from a start, and where."""
+    deficit = np.linspace(0.0, min(1.0, 18.0 / exponent), 600)
+    exact, reached = (1.0 - deficit) ** exponent, np.inf
+    e = exact - _approximate(deficit, at)[1] ** gamma
     for _ in range(40):
-        e, jacobian = _error(exponent, gamma, at)
         if not np.abs(e).max() < (1 - 1e-7) * reached:
             break
         reached = np.abs(e).max()
-        step = _best_step(e, jacobian)
-        shorter = (at + step / 2**k for k in range(16))
-        at = next((tried for tried in shorter if np.abs(_error(exponent, gamma, tried)[0]).max() < reached), at)
-    return at
+        step = _best_step(e, _jacobian(deficit, gamma, at))
+        for k in range(16):
+            tried = at + step / 2**k
+            error = exact - _approximate(deficit, tried)[1] ** gamma
+            if np.abs(error).max() < reached:
+                at, e = tried, error
+                break
+    return float(np.abs(e).max()), at
 
 
-def _error(exponent: float, gamma: int, at: Array) -> tuple[Array, Array]:
-    """Exact minus approximate on a grid of lambda, and the derivatives of the approximation by beta and curvature."""
+def _approximate(deficit: Array, at: Array) -> tuple[Array, Array]:
+    """v up to the turn, and 1 - v + curvature v^2, both at these deficits, for (beta, curvature)."""
     beta, curvature = at
-    deficit = np.linspace(0.0, min(1.0, 18.0 / exponent), 600)
     v = np.minimum(beta * deficit, turn(curvature))
-    base = np.maximum(1.0 - v * (1.0 - curvature * v), 0.0)
+    return v, np.maximum(1.0 - v * (1.0 - curvature * v), 0.0)
+
+
+def _jacobian(deficit: Array, gamma: int, at: Array) -> Array:
+    """The derivatives of the approximation by beta and curvature: (n, 2)."""
+    curvature, (v, base) = at[1], _approximate(deficit, at)
     outer = gamma * base ** (gamma - 1) * (base > 0)
     slope = np.where(v < turn(curvature), deficit * (2.0 * curvature * v - 1.0), 0.0)
-    return (1.0 - deficit) ** exponent - base**gamma, np.stack([outer * slope, outer * v * v], axis=1)
+    return np.stack([outer * slope, outer * v * v], axis=1)
 
 
 def _best_step(e: Array, jacobian: Array) -> Array:

@@ -71,10 +71,12 @@ def origin(run: Any, beside: Iterable[Path] = ()) -> str | None:
     if not isinstance(run, Run) or entry_points(group=GROUP):
         return None
     try:
-        files = [run.path / name for name in sorted(run.manifest["files"])]
-        held = [(path.name, sha256_of(path)) for path in (*files, *beside)]
+        digests, added = run.digests(), [(path.name, sha256_of(path)) for path in beside]
     except OSError:
         return None
+    if digests.keys() != run.manifest["files"].keys():
+        return None
+    held = [*digests.items(), *added]
     program = (digest_of_folder(_PACKAGE), str(versions()), str(flags()), fingerprint_machine())
     return sha256(json.dumps([dict(run.manifest), held, program], sort_keys=True).encode()).hexdigest()
 

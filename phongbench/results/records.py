@@ -96,10 +96,12 @@ class Records:
             texts = [column.name for column in TABLES[name].columns if column.kind == "str" and column.name in held]
             stored = pyarrow.parquet.ParquetFile(file, metadata=facts, read_dictionary=texts, memory_map=True)
         usual = {key: value for key, value in more.items() if key not in held}
+        keys = [key for key in TABLES[name].key if key in held]
 
         def load(names: Sequence[str]) -> Mapping[str, Column]:
+            wanted = dict.fromkeys([*names, *(keys if set(names) & set(keys) else ())])  # together in less time
             with legible(file):
-                table = stored.read([key for key in names if key not in usual])
+                table = stored.read([key for key in wanted if key not in usual])
             columns = {key: _of_arrow(table.column(key)) for key in table.column_names}
             return columns | {key: _constant(usual[key], count) for key in names if key in usual}
 
@@ -117,15 +119,15 @@ class Records:
 
     def together(self, other: Records) -> Records:
         """These rows and those that another cut of the same table has besides, in its order."""
-        return replace(self, places=np.union1d(self.places, other.places))
+        return replace(self, places=_ascending(np.concatenate([self.places, other.places])))
 
     def distinct(self, name: str) -> list[Any]:
         """The values of a column, ascending; what is missing is none."""
         column = self.load([name])[name]
-        values = np.unique(column.values[self.places])
         if column.names is not None:
-            return sorted(column.names[place] for place in values.tolist() if place >= 0)
-        return [value for value in values.tolist() if value == value]
+            counts = np.bincount(column.values[self.places] + 1, minlength=len(column.names) + 1)[1:]
+            return sorted(text for text, count in zip(column.names, counts.tolist(), strict=True) if count)
+        return [value for value in _ascending(column.values[self.places]).tolist() if value == value]
 
     def of_frame(self, frame: pd.DataFrame) -> pd.DataFrame:
         """The same rows of the frame that they were made of."""
@@ -154,7 +156,7 @@ class Records:
             return self
         case = np.zeros(len(self), np.int64)
         for name in same:  # one number for each case
-            case = np.unique(case, return_inverse=True)[1] * len(self) + _numbered(columns[name].values[self.places])
+            case = _numbered(case) * len(self) + _numbered(columns[name].values[self.places])
         order = np.lexsort((rank, case))  # keeps the order of equals
         last = np.append(case[order][1:] != case[order][:-1], True)
         return replace(self, places=self.places[np.sort(order[last])])
@@ -192,9 +194,15 @@ def _kept(load: Callable[[Sequence[str]], Mapping[str, Column]], known: Sequence
     return Records(remembered, known, np.arange(count))
 
 
-def _numbered(values: NDArray[Any]) -> NDArray[np.intp]:
+def _ascending(values: NDArray[Any]) -> NDArray[Any]:
+    """Each value once, NaN not at all; np.unique imports masked arrays for that."""
+    held = np.sort(values)
+    return held[np.append(held[:-1] != held[1:], True) & (held == held)] if len(held) else held
+
+
+def _numbered(values: NDArray[Any]) -> NDArray[np.int64]:
     """A number for each value, the same for equal ones, NaN among them."""
-    return np.asarray(np.unique(values, return_inverse=True)[1], np.intp)
+    return np.searchsorted(_ascending(values), values)
 
 
 def _constant(value: Any, count: int) -> Column:

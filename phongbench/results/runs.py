@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Any
 from phongbench.errors import CorruptRunError, InputError
 from phongbench.inputs.plan import Plan
 from phongbench.results.checkpoints import PARTS, sha256
+from phongbench.results.faults import digests_of, faults
 from phongbench.results.frames import with_raw
 from phongbench.results.manifests import REMEDY, legible, read_manifest
 from phongbench.results.records import Records
@@ -78,8 +79,19 @@ class Run:
 
     @cached_property
     def problems(self) -> list[str]:
-        """What was wrong with its files when that was first asked, see `verify`."""
-        return verify(self)
+        """What was wrong with its files when that was first asked, see `verify`, or when `digests` last was."""
+        return _problems(self, self._hashed)
+
+    def digests(self) -> dict[str, str]:
+        """SHA-256 of its files now; none of a file that is not there."""
+        self._hashed.clear()
+        self._hashed.update(digests_of(self.path, self.manifest["files"]))
+        return dict(self._hashed)
+
+    @cached_property
+    def _hashed(self) -> dict[str, str]:
+        """The digests of its files that are known."""
+        return {}
 
     @cached_property
     def accuracy(self) -> pd.DataFrame:
@@ -194,35 +206,16 @@ def stored(root: Path = DEFAULT_ROOT) -> list[Run]:
 
 def verify(run: Run) -> list[str]:
     """What is wrong with a stored run, as sentences; empty if every byte is as it was written."""
-    problems = [f"{name}: {fault}" for name in sorted(run.manifest["files"]) if (fault := _fault(run, name))]
+    return _problems(run, {})
+
+
+def _problems(run: Run, digests: Mapping[str, str]) -> list[str]:
+    """The same, by digests of files that are known already."""
+    problems = faults(run.path, run.manifest["files"], digests)
     if not run.complete:
         whole = "it was interrupted and can be resumed"
         problems.append("the run is partial: " + (f"it is shard {run.shard}" if run.shard else whole))
     return problems
-
-
-def _fault(run: Run, name: str) -> str | None:
-    """What is wrong with a file of a run; None if it is as it was written."""
-    path, facts = run.path / name, run.manifest["files"][name]
-    try:
-        if not is_file(path):
-            return "is missing"
-        if (size := path.stat().st_size) != facts["bytes"]:
-            return f"has {size} bytes instead of {facts['bytes']}"
-        if sha256(path) != facts["sha256"]:
-            return "its bytes have changed (SHA-256 differs)"
-        if _rows_in(path) != facts["rows"]:
-            return f"does not have {facts['rows']} rows"
-    except (OSError, ValueError) as problem:
-        return f"cannot be read: {getattr(problem, 'strerror', None) or problem}"
-    return None
-
-
-def _rows_in(path: Path) -> int:
-    """How many rows a table of a run says that it has."""
-    import pyarrow.parquet
-
-    return int(pyarrow.parquet.read_metadata(path).num_rows)
 
 
 def unfinished(run: Run) -> str | None:

@@ -7,6 +7,8 @@ emission a table no longer knows its formulas, and a test says so.
 
 import hashlib
 import json
+import re
+from collections import UserDict
 from collections.abc import Mapping, Sequence
 from dataclasses import astuple, dataclass, fields
 from functools import cache, cached_property
@@ -18,7 +20,7 @@ from phongbench.formulas.formula import Formula, Registry
 from phongbench.formulas.registry import REGISTRY
 from phongbench.formulas.shader_code.language import FLOAT32
 from phongbench.targets.chips import TARGETS, target_named
-from phongbench.targets.code_shapes import Code, by_shape, code
+from phongbench.targets.code_shapes import Code, by_shape, code, shipped_code
 from phongbench.targets.measure import Cost, costs, dot_cost
 from phongbench.targets.target import Target
 
@@ -26,6 +28,7 @@ FOLDER = Path(__file__).parent / "costs"
 #: of the baseline of every ratio
 BASELINE = Formula()
 _ALPHA = 50.0
+_DIGEST = re.compile(r'^ "digest": .*\n', re.MULTILINE)
 _COLUMNS = [field.name for field in fields(Cost)]
 
 
@@ -73,7 +76,8 @@ class CostTable:
 
         Raises InputError, naming the package that is missing, where it cannot be compiled here.
         """
-        wanted = code(formula, alpha, self.target.language, registry, precision=self.precision)
+        ours = shipped_code(formula, alpha, self.target.language, self.precision) if registry is REGISTRY else None
+        wanted = ours or code(formula, alpha, self.target.language, registry, precision=self.precision)
         found = self.known(wanted)
         return costs(self.target, [wanted])[0] if found is None else found
 
@@ -109,11 +113,11 @@ def shipped(name: str, precision: str = FLOAT32) -> CostTable:
         first = "install phongbench again" if precision == FLOAT32 else "leave the precision out"
         fix = f"{first}, or `make targets`; these have it: {', '.join(in_precision(precision)) or 'none'}"
         raise InputError(f"no costs of {name} in {precision} are here", str(path.name), fix)
-    data = json.loads(path.read_text())
-    if data["digest"] != digest(data):
+    text = path.read_text()
+    data = json.loads(text)
+    if data["digest"] != digest(text):
         raise CorruptRunError(f"the costs of {name} were changed", path.name, "install phongbench again")
-    rows = {shape: (str(named), _cost(values)) for shape, (named, *values) in data["rows"].items()}
-    return CostTable(target, data["tool_version"], _cost(data["dot"]), rows, precision)
+    return CostTable(target, data["tool_version"], _cost(data["dot"]), _Rows(data["rows"]), precision)
 
 
 def in_precision(precision: str) -> list[str]:
@@ -144,15 +148,23 @@ def as_text(table: CostTable) -> str:
     }
     rows = {shape: (named, *astuple(cost)) for shape, (named, cost) in table.rows.items()}
     lines = [f" {json.dumps(key)}: {json.dumps(value)}," for key, value in head.items()]
-    lines += [f' "digest": "{digest({**head, "rows": rows})}",', ' "rows": {']
-    lines.append(",\n".join(f"  {json.dumps(shape)}: {json.dumps(row)}" for shape, row in rows.items()))
-    return "\n".join(["{", *lines, " }", "}", ""])
+    after = [' "rows": {', ",\n".join(f"  {json.dumps(shape)}: {json.dumps(row)}" for shape, row in rows.items())]
+    after += [" }", "}", ""]
+    told = digest("\n".join(["{", *lines, *after]))
+    return "\n".join(["{", *lines, f' "digest": "{told}",', *after])
 
 
-def digest(data: Mapping[str, Any]) -> str:
-    """Of everything in a table but the digest itself."""
-    held = {key: value for key, value in data.items() if key != "digest"}
-    return hashlib.sha256(json.dumps(held, sort_keys=True).encode()).hexdigest()
+def digest(text: str) -> str:
+    """Of the file of a table, but for the line of the digest itself."""
+    return hashlib.sha256(_DIGEST.sub("", text, count=1).encode()).hexdigest()
+
+
+class _Rows(UserDict[str, Any]):
+    """Rows of a file; each cost is made when it is asked about, since most never are."""
+
+    def __getitem__(self, shape: str) -> tuple[str, Cost]:
+        named, *values = self.data[shape]
+        return str(named), _cost(values)
 
 
 def _cost(values: Sequence[Any]) -> Cost:

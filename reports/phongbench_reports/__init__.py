@@ -23,8 +23,8 @@ def build(
     out          Path     folder of the report; made if missing, its former report replaced
     single_file  bool     one file with everything in it, no figures/, data/ or style.css: `out` itself where that is
                           named .html, else index.html in that folder
-    processes    int      from 2 on, where there are as many cores, another process draws some of the figures
-    progress     called with (done, total) before each figure that this process draws
+    processes    int      from 2 on, where there are as many cores, another process makes some of the parts
+    progress     called with (done, total) before each part that this process makes
     returns      Path     of the page
     Raises InputError for a run without accuracy rows, and for an `out` that can be no folder; StorageError.
     """

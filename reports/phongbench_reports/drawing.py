@@ -21,21 +21,16 @@ from phongbench_reports.figures import FIGURES
 from phongbench_reports.figures.pictures import SECTIONS
 from phongbench_reports.kept import PAGE, is_current, origin, remember
 from phongbench_reports.page import Links, Section, render, style_sheet
-from phongbench_reports.plots import Plate, ink, svg_pair
+from phongbench_reports.parts import BEHAVIOUR, BESIDE, CLAIMS, LAST
+from phongbench_reports.plots import ink
 from phongbench_reports.second_process import Drawn, Process, Shared, beside, drawn
 from phongbench_reports.svg import of_both
 from phongbench_reports.table import Absent, Part
 from phongbench_reports.tables.adapter import adapter
-from phongbench_reports.tables.behaviour import hostile, smoothness
 from phongbench_reports.tables.by_target import by_target, turned
-from phongbench_reports.tables.claims import claims
 from phongbench_reports.tables.code import code
-from phongbench_reports.tables.devices import devices
-from phongbench_reports.tables.mesh_edges import mesh_edges
 from phongbench_reports.tables.raw_verdict import raw_verdict
-from phongbench_reports.tables.skipped import skipped
-from phongbench_reports.tables.sureness import sureness
-from phongbench_reports.tables.verdict import census, formulas, verdict, worst
+from phongbench_reports.tables.verdict import verdict
 from phongbench_reports.text import BUDGETS
 
 if TYPE_CHECKING:
@@ -44,24 +39,8 @@ if TYPE_CHECKING:
 
 #: is called with how many steps are done, and how many there are
 Progressed = Callable[[int, int], None]
-#: figures that take long, the longest last: a second process begins at the end of the list, and nobody waits for it
-LONG = ("meshes", "raw_vectors", "targets")
-#: figure -> the folded table that follows it
-BESIDE = {"meshes": Part("mesh_edges", "How wide edges may be", mesh_edges, True)}
-#: the tables after the figures, and those at the end of the page
-BEHAVIOUR = (
-    Part("census", "Values above 1, negative, not finite", census, True),
-    Part("hostile", "Hostile inputs", hostile, True),
-    Part("smoothness", "Smoothness of the lobes", smoothness, True),
-)
-CLAIMS = Part("claims", "The textbook claims", claims)
-LAST = (
-    Part("skipped", "Skipping what is dark", skipped),
-    Part("sureness", "How sure the numbers are", sureness, True),
-    Part("devices", "On every device", devices),
-    Part("worst", "Worst inputs", worst, True),
-    Part("formulas", "The formulas", formulas, True),
-)
+#: figures of what the answers are made of, too: who has made those draws them sooner
+FIRST = ("targets", "front", "raw_vectors")
 
 
 def sections_of(
@@ -69,28 +48,31 @@ def sections_of(
 ) -> tuple[list[Section], dict[str, tuple[bytes, bytes]]]:
     """All sections in page order, and the SVGs (light, dark) of the figures among them.
 
-    shared    the figures, where another process draws some of them
-    progress  called with (done, total) before each figure that this process draws
+    shared    the parts, where another process makes some of them
+    progress  called with (done, total) before each part that this process makes
     """
-    # the tables first: meanwhile the other process draws
-    answers, judged = _answers(study), section_of(CLAIMS, study)
-    behaviour, last = ([section_of(part, study) for part in parts] for parts in (BEHAVIOUR, LAST))
+    answers = _answers(study)  # meanwhile the other process makes parts
     with ink():
-        figures, pictures = _figures(study, shared, progress or (lambda done, total: None))
-        scenes = [section_of(part, study) for part in SECTIONS]
-        pictures |= {
-            one.name: svg_pair(one.content.figure, one.name) for one in scenes if isinstance(one.content, Plate)
-        }
+        made = _made(study, shared, progress or (lambda done, total: None))
+    sections = {part.name: Section(part.name, part.title, made[part.name].content, part.folded) for part in shareable()}
+    figures = []
+    for part in FIGURES:
+        figures += [sections[part.name], *(sections[one.name] for name, one in BESIDE.items() if name == part.name)]
+    speed = next(one for one in figures if one.name == "speed") if "speed" in sections else None
+    scenes = [sections[part.name] for part in SECTIONS]
     if all(isinstance(section.content, Absent) for section in scenes):
         scenes = [Section("pictures", "Pictures of scenes", scenes[0].content)]
-    speed = figures.pop("speed")
     answers += [Section("adapter", "On this machine's adapter", adapter(study))] if "gpu" in study.run.manifest else []
-    return [*answers, *figures.values(), *behaviour, *scenes, judged, speed, *last], pictures
+    behaviour, last = ([sections[part.name] for part in group] for group in (BEHAVIOUR, LAST))
+    figures = [one for one in figures if one is not speed]
+    order = [*answers, *figures, *behaviour, *scenes, sections[CLAIMS.name], *([speed] if speed else []), *last]
+    return order, {name: one.pair for name, one in made.items() if one.pair}
 
 
-def section_of(part: Part, study: Rows) -> Section:
-    """The section that this part is for a run."""
-    return Section(part.name, part.title, part.make(study), part.folded)
+def shareable() -> list[Part]:
+    """What two processes share, one from the front and the other from the end: there is what takes the other long."""
+    figures = sorted(FIGURES, key=lambda part: part.name not in FIRST)
+    return [*SECTIONS, *figures, *BESIDE.values(), *BEHAVIOUR, *LAST, CLAIMS]
 
 
 def _answers(study: Rows) -> list[Section]:
@@ -112,29 +94,20 @@ def _answers(study: Rows) -> list[Section]:
     return answers
 
 
-def _figures(
-    study: Rows, shared: Shared | None, progress: Progressed
-) -> tuple[dict[str, Section], dict[str, tuple[bytes, bytes]]]:
-    """The figures in page order, with the tables beside them, and their SVGs."""
-    plates: dict[str, Drawn] = {}
+def _made(study: Rows, shared: Shared | None, progress: Progressed) -> dict[str, Drawn]:
+    """Every part by its name."""
+    todo = {part.name: part for part in shareable()}
+    made: dict[str, Drawn] = {}
     if shared is not None:
-        entries = {part.name: part for part in FIGURES}
         for name in shared.mine():
-            progress(len(FIGURES) - 1 - shared.left, len(FIGURES))
-            plates[name] = drawn(study, entries[name])
-        plates |= shared.theirs()
-    sections: dict[str, Section] = {}
-    pictures: dict[str, tuple[bytes, bytes]] = {}
-    for part in FIGURES:
-        if shared is None:
-            progress(FIGURES.index(part), len(FIGURES))
-        one = plates.get(part.name) or drawn(study, part)
-        sections[part.name] = Section(part.name, part.title, one.content)
-        if part.name in BESIDE:
-            sections[BESIDE[part.name].name] = section_of(BESIDE[part.name], study)
-        if one.pair:
-            pictures[part.name] = one.pair
-    return sections, pictures
+            progress(len(todo) - 1 - shared.left, len(todo))
+            made[name] = drawn(study, todo[name])
+        made |= shared.theirs()
+    for index, (name, part) in enumerate(todo.items()):
+        if name not in made:
+            progress(index, len(todo))
+            made[name] = drawn(study, part)
+    return made
 
 
 #: what an address may hold as it is, besides letters and digits
@@ -167,7 +140,7 @@ def draw(
 ) -> Path:
     """See `phongbench_reports.build`.
 
-    other  the process that draws some of the figures, see `second_process.begun`
+    other  the process that makes some of the parts, see `second_process.begun`
     """
     study = Rows(require_rows(run))
     named = single_file and out.suffix.lower() in (".html", ".htm") and not out.is_dir()
@@ -178,8 +151,7 @@ def draw(
     if of is not None and is_current(out, of):
         return index
     if other is not None:
-        names = [part.name for part in FIGURES if part.name not in LONG]
-        with beside(other, [*names, *LONG]) as shared:
+        with beside(other, [part.name for part in shareable()]) as shared:
             sections, pictures = sections_of(study, shared, progress)
     else:
         sections, pictures = sections_of(study, progress=progress)

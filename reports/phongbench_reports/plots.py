@@ -17,10 +17,11 @@ import numpy.typing as npt
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
 from phongbench_reports.svg import slim
 from phongbench_reports.text import BUDGETS
-from phongbench_reports.ticks import merge_minor_ticks
+from phongbench_reports.ticks import merge_ticks
 
 Vector = npt.NDArray[np.float64]
 
@@ -153,22 +154,25 @@ def end_labels(axes: Axes, ends: Sequence[tuple[float, float, str, str]], *, gap
 
     ends   (x, y, text, colour) of each line's last point, in data units; a hair line leads to a name that had to move
     """
-    figure = axes.get_figure()
-    if figure is None or not ends:
+    if not ends:
         return
+    places = in_panel(axes, *np.array([end[:2] for end in ends]).T)
+    heights = spread(np.clip(places[:, 1], 0.0, 1.0).tolist(), gap)
+    for place, height, (_, _, text, colour) in zip(places, heights, ends, strict=True):
+        hair(axes, place, (1.025, height), color=colour, linewidth=0.8)
+        axes.text(1.035, height, text, fontsize=8, va="center", transform=axes.transAxes)
+
+
+def in_panel(axes: Axes, x: npt.ArrayLike, y: npt.ArrayLike) -> Vector:
+    """Where points (n, 2) of a panel lie in shares of its width and height."""
     to_axes = axes.transData + axes.transAxes.inverted()
-    heights = [float(np.clip(to_axes.transform((x, y))[1], 0.0, 1.0)) for x, y, _, _ in ends]
-    for (x, y, text, colour), height in zip(ends, spread(heights, gap), strict=True):
-        axes.annotate(
-            text,
-            xy=(x, y),
-            xytext=(1.035, height),
-            textcoords="axes fraction",
-            fontsize=8,
-            va="center",
-            annotation_clip=False,
-            arrowprops={"arrowstyle": "-", "color": colour, "linewidth": 0.8, "shrinkA": 1, "shrinkB": 3},
-        )
+    return np.asarray(to_axes.transform(np.column_stack([x, y])))
+
+
+def hair(axes: Axes, place: Any, name: tuple[float, float], **look: Any) -> None:
+    """A line from a point to its name, both in shares of the panel; an arrow's ends would be cut by searching."""
+    ends = zip(place, name, strict=True)
+    axes.add_artist(Line2D(*ends, clip_on=False, solid_capstyle="round", transform=axes.transAxes, **look))
 
 
 def footnote(figure: Figure, text: str) -> None:
@@ -181,7 +185,7 @@ def svg_pair(figure: Figure, name: str) -> tuple[bytes, bytes]:
 
     name   its title
     """
-    merge_minor_ticks(figure)
+    merge_ticks(figure)
     buffer = io.BytesIO()
     with mpl.rc_context({"svg.hashsalt": f"phongbench-{name}", "svg.fonttype": "none"}):
         figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": "phongbench", "Title": name})

@@ -1,6 +1,7 @@
 """Ticks of logarithmic axes, and how a thousand of them are drawn in no time."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from functools import cache
 from itertools import pairwise
 from typing import Any
 
@@ -9,10 +10,14 @@ import numpy as np
 import numpy.typing as npt
 from matplotlib.axis import Axis
 from matplotlib.figure import Figure
+from matplotlib.font_manager import FontProperties
 from matplotlib.lines import TICKDOWN, TICKLEFT, Line2D  # type: ignore[attr-defined]
+from matplotlib.textpath import text_to_path
 from matplotlib.ticker import FixedLocator, FuncFormatter, LogLocator, NullFormatter, NullLocator
 
 from phongbench_reports.text import power_of_ten
+
+Vector = npt.NDArray[np.float64]
 
 
 def log_axis(axis: Any, *, labels: int = 20) -> None:
@@ -28,9 +33,16 @@ def log_axis(axis: Any, *, labels: int = 20) -> None:
 def named_ticks(axis: Any, values: Sequence[float], *, minor: Sequence[float] = ()) -> None:
     """Log scale whose labelled ticks are exactly these values, with unlabelled ones at `minor`."""
     axis.axes.set(**{f"{axis.axis_name}scale": "log"})
-    axis.set_ticks(list(values), labels=[f"{value:g}" for value in values])
+    fixed_ticks(axis, values, [f"{value:g}" for value in values])
     axis.set_minor_locator(FixedLocator([value for value in minor if value not in values]))
     axis.set_minor_formatter(NullFormatter())
+
+
+def fixed_ticks(axis: Any, places: Iterable[float], labels: Iterable[str]) -> None:
+    """Ticks at these places with these labels; matplotlib's `set_ticks` makes each at once, and again when it draws."""
+    named = dict(zip(map(float, places), labels, strict=True))
+    axis.set_major_locator(FixedLocator(list(named)))
+    axis.set_major_formatter(FuncFormatter(lambda place, _: named[place]))
 
 
 def octaves(low: float, high: float) -> list[float]:
@@ -66,38 +78,90 @@ def readable(low: float, high: float, letters: float) -> list[float]:
     return next(apart, [])
 
 
-def merge_minor_ticks(figure: Figure) -> None:
-    """Turn the minor ticks of every axis, whose limits are final, into one line of marks that looks the same.
+def merge_ticks(figure: Figure) -> None:
+    """Turn the ticks of every axis, whose limits are final, into a line of marks, one of grid, and texts that look so.
 
     To matplotlib each tick is five artists, and a figure of nine log-log panels has a thousand: a second to draw.
     """
-    ticked = [axis for axes in figure.axes if axes.axison for axis in (axes.xaxis, axes.yaxis)]
-    places = [_minor_places(axis) for axis in ticked]
+    every = (axis for axes in figure.axes if axes.axison for axis in (axes.xaxis, axes.yaxis))
+    ticked: list[Any] = [axis for axis in every if not isinstance(axis.get_major_locator(), NullLocator)]
+    places = [(_inside(axis, axis.get_majorticklocs()), _inside(axis, axis.get_minorticklocs())) for axis in ticked]
+    labels = [
+        axis.major.formatter.format_ticks(major.tolist()) for axis, (major, _) in zip(ticked, places, strict=True)
+    ]
     for axis in ticked:  # all places first: panels that share an axis share its locator
+        axis.set_major_locator(NullLocator())
         axis.set_minor_locator(NullLocator())
-    for axis, here in zip(ticked, places, strict=True):
-        if len(here):
-            axis.axes.add_artist(_marks(axis, here))
+    for axis, (major, minor), names in zip(ticked, places, labels, strict=True):
+        _draw_ticks(axis, major, minor, names)
 
 
-def _minor_places(axis: Axis) -> npt.NDArray[np.float64]:
-    low, high = sorted(axis.get_view_interval())
-    places = axis.get_minorticklocs()
-    return np.asarray(places[(places >= low) & (places <= high)])
+def _inside(axis: Axis, places: npt.ArrayLike) -> Vector:
+    """The places between the ends of the axis, or as good as on one."""
+    known, drawn = np.asarray(places, float), axis.get_transform().transform
+    low, high = sorted(drawn(np.asarray(axis.get_view_interval(), float)))
+    slack = 1e-9 * (high - low)
+    inside: Vector = known[(drawn(known) >= low - slack) & (drawn(known) <= high + slack)]
+    return inside
 
 
-def _marks(axis: Any, places: npt.NDArray[np.float64]) -> Line2D:
-    """Minor ticks at these places as matplotlib would draw them."""
-    upright, edge = axis.axis_name == "x", np.zeros(len(places))
+def _draw_ticks(axis: Any, major: Vector, minor: Vector, names: Sequence[str]) -> None:
+    """Marks at these places, lines across the panel and names at the major ones, and room for the name of the axis."""
     look: Any = mpl.rcParams
-    size, width, colour = (look[f"{axis.axis_name}tick.{name}"] for name in ("minor.size", "minor.width", "color"))
+    told, kind, size = axis.get_tick_params("major"), f"{axis.axis_name}tick", look["font.size"]
+    length = told.get("length", look[f"{kind}.major.size"])
+    if told.get("gridOn") and len(major):
+        axis.axes.add_artist(_lines(axis, major))
+    for places, how, long in ((minor, "minor", look[f"{kind}.minor.size"]), (major, "major", length)):
+        if len(places) and long:
+            axis.axes.add_artist(_marks(axis, places, long, look[f"{kind}.{how}.width"]))
+    beyond = length + look[f"{kind}.major.pad"]
+    upright = axis.axis_name == "x"
+    if not told.get("labelbottom" if upright else "labelleft", True) or not any(names):
+        axis.labelpad += length
+        return
+    size = told.get("labelsize", size)
+    across = axis.axes.get_xaxis_text1_transform if upright else axis.axes.get_yaxis_text1_transform
+    transform, vertical, horizontal = across(beyond)
+    for place, name in zip(major, names, strict=True):
+        at = (place, 0.0) if upright else (0.0, place)
+        axis.axes.text(*at, name, transform=transform, va=vertical, ha=horizontal, fontsize=size)
+    axis.labelpad += beyond + (size if upright else max(_wide(name, size) for name in names))
+
+
+@cache
+def _wide(text: str, size: float) -> float:
+    """Points that the longest line of a text takes."""
+    font = FontProperties(size=size)
+    widths = [text_to_path.get_text_width_height_descent(line, font, ismath=False)[0] for line in text.split("\n")]
+    return float(max(widths))
+
+
+def _lines(axis: Any, places: Vector) -> Line2D:
+    """The grid at these places."""
+    look: Any = mpl.rcParams
+    along, across = np.repeat(places, 3), np.tile([0.0, 1.0, np.nan], len(places))
+    upright = axis.axis_name == "x"
+    return Line2D(
+        *((along, across) if upright else (across, along)),
+        color=look["grid.color"],
+        linewidth=look["grid.linewidth"],
+        zorder=axis.get_zorder(),
+        transform=axis.axes.get_xaxis_transform("grid") if upright else axis.axes.get_yaxis_transform("grid"),
+    )
+
+
+def _marks(axis: Any, places: Vector, size: float, width: float) -> Line2D:
+    """Ticks at these places as matplotlib would draw them."""
+    look: Any = mpl.rcParams
+    upright, edge = axis.axis_name == "x", np.zeros(len(places))
     return Line2D(
         *((places, edge) if upright else (edge, places)),
         linestyle="none",
         marker=TICKDOWN if upright else TICKLEFT,
         markersize=size,
         markeredgewidth=width,
-        color=colour,
+        color=look[f"{axis.axis_name}tick.color"],
         clip_on=False,
         zorder=axis.get_zorder(),
         transform=axis.axes.get_xaxis_transform("tick1") if upright else axis.axes.get_yaxis_transform("tick1"),

@@ -5,14 +5,14 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
-from urllib.parse import urlsplit
 
 import numpy as np
 import pandas as pd
 import pytest
+from visits import Visit, Window
 
 from phongbench.accuracy import sweep, tables
 from phongbench.inputs.plan import preset
@@ -25,31 +25,10 @@ RUN = "20260101-000000-0123abcd"
 SLOWER, ELSEWHERE = "20251231-000000-0123abcd", "20251230-000000-0123abcd"
 #: what chromium is called on today's systems
 NAMES = ("chromium", "chromium-browser", "google-chrome")
-#: the page is told by this attribute when nothing is under way
-IDLE = '#main[aria-busy="false"]'
 #: what the browser itself notes where the service is busy: the page asks again, so on a slow machine it is no error
 BUSY = "status of 503"
-#: collected before any script of the page runs
-WATCH = """
-window.reports = [];
-document.addEventListener('securitypolicyviolation', (event) => {
-  reports.push(`${event.violatedDirective} ${event.blockedURI}`);
-});
-"""
-
-
-#: resolves once a canvas shows something else; rejects after a while, so that no test waits forever
-CHANGED = """
-([selector, before]) => new Promise((done, failed) => {
-  const end = performance.now() + 300_000;
-  const look = () => {
-    if (document.querySelector(selector)?.toDataURL() !== before) done();
-    else if (performance.now() > end) failed(new Error(`${selector} shows the same as before`));
-    else requestAnimationFrame(look);
-  };
-  look();
-})
-"""
+#: windows that are kept for the visits of other tests
+KEPT = 3
 
 
 @pytest.fixture(scope="session")
@@ -171,86 +150,38 @@ def _runs(root: Path) -> None:
         results.write_manifest(folder, {**told, "code": "0", "provenance": provenance, "files": files})
 
 
-@dataclass
-class Visit:
-    """A page in a browser, and what went wrong on it.
-
-    errors   console errors and uncaught exceptions, in order
-    foreign  addresses that were asked of other hosts; all of them are refused
-    asked    paths with query that were asked of ours
-    """
-
-    page: Any
-    errors: list[str] = field(default_factory=list)
-    foreign: list[str] = field(default_factory=list)
-    asked: list[str] = field(default_factory=list)
-
-    def idle(self) -> None:
-        """Wait until nothing is under way."""
-        self.page.wait_for_selector(IDLE)
-
-    def picture(self, selector: str) -> str:
-        """What a canvas shows."""
-        return str(self.page.eval_on_selector(selector, "(canvas) => canvas.toDataURL()"))
-
-    def changed(self, selector: str, before: str) -> None:
-        """Wait until a canvas shows something else."""
-        self.page.evaluate(CHANGED, [selector, before])
-
-    def reports(self) -> list[str]:
-        """Violations of the content security policy."""
-        return list(self.page.evaluate("() => window.reports"))
-
-    def refused(self) -> None:
-        """The service refused something here, as it should: the browser's own notes of that are no errors."""
-        self.idle()
-        notes = [error for error in self.errors if "status of 422" in error]
-        assert notes, "nothing was refused"
-        self.errors[:] = [error for error in self.errors if error not in notes]
-
-    def slide(self, selector: str, value: float) -> None:
-        """Move a slider as a hand would: value, then input event."""
-        self.page.locator(selector).fill(str(value))
+@pytest.fixture(scope="session")
+def windows() -> list[Window]:
+    """Those that nobody uses: there a page takes half of what it takes in a new one, which is a process that starts."""
+    return []
 
 
 @pytest.fixture
-def visit(browser: Any) -> Iterator[Callable[..., Visit]]:
-    """A factory of visits: (address, context options ...). At the end nothing may have gone wrong on any of them."""
-    contexts: list[Any] = []
-    visits: list[Visit] = []
+def visit(browser: Any, windows: list[Window]) -> Iterator[Callable[..., Visit]]:
+    """A factory of visits: (address, context options ...). At the end nothing may have gone wrong on any of them.
+
+    Give options to a visit that changes what the next one in its window would see, such as emulated media: it then has
+    a window of its own.
+    """
+    used: list[Window] = []
+    alone: list[Window] = []
 
     def make(address: str, *, wait: bool = True, **options: Any) -> Visit:
-        context = browser.new_context(**{"viewport": {"width": 1280, "height": 900}, **options})
-        contexts.append(context)
-        context.set_default_timeout(300_000)
-        context.add_init_script(WATCH)
-        made = Visit(context.new_page())
-        visits.append(made)
-        host = urlsplit(address).netloc
-
-        def routed(route: Any) -> None:
-            parts = urlsplit(route.request.url)
-            if parts.netloc == host:
-                made.asked.append(parts.path + ("?" + parts.query if parts.query else ""))
-                route.continue_()
-            else:
-                made.foreign.append(route.request.url)
-                route.abort()
-
-        context.route("**/*", routed)
-        made.page.on("console", lambda told: made.errors.append(told.text) if told.type == "error" else None)
-        made.page.on("pageerror", lambda problem: made.errors.append(str(problem)))
-        made.page.goto(address)
+        window = windows.pop() if windows and not options else Window.opened(browser, options)
+        (alone if options else used).append(window)
+        made = window.load(address)
         if wait:
             made.idle()
         return made
 
     yield make
     try:
-        for one in visits:
+        for one in [window.seen for window in (*used, *alone) if window.seen]:
             assert one.reports() == []
             assert one.foreign == []
             assert [error for error in one.errors if BUSY not in error] == []
+        windows += [window.leave() for window in used[: KEPT - len(windows)]]
     finally:
-        for context in contexts:
-            context.close()
+        for window in (*used, *alone):
+            if window not in windows:
+                window.page.context.close()

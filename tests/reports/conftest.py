@@ -61,7 +61,7 @@ def as_drawn(drawings: dict[str, Drawn]) -> Callable[[], AbstractContextManager[
     @contextmanager
     def taken() -> Iterator[None]:
         with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(drawing, "drawn", lambda _, part: drawings[part.name])
+            patch.setattr(drawing, "drawn", lambda study, part: drawings.get(part.name) or drawn(study, part))
             yield
 
     return taken

@@ -144,13 +144,21 @@ class Span:
         return self.rule.sum(low, -self.high, high, -self.low)
 
     def __mul__(self, other: Any) -> "Span":
+        if other is self:
+            square: Span = self._squared()
+            return square
         low, high = self._ends(other)
         with np.errstate(invalid="ignore", over="ignore", under="ignore"):
             corners = [product(x, y) for x in (self.low, self.high) for y in (low, high)]
         least, most = np.minimum.reduce(corners), np.maximum.reduce(corners)
-        if other is self:  # never negative, and its ends are those of its own ends
-            least = np.where((low <= 0) & (high >= 0), 0.0, np.minimum(corners[0], corners[3]))
         return self.rule.product(least, most)
+
+    def _squared(self) -> "Span":
+        """Never negative, and its ends are the squares of its own ends."""
+        with np.errstate(over="ignore", under="ignore"):
+            first, last = self.low * self.low, self.high * self.high
+        least = np.where((self.low <= 0) & (self.high >= 0), 0.0, np.minimum(first, last))
+        return self.rule.product(least, np.maximum(first, last))
 
     def __truediv__(self, other: Any) -> "Span":
         low, high = self._ends(other)

@@ -67,7 +67,9 @@ def slack(alpha: float | NDArray[np.float64]) -> float | NDArray[np.float64]:
 
 def _by_coverage(accuracy: pd.DataFrame) -> Iterator[str]:
     """Rule 1."""
-    several = accuracy[accuracy["precision"] != EXACT]
+    seen = accuracy.groupby("stratum")["coverage"].nunique()
+    several = accuracy[accuracy["stratum"].isin(seen.index[seen > 1])]  # few strata: comparing all rows takes long
+    several = several[several["precision"] != EXACT]
     several = several[several.duplicated(CASE, keep=False)]
     for weak, strong in pairwise(COVERAGES[:3]):
         first, second = (several[several["coverage"] == name] for name in (weak, strong))
@@ -79,9 +81,9 @@ def _by_coverage(accuracy: pd.DataFrame) -> Iterator[str]:
 def _searched(accuracy: pd.DataFrame) -> Iterator[str]:
     """Rule 2."""
     key = [*_CELL, "precision", "gated"]
-    accuracy = as_given(accuracy)
-    searched = accuracy[(accuracy["stratum"] == VECTORS) & (accuracy["coverage"] == "searched")]
-    sampled = accuracy[accuracy["stratum"].isin(UNIT_STRATA) & (accuracy["coverage"] == "sampled")]
+    searched = as_given(accuracy[(accuracy["stratum"] == VECTORS) & (accuracy["coverage"] == "searched")])
+    sampled = as_given(accuracy[accuracy["alpha"].isin(searched["alpha"])])
+    sampled = sampled[sampled["stratum"].isin(UNIT_STRATA) & (sampled["coverage"] == "sampled")]
     sampled = sampled[(sampled["truth"] == "angle") & (sampled["nonfinite"] == 0)]
     yield from _larger(sampled, searched, key, ("max_abs",), "sampled", "searched")
 
@@ -91,7 +93,8 @@ def _certified(accuracy: pd.DataFrame) -> Iterator[str]:
     bounds = accuracy[accuracy["coverage"] == "certified"]
     if bounds.empty:
         return
-    measured = accuracy[~accuracy["coverage"].isin(["certified", "contract"]) & accuracy["gated"].astype(bool)]
+    measured = accuracy[accuracy["alpha"].isin(bounds["alpha"]) & accuracy["gated"].astype(bool)]
+    measured = measured[~measured["coverage"].isin(["certified", "contract"])]
     measured = measured[measured["stratum"] != "configurations"]  # no function of the angle alone
     measured = measured[(measured["truth"] == "angle") & (measured["stratum"] != "hostile")]
     both = measured.merge(bounds[[*_CELL, "model_max"]], on=_CELL, suffixes=("", "_bound"))

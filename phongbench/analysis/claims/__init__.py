@@ -37,11 +37,11 @@ CLAIMS: tuple[Claim, ...] = tuple(import_module(f"{__name__}.{name}").CLAIM for 
 def judge(run: Any) -> list[Judgement]:
     """All claims judged by the rows of a run, in order.
 
-    run  phongbench.results.runs.Run, or anything with its tables
+    run  phongbench.results.runs.Run, anything with its tables, or the Rows of one
     Raises InputError for a run that has the rows of no claim: it says which flags give them. Claims that follow from
     formulas alone are no reason to answer.
     """
-    rows = Rows(run)
+    rows = run if isinstance(run, Rows) else Rows(run)
     judgements = [claim.judge(rows) for claim in CLAIMS]
     measurable = [one for one in judgements if one.claim.needs]
     if all(one.verdict == UNMEASURED for one in measurable):
@@ -49,7 +49,7 @@ def judge(run: Any) -> list[Judgement]:
         lacking = "; ".join(dict.fromkeys(reasons))
         raise InputError(
             f"the run has no rows that a claim could be judged by: {lacking}",
-            str(run.manifest.get("run", "")),
+            str(rows.run.manifest.get("run", "")),
             "run a whole study: phongbench run, or phongbench run --preset standard",
         )
     return [one.over_enough(rows) for one in judgements]

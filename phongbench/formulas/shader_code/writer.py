@@ -38,6 +38,8 @@ from phongbench.formulas.shader_code.values import (
 #: helpers, where subnormal numbers are slow on some processors: x above the least or 0, and the square of that
 GUARDED, GUARDED_SQUARE = "guarded", "guarded_square"
 
+_LARGEST = {name: float(np.finfo(held).max) for name, held in HELD.items()}
+
 
 class Writer:
     """Writes statements of a function, and remembers what must stand in front of it.
@@ -190,9 +192,7 @@ class Writer:
         return term.text if term.binding >= binding else f"({term.text})"
 
     def _number(self, value: float) -> Term:
-        with np.errstate(over="ignore"):
-            finite = np.isfinite(HELD[self.language.precision](value))
-        if not finite:
+        if not _held(value, self.language.precision):
             held = HELD[self.language.precision].__name__
             fix = "shading languages have no other" if held == "float32" else "write it in float32, or lower alpha"
             raise KernelError(f"the constant {value:.8g} is not a finite {held}", None, fix)
@@ -259,3 +259,11 @@ def _parsed(source: str) -> ast.FunctionDef:
     definition = parsed(source).body[0]
     assert isinstance(definition, ast.FunctionDef)
     return definition
+
+
+def _held(value: float, precision: str) -> bool:
+    """Whether a precision has a number for it; what is a little above its largest one is rounded to that."""
+    if abs(value) <= _LARGEST[precision]:
+        return True
+    with np.errstate(over="ignore"):
+        return bool(np.isfinite(HELD[precision](value)))

@@ -12,7 +12,7 @@ from phongbench_reports.figures.measured import finished, lyon, setting_of
 from phongbench_reports.plots import FORMS, Plate, budget_lines, sheet
 from phongbench_reports.table import Absent
 from phongbench_reports.text import BUDGETS, alpha_is, listed, number, percent, records
-from phongbench_reports.ticks import log_axis
+from phongbench_reports.ticks import fixed_ticks, log_axis
 
 #: Columns of the panels: (column, truth, title).
 PANELS = (
@@ -71,7 +71,8 @@ def draw(study: Rows) -> Plate | Absent:
     panels[0].set_xlim(FLOOR / 1.5, max(1.0, 1.5 * float(data[["length_max", "max_abs"]].to_numpy().max())))
     panels[0].set_ylim(len(causes) - 0.4, -0.75)
     names = [f"{BY_NAME[name].text}\n{percent(largest[name])}" for name in causes]
-    panels[0].set_yticks(range(len(causes)), names, fontsize=8)
+    fixed_ticks(panels[0].yaxis, range(len(causes)), names)
+    panels[0].tick_params(axis="y", labelsize=8)
     marks = panels[0].get_legend_handles_labels()
     look: dict[str, Any] = {"fontsize": 8, "title_fontsize": 8, "labelcolor": "linecolor", "borderaxespad": 0.4}
     figure.legend(*marks, loc="upper left", bbox_to_anchor=(0.0, 1.0), title="lambda form", **look)

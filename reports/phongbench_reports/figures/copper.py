@@ -10,6 +10,7 @@ from phongbench.inputs.optical_constants import COPPER, WAVELENGTHS, in_terms_of
 from phongbench.support import image_files
 from phongbench_reports.plots import BLUE, GREEN, INK, VERMILION, Plate, Vector, footnote, sheet
 from phongbench_reports.text import listed, number
+from phongbench_reports.ticks import fixed_ticks
 
 #: angles of incidence, and how they are drawn: formula, name, dash and width
 ANGLES = 181
@@ -62,7 +63,7 @@ def _strips(axes: Axes, tables: dict[str, Vector]) -> None:
     """A strip for each formula, from 0 degrees on the left to 90 on the right."""
     strips = [image_files.codes(tables[kind][None].astype(np.float32)) for kind, *_ in DRAWN]
     axes.imshow(np.concatenate(strips), aspect="auto", extent=(0.0, 90.0, len(DRAWN), 0.0), interpolation="nearest")
-    axes.set_yticks(np.arange(len(DRAWN)) + 0.5, [name for _, name, *_ in DRAWN])
+    fixed_ticks(axes.yaxis, np.arange(len(DRAWN)) + 0.5, [name for _, name, *_ in DRAWN])
     axes.set_xticks(range(0, 91, 15))
     axes.grid(visible=False)
     axes.set_xlabel("incidence (degrees)")

@@ -8,7 +8,19 @@ from matplotlib.axes import Axes
 
 from phongbench.analysis.rows import Rows, at, nearest
 from phongbench_reports.figures.speed import SETS
-from phongbench_reports.plots import BLUE, INK, MUTED, ORANGE, SURFACE, Plate, budget_lines, footnote, sheet
+from phongbench_reports.plots import (
+    BLUE,
+    INK,
+    MUTED,
+    ORANGE,
+    SURFACE,
+    Plate,
+    budget_lines,
+    footnote,
+    hair,
+    in_panel,
+    sheet,
+)
 from phongbench_reports.reproduce import reproduce
 from phongbench_reports.table import Absent
 from phongbench_reports.text import BUDGETS, INTERVAL, alpha_is, basis, label, listed, number, records, time_it
@@ -80,24 +92,25 @@ def names(axes: Axes, rows: pd.DataFrame, *, gap: float = GAP, letter: float = L
         return
     picks = np.unique(np.linspace(0, len(best) - 1, min(most, len(best))).round().astype(int))
     best = best.iloc[picks]
-    to_axes = axes.transData + axes.transAxes.inverted()
-    points = to_axes.transform(np.column_stack([best["error"].clip(lower=FLOOR), best["ratio"]]))
+    points = in_panel(axes, best["error"].clip(lower=FLOOR), best["ratio"])
     lowest = 1.0
     for (x, y), row in zip(points, records(best), strict=True):
         left = x < 0.03 + letter * len(row["label"])  # no room to its left: above it instead
         height = float(y) + gap if left else min(float(y), lowest) - gap
         lowest = lowest if left else height
-        axes.annotate(
+        if not (0 <= x <= 1 and 0 <= y <= 1):
+            continue
+        end = (float(x) + (0.012 if left else -0.012), height)
+        hair(axes, (x, y), end, color=BLUE, linewidth=0.6, zorder=2.5)
+        axes.text(
+            *end,
             row["label"],
-            xy=(max(row["error"], FLOOR), row["ratio"]),
-            xytext=(x + (0.012 if left else -0.012), height),
-            textcoords="axes fraction",
+            transform=axes.transAxes,
             fontsize=7.5,
             ha="left" if left else "right",
             va="center",
             bbox={"facecolor": SURFACE, "edgecolor": "none", "pad": 0.8},
             zorder=4,
-            arrowprops={"arrowstyle": "-", "color": BLUE, "linewidth": 0.6, "shrinkA": 0, "shrinkB": 3},
         )
 
 

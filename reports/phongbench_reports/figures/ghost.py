@@ -33,9 +33,10 @@ def cell_of(study: Rows) -> pd.DataFrame:
 
 def gated_values(row: pd.Series, cosine: Vector, *, gated: bool) -> Vector:
     """The cell's formula over cosines from -1 to 1, with or without the test of a.b > 0."""
-    highlight = values(row, cosine)
+    each, places = np.unique(cosine, return_inverse=True)  # a sphere has every angle several times
+    highlight = values(row, each)
     assert highlight is not None  # it is ours
-    return np.where(cosine > 0.0, highlight, 0.0) if gated else highlight
+    return np.where(cosine > 0.0, highlight[places], 0.0) if gated else highlight[places]
 
 
 def sphere(row: pd.Series, *, gated: bool) -> Vector:

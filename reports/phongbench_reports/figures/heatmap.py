@@ -14,6 +14,7 @@ from phongbench_reports.figures.measured import finished, lyon
 from phongbench_reports.plots import SURFACE, Plate, sheet
 from phongbench_reports.table import Absent
 from phongbench_reports.text import BUDGETS, number
+from phongbench_reports.ticks import fixed_ticks
 
 POLICIES = ("taylor", "minimax")
 #: Errors beyond these ends share their colour: below a tenth of a 10-bit code nothing is worth telling apart.
@@ -53,8 +54,8 @@ def _panel(axes: Axes, errors: pd.DataFrame) -> None:
             axes.add_patch(
                 Rectangle((column + 0.05, row + 0.07), 0.9, 0.86, fill=False, edgecolor="#000000", linewidth=1.3)
             )
-    axes.set_xticks(np.arange(grid.shape[1]) + 0.5, [f"{int(gamma)}" for gamma in errors.columns])
-    axes.set_yticks(np.arange(grid.shape[0]) + 0.5, [f"{alpha:g}" for alpha in errors.index])
+    fixed_ticks(axes.xaxis, np.arange(grid.shape[1]) + 0.5, [f"{int(gamma)}" for gamma in errors.columns])
+    fixed_ticks(axes.yaxis, np.arange(grid.shape[0]) + 0.5, [f"{alpha:g}" for alpha in errors.index])
     axes.tick_params(length=0)
     axes.grid(False)
     for spine in axes.spines.values():

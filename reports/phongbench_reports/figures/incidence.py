@@ -10,7 +10,7 @@ from phongbench.analysis.incidence_front import points, twin_differs
 from phongbench.analysis.rows import Rows
 from phongbench.inputs.optical_constants import EXACT
 from phongbench_reports.figures.front import LOOKS
-from phongbench_reports.plots import INK, Plate, budget_lines, footnote, sheet, spread
+from phongbench_reports.plots import INK, Plate, budget_lines, footnote, in_panel, sheet, spread
 from phongbench_reports.table import Absent
 from phongbench_reports.text import INTERVAL, listed, number, records, span
 from phongbench_reports.ticks import log_axis, named_ticks, octaves
@@ -66,8 +66,7 @@ def _panel(axes: Axes, rows: pd.DataFrame) -> None:
 
 def _names(axes: Axes, rows: pd.DataFrame, *, left: bool) -> None:
     """Names beside points, none over another."""
-    to_axes = axes.transData + axes.transAxes.inverted()
-    places = to_axes.transform(np.column_stack([rows["error"].clip(lower=FLOOR), rows["ratio"]]))
+    places = in_panel(axes, rows["error"].clip(lower=FLOOR), rows["ratio"])
     for row, (x, _), height in zip(records(rows), places, spread([float(y) for _, y in places], 0.065), strict=True):
         look: dict[str, Any] = {"fontsize": 7.5, "va": "center", "ha": "right" if left else "left"}
         axes.text(x + (-0.015 if left else 0.015), height, row["reflectance"], transform=axes.transAxes, **look)

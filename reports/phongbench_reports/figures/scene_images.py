@@ -147,12 +147,13 @@ def _scale(figure: Figure, tall: float, below: float) -> None:
     """
     axes = figure.add_axes((0.01, (below - 0.17) / tall, 0.98, 0.1 / tall))
     axes.imshow(triples.bar(512), aspect="auto", extent=(0.0, 1.0, 0.0, 1.0))
+    axes.set_xticks([])
     axes.set_yticks([])
     axes.grid(visible=False)
-    places = np.linspace(0.0, 1.0, len(triples.TICKS))
-    axes.set_xticks(places, [*triples.TICKS[:-1], f"{triples.TICKS[-1]} codes"], fontsize=7.5)
-    for label, place in zip(axes.get_xticklabels(), places, strict=True):
-        label.set_horizontalalignment("left" if place == 0 else "right" if place == 1 else "center")
+    names = [*triples.TICKS[:-1], f"{triples.TICKS[-1]} codes"]
+    for place, name in zip(np.linspace(0.0, 1.0, len(names)), names, strict=True):
+        side = "left" if place == 0 else "right" if place == 1 else "center"
+        axes.text(place, -0.7, name, transform=axes.transAxes, ha=side, va="top", fontsize=7.5)
 
 
 def png(sheet_of: Sheet) -> bytes:

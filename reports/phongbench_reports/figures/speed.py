@@ -11,7 +11,7 @@ from phongbench.results.schema import CEILINGS, TWIN
 from phongbench_reports.plots import BLUE, MUTED, SURFACE, Plate, footnote, sheet
 from phongbench_reports.table import Absent
 from phongbench_reports.text import label, listed, number, records, span, time_it
-from phongbench_reports.ticks import named_ticks, readable, steps_of_ten
+from phongbench_reports.ticks import fixed_ticks, named_ticks, readable, steps_of_ten
 
 SETS = {"l1": "in L1", "l2": "in L2", "memory": "beyond cache"}
 #: A kernel that moves this share of what a plain copy moves waits for memory, whatever its formula.
@@ -50,7 +50,7 @@ def _panel(axes: Axes, rows: pd.DataFrame, names: list[str]) -> None:
         place_of_name = (row["ns_min"], len(names) - 0.42 + 0.62 * index)
         look: dict[str, Any] = {"fontsize": 7, "color": MUTED, "va": "center", "textcoords": "offset points"}
         axes.annotate(str(row["approximation"]), place_of_name, (2, 0), annotation_clip=False, **look)
-    axes.set_yticks([place[name] for name in names], names)
+    fixed_ticks(axes.yaxis, [place[name] for name in names], names)
     axes.tick_params(axis="y", length=0)
     axes.grid(False, axis="y")
     axes.set_ylim(-0.7, len(names) + 1.4)

@@ -10,7 +10,7 @@ from phongbench_reports.figures.measured import finished
 from phongbench_reports.plots import BLUE, GREEN, GRID, VERMILION, Plate, Vector, budget_lines, sheet
 from phongbench_reports.table import Absent
 from phongbench_reports.text import alpha_is, label, listed, number, percent, records
-from phongbench_reports.ticks import log_axis
+from phongbench_reports.ticks import fixed_ticks, log_axis
 
 PARTS = {
     "model_max": ("model", BLUE, "o"),
@@ -100,7 +100,7 @@ def draw(study: Rows) -> Plate | Absent:
     for axes in panels:
         axes.grid(False, axis="y")
         axes.tick_params(axis="y", length=0)
-    panels[0].set_yticks([place[name] for name in names], names)
+    fixed_ticks(panels[0].yaxis, [place[name] for name in names], names)
     panels[0].set_ylim(-0.7, len(names) - 0.3)
     marks = panels[0].get_legend_handles_labels()
     figure.legend(*marks, loc="upper right", ncols=3, fontsize=8, columnspacing=1.0, handletextpad=0.2)

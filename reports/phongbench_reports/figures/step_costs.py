@@ -11,6 +11,7 @@ from phongbench_reports.figures.speed import SETS
 from phongbench_reports.plots import BLUE, INK, Plate, footnote, sheet
 from phongbench_reports.table import Absent
 from phongbench_reports.text import INTERVAL, interval, number, records, span, time_it
+from phongbench_reports.ticks import fixed_ticks
 
 
 def costs(study: Rows) -> pd.DataFrame:
@@ -42,7 +43,7 @@ def draw(study: Rows) -> Plate | Absent:
     middle, places = data["share"].to_numpy(float), np.arange(len(data))
     ends = np.abs([middle - data["share_low"].to_numpy(float), data["share_high"].to_numpy(float) - middle])
     axes.barh(places, middle, height=0.6, color=BLUE, xerr=ends, error_kw={"ecolor": INK, "elinewidth": 1.0})
-    axes.set_yticks(places, data["step"].tolist())
+    fixed_ticks(axes.yaxis, places, data["step"].tolist())
     axes.invert_yaxis()
     axes.grid(visible=False, axis="y")
     axes.axvline(0.0, color=INK, linewidth=0.8)

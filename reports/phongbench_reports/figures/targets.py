@@ -52,7 +52,7 @@ def draw(study: Rows) -> Plate | Absent:
     height = 0.85 + 2.3 * count
     margins = {"top": 1 - 0.33 / height, "bottom": 0.72 / height, "hspace": 0.3, "wspace": 0.08}
     columns = min(COLUMNS, len(shown))
-    figure, panels = sheet(height, count, columns, left=0.07, right=0.99, sharex=True, sharey=True, **margins)
+    figure, panels = sheet(height, count, columns, left=0.085, right=0.99, sharex=True, sharey=True, **margins)
     log_axis(panels[0].xaxis, labels=5)
     low, high = float(data["ratio"].min()), max(float(data["ratio"].max()), 1.0) * 1.35
     named_ticks(panels[0].yaxis, octaves(low / 1.5, high))

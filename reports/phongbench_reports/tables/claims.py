@@ -80,7 +80,7 @@ class ClaimTable:
 def claims(study: Rows) -> ClaimTable | Absent:
     """All claims, judged by the rows of the run."""
     try:
-        judged = judge(study.run)
+        judged = judge(study)
     except InputError as lacking:
         return Absent(f"{lacking.what}.", lacking.fix or "")
     counted = Counter(one.verdict for one in judged)

@@ -16,7 +16,7 @@ from phongbench.analysis import promises
 from phongbench.analysis.by_target import alike, answers
 from phongbench.analysis.choices import Choices
 from phongbench.analysis.front import points
-from phongbench.analysis.recommend import elsewhere, recommend
+from phongbench.analysis.recommend import recommend
 from phongbench.analysis.target_costs import Price, checked, prices, table_of
 from phongbench.cli import answer_tables
 from phongbench.cli.main import main
@@ -100,17 +100,17 @@ def test_without_a_run_the_laws_and_the_compiler_answer() -> None:
 
 
 def test_other_targets_are_told_where_they_answer_otherwise(run: Run) -> None:
-    here = recommend(run, **QUESTION, target="gcn4")
-    others = {one["target"]: one["name"] for one in elsewhere(run, here, **QUESTION)}
+    here = recommend(run, **QUESTION, target="gcn4", others=True)
+    others = {one["target"]: one["name"] for one in here["elsewhere"]}
     assert "gcn4" not in others
     assert others["rdna2"].startswith("gaussian")
 
 
 @pytest.mark.parametrize("target", FAMILIES)
 def test_what_is_told_of_another_target_is_its_own_answer(run: Run, target: str) -> None:
-    here = recommend(run, **QUESTION, target="gcn4")
+    here = recommend(run, **QUESTION, target="gcn4", others=True)
     own = recommend(run, **QUESTION, target=target)["choices"][0]
-    told = {one["target"]: one for one in elsewhere(run, here, **QUESTION)}
+    told = {one["target"]: one for one in here["elsewhere"]}
     assert (target in told) == (own["name"] != here["choices"][0]["name"])
     assert all(value == own[key] for key, value in told.get(target, {}).items())
 
@@ -228,11 +228,18 @@ def test_a_measured_price_holds_at_exponents_whose_code_is_the_same_but_for_numb
 
 def test_for_other_targets_nothing_is_searched(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
     """A search takes a second, and there are many targets: what cannot be proven is not their answer."""
-    here = recommend(run, **QUESTION, target="gcn4")
+    searched: list[str] = []
 
     def unproven(*_: object) -> float:
         raise NotEnclosedError
 
+    def search(case: Any) -> float:
+        searched.append(str(case.formula))
+        return 1.0
+
     monkeypatch.setattr(promises, "_proven", unproven)
-    monkeypatch.setattr(promises, "_searched", lambda case: pytest.fail(f"searched {case.formula}"))
-    assert elsewhere(run, here, **QUESTION) == []
+    monkeypatch.setattr(promises, "_searched", search)
+    recommend(run, **QUESTION, target="gcn4")
+    alone = len(searched)
+    assert recommend(run, **QUESTION, target="gcn4", others=True)["elsewhere"] == []
+    assert 0 < alone == len(searched) - alone

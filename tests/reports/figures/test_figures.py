@@ -203,7 +203,7 @@ def test_names_beside_lines_never_overlap() -> None:
     assert plots.spread([], 0.1) == []
 
 
-def test_minor_ticks_drawn_as_one_line_look_as_before() -> None:
+def test_ticks_drawn_as_few_artists_look_as_before() -> None:
     with ink():
         figure, panels = plots.sheet(5.0, 2, 2, sharex=True, sharey="row")
         for index, axes in enumerate(panels):
@@ -212,11 +212,34 @@ def test_minor_ticks_drawn_as_one_line_look_as_before() -> None:
             ticks.log_axis(axes.yaxis, labels=5)
         panels[2].set_axis_off()
         ticks.named_ticks(panels[0].yaxis, [0.01, 1.0], minor=[0.1, 0.5])
+        panels[1].grid(False, axis="x")
+        panels[1].tick_params(axis="y", length=0)
         before, many = _pixels(figure), sum(len(axes.xaxis.get_minor_ticks()) for axes in panels)
-        ticks.merge_minor_ticks(figure)
+        ticks.merge_ticks(figure)
         assert many > 30
-        assert not any(len(axis.get_minorticklocs()) for axes in panels for axis in (axes.xaxis, axes.yaxis))
+        assert not any(len(axis.get_ticklocs()) for axes in panels if axes.axison for axis in (axes.xaxis, axes.yaxis))
         assert np.abs(_pixels(figure) - before).max() <= 1
+
+
+@pytest.mark.parametrize("values", [(0.0, 3.27), (-0.035, 0.019), (2.2, 2.9), (1e-6, 6000.0)])
+def test_names_of_axes_keep_their_place_when_ticks_are_merged(values: tuple[float, float]) -> None:
+    with ink():
+        figure, (axes, _) = plots.sheet(3.0, 1, 2)
+        axes.set(xlim=values, ylim=values, xlabel="across", ylabel="up")
+        if values[1] > 1e3:
+            ticks.log_axis(axes.xaxis, labels=5)  # an end that is small beside the other: no tick beyond it
+            ticks.log_axis(axes.yaxis, labels=5)
+        names = [axis.label for axis in (axes.xaxis, axes.yaxis)]
+        figure.draw_without_rendering()
+        before = [name.get_window_extent().bounds for name in names]
+        shown = [[text.get_text() for text in axis.get_ticklabels()] for axis in (axes.xaxis, axes.yaxis)]
+        ticks.merge_ticks(figure)
+        figure.draw_without_rendering()
+        for name, place in zip(names, before, strict=True):
+            assert name.get_window_extent().bounds == pytest.approx(place, abs=2.0)
+        written = [text.get_text() for text in axes.texts]
+        assert all(any(text in labels for labels in shown) for text in written)
+        assert len(written) > 4
 
 
 def _pixels(figure: Figure) -> Any:
