@@ -81,10 +81,13 @@ class Writer:
         """
         given = [Traced(self, kind, value) for kind, value in zip(kinds, arguments, strict=True)]
         cells = tuple(CellType(self._known(cell.cell_contents)) for cell in body.__closure__ or ())
-        code, names = body.__code__, body.__globals__
-        here = {n: names.get(n, getattr(builtins, n, None)) for n in code.co_names}
-        namespace = {name: self._known(value) for name, value in here.items() if value is not None}
-        return FunctionType(code, {"__builtins__": {}, **namespace}, closure=cells)(*given)
+        names = {**vars(builtins), **body.__globals__}
+        namespace = {name: self._known(names[name]) for name in body.__code__.co_names if name in names}
+        traced = FunctionType(body.__code__, {"__builtins__": {}, **namespace}, closure=cells)
+        try:
+            return traced(*given)
+        except (AttributeError, NameError, TypeError, ValueError) as asked:  # numba may know how, or says it better
+            raise UntraceableError from asked
 
     def call(self, function: Any, *arguments: Any) -> Traced:
         """A call of anything that numba compiles."""

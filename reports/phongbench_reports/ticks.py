@@ -42,7 +42,7 @@ def fixed_ticks(axis: Any, places: Iterable[float], labels: Iterable[str]) -> No
     """Ticks at these places with these labels; matplotlib's `set_ticks` makes each at once, and again when it draws."""
     named = dict(zip(map(float, places), labels, strict=True))
     axis.set_major_locator(FixedLocator(list(named)))
-    axis.set_major_formatter(FuncFormatter(lambda place, _: named[place]))
+    axis.set_major_formatter(FuncFormatter(lambda place, _: named.get(place, "")))
 
 
 def octaves(low: float, high: float) -> list[float]:

@@ -11,7 +11,6 @@ from matplotlib.axes import Axes
 from phongbench.analysis.rows import Rows, ordered
 from phongbench.errors import PhongbenchError
 from phongbench.formulas.formula import Formula
-from phongbench_reports.figures import scene_images
 from phongbench_reports.plots import INK, MUTED, STYLES, Plate, end_labels, footnote, sheet
 from phongbench_reports.table import Absent, Part, Table
 from phongbench_reports.text import INTERVAL, label, listed, number, ratio, records, share
@@ -41,6 +40,8 @@ def differences(study: Rows) -> Plate | Absent:
     """The test card by three formulas, and the difference of each to exact Phong, on one scale."""
     if errors_of(study).empty:
         return MISSING
+    from phongbench_reports.figures import scene_images  # late: it renders
+
     shown = scene_images.formulas(size=SIZE)
     data = pd.DataFrame(list(shown.facts))
     errors = [f"{row['formula']} is off by {row['max_codes']} codes at most" for row in records(data)]
@@ -58,6 +59,8 @@ def reflections(study: Rows) -> Plate | Absent:
     cut = rows[rows["name"] == "cutoff"] if len(rows) else rows
     if cut.empty:
         return MISSING
+    from phongbench_reports.figures import scene_images  # late: it renders
+
     shown = scene_images.depths(size=SIZE)
     data = pd.DataFrame(list(shown.facts))
     parts = [f"{row['pixels_changed']:.1%} by reflection {row['reflections']}" for row in records(data.iloc[1:])]
@@ -70,6 +73,8 @@ def interpolation(study: Rows) -> Plate | Absent:
     """One sphere in triangles, flat, Gouraud and Phong shaded."""
     if errors_of(study).empty:
         return MISSING
+    from phongbench_reports.figures import scene_images  # late: it renders
+
     shown = scene_images.interpolation()
     titles = [title.rpartition(", ") for title in shown.titles]
     data = pd.DataFrame({"shading": [t[0] for t in titles], "edges": [t[2] for t in titles]})

@@ -26,11 +26,20 @@ def capped(x: float) -> float:
     return x
 
 
+def by_other_means(x: float) -> float:
+    """What Python's values can do and written ones cannot: a power, a loop, a name that is None."""
+    total, nothing = 0.0, NOTHING
+    for part in (x, x):
+        total += part**3 if nothing is None else part
+    return total
+
+
 def squared_less(x: float) -> float:
     return x * x - (1 - 2.0**-29)
 
 
-twice, cap, less = (jit.inline(body, np.float64) for body in (doubled, capped, squared_less))
+NOTHING = None
+twice, cap, less, other = (jit.inline(body, np.float64) for body in (doubled, capped, squared_less, by_other_means))
 
 
 def _signature(dtype: Any) -> Any:
@@ -82,7 +91,7 @@ def test_what_a_loop_has_beside_bodies_is_part_of_its_template() -> None:
 
 @pytest.mark.parametrize("x", [-0.0, 0.7, 5.0, float("inf"), float("nan")], ids=str)
 def test_bodies_with_and_without_branches_give_what_they_are(x: float) -> None:
-    for body, plain in ((twice, doubled), (cap, capped)):
+    for body, plain in ((twice, doubled), (cap, capped), (other, by_other_means)):
         assert str(loop_of(body, np.float64(-0.0))(x)) == str(plain(x))
 
 

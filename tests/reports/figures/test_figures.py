@@ -242,6 +242,16 @@ def test_names_of_axes_keep_their_place_when_ticks_are_merged(values: tuple[floa
         assert len(written) > 4
 
 
+def test_an_axis_of_named_places_can_be_asked_about_any_other() -> None:
+    """As a notebook does for the place under the mouse."""
+    with ink():
+        _, (axes,) = plots.sheet(3.0)
+        ticks.fixed_ticks(axes.yaxis, [0.5, 1.5], ["one", "two"])
+        assert [axes.yaxis.get_major_formatter().format_data_short(place) for place in (0.5, 1.5, 0.7)] == [
+            "one", "two", "",
+        ]  # fmt: skip
+
+
 def _pixels(figure: Figure) -> Any:
     buffer = io.BytesIO()
     figure.savefig(buffer, format="rgba", dpi=150)
