@@ -6,11 +6,12 @@ answer itself, which is the rest. One that was made of anything else, or is not 
 these files: they may be deleted, and where none can be written every answer is made anew.
 """
 
+import gc
 import json
 import os
 import re
-from collections.abc import Callable, Iterable, Iterator
-from contextlib import suppress
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager, suppress
 from hashlib import sha256
 from importlib.metadata import entry_points
 from pathlib import Path
@@ -49,9 +50,28 @@ def kept(run: Any, root: Path, make: Callable[..., Any], **question: Any) -> Any
     make      named after what it answers; may raise, and is then asked again the next time
     question  as JSON can hold it
     """
+    with _uncollected():
+        return json.loads(_answer(run, root, make, question))
+
+
+@contextmanager
+def _uncollected() -> Iterator[None]:
+    """Let no garbage be looked for meanwhile: an answer imports much and leaves little, and takes a twentieth less."""
+    if not gc.isenabled():
+        yield
+        return
+    gc.disable()
+    try:
+        yield
+    finally:
+        gc.enable()
+
+
+def _answer(run: Any, root: Path, make: Callable[..., Any], question: Mapping[str, Any]) -> str:
+    """The answer as text, see `kept`."""
     of = origin(run, sorted((root / ADDED).glob("*.json")))
     if of is None:
-        return json.loads(_text(make(run, root=root, **question)))
+        return _text(make(run, root=root, **question))
     asked = json.dumps([make.__module__, make.__name__, str(run.path), question], sort_keys=True)
     file = run.path / ANSWERS / f"{sha256(asked.encode()).hexdigest()[:32]}.json"
     text = _read(file, of)
@@ -59,7 +79,7 @@ def kept(run: Any, root: Path, make: Callable[..., Any], **question: Any) -> Any
         text = _text(make(run, root=root, **question))
         with suppress(PhongbenchError, OSError):  # a folder that cannot be written to answers as well
             _write(file, of, text)
-    return json.loads(text)
+    return text
 
 
 def origin(run: Any, beside: Iterable[Path] = ()) -> str | None:

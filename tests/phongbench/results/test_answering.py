@@ -1,5 +1,6 @@
 """An answer is kept with its run: given again where nothing that decides it has changed, and only there."""
 
+import gc
 import json
 import math
 import shutil
@@ -133,6 +134,24 @@ def test_an_error_is_not_kept(ask: Callable[..., Any]) -> None:
     for _ in range(2):
         with pytest.raises(InputError, match="not measured"):
             ask(refuse)
+
+
+@pytest.mark.parametrize("wanted", [True, False])
+def test_garbage_is_collected_afterwards_as_before(ask: Callable[..., Any], wanted: bool) -> None:
+    def make(*_: Any, **question: Any) -> bool:
+        if question["wrong"]:
+            raise InputError("not measured")
+        return gc.isenabled()
+
+    before = gc.isenabled()
+    try:
+        gc.enable() if wanted else gc.disable()
+        assert ask(make, wrong=False) is False
+        with pytest.raises(InputError):
+            ask(make, wrong=True)
+        assert gc.isenabled() is wanted
+    finally:
+        gc.enable() if before else gc.disable()
 
 
 def test_where_nothing_can_be_written_it_answers_all_the_same(ask: Callable[..., Any], run: runs.Run) -> None:
