@@ -4,7 +4,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from phongbench.support.process import cores
+from phongbench.support.process import cores, seldom_collected
 
 __all__ = ["build"]
 
@@ -30,7 +30,8 @@ def build(
     """
     from phongbench_reports.second_process import begun  # late, as what draws: who only looks needs neither
 
-    with begun(run.path if min(processes, cores()) > 1 else None) as other:  # it imports while this one does
+    alone = min(processes, cores()) < 2
+    with seldom_collected(), begun(None if alone else run.path) as other:  # it imports while this one does
         from phongbench_reports.drawing import draw
 
         return draw(run, out, single_file=single_file, other=other, progress=progress)

@@ -15,7 +15,6 @@ import pandas as pd
 from phongbench.analysis.rows import Rows
 from phongbench.results.runs import require_rows
 from phongbench.support.atomic_files import write_bytes
-from phongbench.support.process import seldom_collected
 from phongbench.support.user_paths import make_folder
 from phongbench_reports.figures import FIGURES
 from phongbench_reports.figures.pictures import SECTIONS
@@ -134,7 +133,6 @@ def _data_address(media: str, content: bytes) -> str:
     return min(plain, coded, key=len)
 
 
-@seldom_collected()
 def draw(
     run: Run, out: Path, *, single_file: bool = False, other: Process | None = None, progress: Progressed | None = None
 ) -> Path:

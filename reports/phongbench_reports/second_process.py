@@ -17,6 +17,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any
 
+from phongbench.support.process import seldom_collected
+
 if TYPE_CHECKING:  # what draws takes two seconds of a core to import: the other process begins before
     from phongbench.analysis.rows import Rows
     from phongbench_reports.table import Part
@@ -117,6 +119,7 @@ def beside(process: Process, names: Iterable[str]) -> Iterator[Shared]:
         shared.theirs()
 
 
+@seldom_collected()
 def serve(path: str, asked: Iterable[str], out: IO[bytes]) -> None:
     """What the other process does: it makes parts of the report of the run in this folder as they are asked for.
 
