@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 COLUMNS = [*CELL, "error", "ns", "ratio", "ratio_low", "ratio_high", "state"]
+SPAN = ("ratio", "ratio_low", "ratio_high")
 #: vectors that are unit, on which errors are told
 UNIT = {"perturbation": "none", "length_error": 0.0, "gated": True, "truth": "angle"}
 
@@ -152,13 +153,18 @@ def joined(wrong: Iterable[Row], times: Iterable[Row]) -> list[Row]:
     kernel = key(KERNEL)
     known = {kernel(row): row for row in times}
     cells = [{**row, **known[kernel(row)]} for row in wrong if kernel(row) in known]
-    needed = ("error", "ratio", "ratio_low", "ratio_high")
-    return judged([row for row in cells if all(row[name] is not None for name in needed)])
+    return judged([row for row in cells if whole(row, "error", *SPAN)])
+
+
+def whole(row: Row, *names: str) -> bool:
+    """Whether it has a value in each of these columns."""
+    return all(row[name] is not None for name in names)
 
 
 def judged(cells: Sequence[Row]) -> list[Row]:
     """Cells with errors and ratios in order, each with its state; other columns are kept at the end."""
-    error, low, high = ([row[name] for row in cells] for name in ("error", "ratio_low", "ratio_high"))
+    numbers = ([np.nan if row[n] is None else row[n] for row in cells] for n in ("error", "ratio_low", "ratio_high"))
+    error, low, high = numbers
     named = states(error, low, high, same_cost(cells))
     rows = [{**row, "state": state} for row, state in zip(cells, named, strict=True)]
     return [_in_order(row) for row in sorted(rows, key=by(["ratio", "error", *CELL]))]

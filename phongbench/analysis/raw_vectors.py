@@ -151,11 +151,11 @@ def recommend(run: Run | None, budget: Budget, *, any_length: bool, notes: Seque
 def steps(timing: Records, *, working_set: str = "l1", precision: str = "float32") -> list[dict[str, Any]]:
     """What each step of a highlight costs: rows of step, what, with, without, ns, share, share_low, share_high.
 
-    ns     difference of the least times; None where one was not timed
+    ns     difference of the least times; a step of which one was not timed, or has no interval, is left out
     share  of exact Phong's time on unit vectors, with the 99 % interval of that time's ratio
     """
     times = kernel_times.times_of(timing, working_set=working_set, precision=precision)
-    by_name = {_name(row): row for row in times}
+    by_name = {_name(row): row for row in times if front.whole(row, "ns", *front.SPAN)}
     rows = []
     for name, having, lacking, what in STEPS:
         with_it, without = by_name.get(having), by_name.get(lacking or DOT)

@@ -10,7 +10,7 @@ import pytest
 
 from phongbench.analysis.choice import choose
 from phongbench.analysis.choices import Choices
-from phongbench.analysis.front import COLUMNS, framed, front, records, states, worst_of
+from phongbench.analysis.front import COLUMNS, errors_at, framed, front, judged, records, states, worst_of
 from phongbench.analysis.kernel_times import multiplications
 from phongbench.errors import InputError
 from phongbench.results.records import Records
@@ -192,6 +192,18 @@ def test_fronts_made_together_are_those_made_alone(accuracy: pd.DataFrame, timin
         pd.testing.assert_frame_equal(cells, fronted(alone, timing.iloc[::-1], alpha=alpha))
     assert fronts[10.0].empty
     assert state_of(fronts[50.0]) != state_of(fronts[200.0])
+
+
+def test_what_has_no_error_or_interval_is_no_part_of_a_front_of_times_but_stands_beside_costs(
+    accuracy: pd.DataFrame, timing: pd.DataFrame
+) -> None:
+    accuracy.loc[accuracy["approximation"] == "schlick", "max_abs"] = np.nan
+    timing.loc[timing["approximation"] == "gaussian", "ratio_low"] = np.nan
+    assert set(fronted(accuracy, timing, alpha=50)["approximation"]) == {"lyon"}
+    counted = {"ratio": 0.5, "ratio_low": 0.5, "ratio_high": 0.5, "ns": None}
+    found = judged([row | counted for row in errors_at(Records.of(accuracy), alpha=50)])
+    assert [row["error"] for row in found if row["approximation"] == "schlick"] == [None]
+    assert found[-1]["error"] is None
 
 
 def test_records_hold_pythons_own_values_and_none_for_what_is_missing() -> None:

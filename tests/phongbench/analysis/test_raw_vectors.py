@@ -88,6 +88,11 @@ def test_steps_are_differences_of_times(run):
     assert {name for name, *_ in STEPS} >= {"power", "normalise R and V", "one root", "H"}
 
 
+def test_a_step_without_an_interval_is_left_out(run):
+    run.timing.loc[run.timing["normalise"] == "once", "ratio_low"] = math.nan
+    assert "one root" not in {step["step"] for step in steps(run.records("timing"))}
+
+
 def configurations(random, count):
     """N, L and V of lengths from 0.001 to 1000, V near the mirror direction, as (9, count) float32."""
     n, mirror = (v / np.linalg.norm(v, axis=0) for v in random.normal(size=(2, 3, count)))

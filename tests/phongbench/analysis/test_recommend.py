@@ -232,6 +232,16 @@ def test_cells_with_values_that_are_not_finite_never_qualify(stored: Stored, sma
     assert {c["approximation"] for c in found["choices"]} <= {"gaussian", "phong"}
 
 
+def test_where_no_formula_was_measured_on_every_input_none_is_named(stored: Stored, small_rows: pd.DataFrame) -> None:
+    places = small_rows.groupby(["approximation", "lambda_form", "gamma"], dropna=False).ngroup()
+    rows = small_rows[~((places % 2 == 0) & (small_rows["stratum"] == "uniform"))]
+    rows = rows[~((places[rows.index] % 2 == 1) & (rows["stratum"] == "highlight"))]
+    run = stored(accuracy=rows)
+    with pytest.raises(InputError, match="no formula in float32 was timed"):
+        recommend(run, alpha=50, max_error=0.05)
+    assert recommend(run, alpha=50, max_error=0.05, target="gcn4")["choices"] == []
+
+
 def test_half_space_formulas_are_chosen_only_when_asked_for(stored: Stored) -> None:
     run = stored(ratio=lambda row: 0.1 if row.space == "half" else 0.5)
     assert {c["space"] for c in recommend(run, alpha=50, max_error=0.2)["choices"]} == {"reflect"}
