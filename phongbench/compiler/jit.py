@@ -174,6 +174,7 @@ class Loop:
         with _ONE_AT_A_TIME:  # one for all threads, or each would compile its own
             if name not in self.__dict__:
                 options = {"nogil": True, "cache": True, "error_model": "numpy", "fastmath": self._flags}
+                options["no_cfunc_wrapper"] = True  # nobody calls one from C, or by its address
                 self.__dict__[name] = _cached(lambda: numba.njit(**options)(self._function))
             return self.__dict__[name]
 
