@@ -1,6 +1,7 @@
 """What to ship for an error budget: at exponents, or for the materials of a file; and the code of the choice."""
 
 import sys
+from contextlib import suppress
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -9,6 +10,10 @@ import click
 
 from phongbench.cli.answers import ALPHA_HELP, SHORT_OF, SPACE_HELP, TARGET, one_or_all
 from phongbench.cli.common import DIFFERENT, JSON, PATH, ROOT, notes, show
+from phongbench.errors import PhongbenchError
+
+#: what of a command line is no part of the question: who answers, where, and how it is shown
+_SHOWN = ("run_name", "as_json", "targets", "materials", "language")
 
 
 @click.command(short_help="The cheapest formula within an error budget.")
@@ -91,6 +96,16 @@ def recommend(
     show(document, as_json, *parts)
     if not all(answer["choices"] for answer in answers):
         sys.exit(DIFFERENT)
+
+
+def answer_ahead(run: Any, words: list[str]) -> None:
+    """Keep the answer to a recommendation, given as its command line has it, before it is asked; say nothing."""
+    from phongbench.results.answering import kept
+
+    asked = recommend.make_context("recommend", words).params
+    question = {name: value for name, value in asked.items() if name not in _SHOWN}
+    with suppress(PhongbenchError):
+        kept(run, ROOT, _advice, beside_others=True, target="cpu", **question)
 
 
 def _advice(run: Any, *, beside_others: bool, **question: Any) -> dict[str, Any]:

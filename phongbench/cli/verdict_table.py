@@ -24,22 +24,24 @@ def verdict_table(verdict: Mapping[str, Any]) -> None:
         say(note)
 
 
-def next_commands(verdict: Mapping[str, Any], run: str) -> None:
-    """The commands that a reader of the verdict goes on with.
+def next_commands(verdict: Mapping[str, Any], run: str) -> list[str]:
+    """Print the commands that a reader of the verdict goes on with; the words of a `recommend` among them.
 
     run  the run's name for commands: `latest`, an id or a folder
     """
     named = [group for group in verdict["groups"] if group["name"]]
     if not named:
-        return
+        return []
     middle = named[len(named) // 2]
     alpha = f"{middle['alphas'][len(middle['alphas']) // 2]:.10g}"
     precision = "" if verdict["precision"] == "float32" else f" --precision {verdict['precision']}"
     whose = "" if run == "latest" else f" --run {run}"
+    words = f"--alpha {alpha} --max-error 1/255{precision}"
     if verdict["timed"]:
-        command(f"phongbench recommend --alpha {alpha} --max-error 1/255{precision}{whose}", "next    ")
+        command(f"phongbench recommend {words}{whose}", "next    ")
     shorter = precision if verdict["precision"] == "float16" else ""
     command(f"phongbench shader {middle['name']} --alpha {alpha}{shorter}", "code    ")
+    return words.split() if verdict["timed"] else []
 
 
 def _title(verdict: Mapping[str, Any]) -> str:

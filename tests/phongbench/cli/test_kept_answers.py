@@ -1,6 +1,7 @@
 """front, show and recommend, asked once more: the same text, without a table read."""
 
 import json
+import re
 from collections.abc import Callable
 from pathlib import Path
 from types import SimpleNamespace
@@ -84,11 +85,16 @@ def test_nothing_within_the_budget_exits_alike_again(here: runs.Run) -> None:
     assert first.stdout == again.stdout
 
 
-def test_a_study_that_ends_has_answered_show(here: runs.Run, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_study_that_ends_has_answered_show_and_what_it_proposes(
+    here: runs.Run, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     whole = dict.fromkeys(("accuracy", "compiling", "total"), 1.0)
     outcome = SimpleNamespace(
         run=runs.find("latest", ROOT), finished_before=False, report=None, evaluations=1, cells=1, seconds=whole
     )
     summary(outcome)
+    proposed = re.search(r"phongbench (recommend .*)", capsys.readouterr().out)
+    assert proposed
     monkeypatch.setattr(answering, "_text", _refuse)
     assert "What to ship" in _asked("show latest").stdout
+    assert "Largest error at most" in _asked(proposed[1]).stdout
