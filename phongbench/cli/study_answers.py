@@ -51,7 +51,7 @@ def summary(outcome: Any) -> None:
     if found:
         here = run.path.parent == ROOT
         words = next_commands(found, "latest" if here else str(run.path))
-        if words:  # likewise, in a tenth of the time that it takes later: its proofs and codes were made for the run
+        if words:  # likewise, in a quarter of the time that it takes later: its proofs and codes were made for the run
             answer_ahead(run, words)
 
 
