@@ -16,6 +16,7 @@ from phongbench.analysis.target_costs import own_prices, prices, table_of
 from phongbench.errors import InputError
 from phongbench.formulas.formula import Formula
 from phongbench.inputs.plan import Plan, preset
+from phongbench.results.records import Records
 from phongbench.results.runs import Run
 from phongbench.results.schema import DOT, TABLES, TWIN
 from phongbench.study import gpu
@@ -159,6 +160,10 @@ class With:
     def __getattr__(self, name: str) -> object:
         return getattr(self.run, name)
 
+    def records(self, name: str) -> Records:
+        """As of a stored run."""
+        return Records.of(self.costs) if name == "costs" else self.run.records(name)
+
 
 def test_a_run_answers_for_it_and_says_what_it_was(run: Run, tmp_path: Path) -> None:
     timed = {(name, CONTEXTS[0]): at(ratio) for name, ratio in (("phong", 1.0), ("lyon:dot:8 50", 0.5), (DOT, 0.25))}
@@ -182,7 +187,7 @@ def test_a_time_is_that_of_its_code_and_of_no_other_exponents(run: Run) -> None:
     """Lyon's code with a slope of exactly 1 needs no product: its time is not known where that was not timed."""
     timed = {("phong", CONTEXTS[0]): at(1.0), ("lyon:dot:8 50", CONTEXTS[0]): at(0.5)}
     costs = TABLES["costs"].frame(gpu.rows(codes(), GpuTimes(SOFTWARE, "timestamps", 24, timed, {})))
-    own, table = own_prices(costs, "gpu", None), table_of("gpu")
+    own, table = own_prices(Records.of(costs), "gpu", None), table_of("gpu")
     formula = Formula.parse("lyon:dot:8")
     for alpha, known in ((50.0, True), (77.0, True), (8.0, False)):
         same = code(formula, alpha, gpu.LANGUAGE).shape == code(formula, 50.0, gpu.LANGUAGE).shape
