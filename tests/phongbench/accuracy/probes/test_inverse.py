@@ -17,6 +17,7 @@ from phongbench.inputs.plan import PRESETS, preset
 from phongbench.inverse.surface_heights import integrate
 from phongbench.inverse.surfaces import SURFACES, known_surface
 from phongbench.results.inverse_table import INVERSE
+from phongbench.results.records import Records, first_of
 
 
 @pytest.fixture(scope="module")
@@ -103,13 +104,14 @@ def test_normals_of_a_known_surface_are_those_of_its_heights(name: str) -> None:
 
 
 def test_a_recommendation_may_ask_for_normals(rows: pd.DataFrame) -> None:
-    run = type("Run", (), {"inverse": rows, "id": "made-up"})()
+    run = type("Run", (), {"records": lambda self, name: Records.of(rows), "id": "made-up"})()
     keys = ["approximation", "lambda_form", "space", "beta_policy", "gamma"]
-    cells = rows[rows["approximation"] != "matt"][keys].drop_duplicates()
+    cells = first_of((row for row in Records.of(rows).rows(keys) if row["approximation"] != "matt"), keys)
+    known = {row["approximation"] for row in cells}
     notes: list[str] = []
     kept = within(cells, run, Exponents.of("10..50"), 0.2, notes)  # type: ignore[arg-type]
-    assert {"phong", "lyon"} <= set(kept["approximation"]) < set(cells["approximation"])
-    assert "schlick" not in set(kept["approximation"])
+    assert {"phong", "lyon"} <= {row["approximation"] for row in kept} < known
+    assert "schlick" not in {row["approximation"] for row in kept}
     assert f"{len(kept)} of {len(cells)} cells" in notes[0]
     assert len(within(cells, run, Exponents.of(50), 1e-9, notes)) == 1  # type: ignore[arg-type]
     for wrong in (0, -1, math.nan, "much"):
