@@ -102,7 +102,7 @@ class Records:
             wanted = dict.fromkeys([*names, *(keys if set(names) & set(keys) else ())])  # together in less time
             with legible(file):
                 table = stored.read([key for key in wanted if key not in usual])
-            columns = {key: _of_arrow(table.column(key)) for key in table.column_names}
+                columns = {key: _of_arrow(table.column(key), key) for key in table.column_names}
             return columns | {key: _constant(usual[key], count) for key in names if key in usual}
 
         return _kept(load, [*held, *usual], count)
@@ -209,9 +209,12 @@ def _constant(value: Any, count: int) -> Column:
     return Column(np.zeros(count, np.intp), [value]) if isinstance(value, str) else Column(np.full(count, value))
 
 
-def _of_arrow(column: pa.ChunkedArray) -> Column:
+def _of_arrow(column: pa.ChunkedArray, name: str) -> Column:
     import pyarrow as pa
 
+    kinds = (pa.types.is_dictionary, pa.types.is_boolean, pa.types.is_integer, pa.types.is_floating)
+    if not any(kind(column.type) for kind in kinds):
+        raise ValueError(f"{name} holds {column.type}")
     if not pa.types.is_dictionary(column.type):
         return Column(_numbers(column.combine_chunks()), whole=pa.types.is_integer(column.type))
     one: Any = column.unify_dictionaries().combine_chunks()

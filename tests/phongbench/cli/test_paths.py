@@ -87,7 +87,8 @@ def call(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., Resul
     monkeypatch.chdir(tmp_path)
     folder = Path("good-run")
     folder.mkdir()
-    rows = pd.DataFrame({column: ["x", "y"] for column in schema.ACCURACY.names}).assign(device=schema.CPU)
+    columns = {column.name: ["x", "y"] if column.kind == "str" else [0, 1] for column in schema.ACCURACY.columns}
+    rows = pd.DataFrame(columns).astype(schema.ACCURACY.types).assign(device=schema.CPU)
     known = {"schema": runs.SCHEMA, "plan": preset("quick").as_dict(), "code": "", "provenance": {}, "seed": 1}
     files = {"accuracy.parquet": runs.write_table(folder, "accuracy", rows)}
     runs.write_manifest(folder, {**known, "run": folder.name, "state": "complete", "files": files})

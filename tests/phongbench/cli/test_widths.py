@@ -47,7 +47,7 @@ LINES = (
 SLOW = tuple(
     f"phongbench.analysis.{name}"
     for name in (
-        "claims.answer", "compare.compare", "front.points", "recommend.elsewhere", "recommend.recommend",
+        "claims.answer", "compare.compare", "front.points", "recommend.recommend",
         "material_advice.for_materials", "summary.summarise", "verdict.verdict",
     )
 )  # fmt: skip

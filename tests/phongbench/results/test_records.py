@@ -119,3 +119,10 @@ def test_a_table_that_is_not_as_it_was_written_is_told_as_pandas_tells_it(tmp_pa
         run.records("accuracy")
     with pytest.raises(CorruptRunError):
         run.read("accuracy")
+
+
+@pytest.mark.parametrize("value", ["text", None], ids=["text", "nothing"])
+def test_a_column_of_numbers_that_holds_something_else_is_named(tmp_path: Path, value: str | None) -> None:
+    made_up(20).assign(alpha=pd.Series([value] * 20, dtype=object)).to_parquet(tmp_path / "accuracy.parquet")
+    with pytest.raises(CorruptRunError, match="cannot be read: alpha holds"):
+        Records.read(tmp_path / "accuracy.parquet", "accuracy", {}).at(device="cpu")
