@@ -114,15 +114,16 @@ def _session(copy: Path, names: Sequence[str], box: Path, told: Path | None, pic
         os.environ |= {"PYTHONPATH": os.pathsep.join(paths), "TMPDIR": str(box)}
         os.environ["HYPOTHESIS_STORAGE_DIRECTORY"] = str(box / "hypothesis")
         tempfile.tempdir = None
+        options = [*_OPTIONS, f"--rootdir={copy}"]  # pytest may find another above it, and names tests from there
         if told is not None:
             tracer = Tracer(copy, box, told, pickles)
-            code = int(pytest.main([*_OPTIONS, *names], plugins=[Placed(pickles), tracer]))
+            code = int(pytest.main([*options, *names], plugins=[Placed(pickles), tracer]))
         else:
             sys.dont_write_bytecode = True  # no change may outlive its trial
             os.environ["PYTHONDONTWRITEBYTECODE"] = "1"
             files = dict.fromkeys(name.partition("::")[0] for name in names)
             chosen = Chosen(names, box / "failed")
-            code = int(pytest.main([*_OPTIONS, "-x", *files], plugins=[Placed(pickles), chosen]))
+            code = int(pytest.main([*options, "-x", *files], plugins=[Placed(pickles), chosen]))
     except BaseException:  # noqa: BLE001 - whatever it is, the process that forked must not go on twice
         traceback.print_exc()
     finally:
