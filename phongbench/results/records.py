@@ -94,13 +94,15 @@ class Records:
             facts = pyarrow.parquet.read_metadata(file)
             held, count = facts.schema.to_arrow_schema().names, facts.num_rows
             texts = [column.name for column in TABLES[name].columns if column.kind == "str" and column.name in held]
-            stored = pyarrow.parquet.ParquetFile(file, metadata=facts, read_dictionary=texts, memory_map=True)
         usual = {key: value for key, value in more.items() if key not in held}
         keys = [key for key in TABLES[name].key if key in held]
 
         def load(names: Sequence[str]) -> Mapping[str, Column]:
             wanted = dict.fromkeys([*names, *(keys if set(names) & set(keys) else ())])  # together in less time
-            with legible(file):
+            # opened for each reading: who keeps a run, as a service does, is not to keep its files open
+            with legible(file), pyarrow.parquet.ParquetFile(file, read_dictionary=texts, memory_map=True) as stored:
+                if stored.metadata.num_rows != count:
+                    raise ValueError("it was replaced while it was read")
                 table = stored.read([key for key in wanted if key not in usual])
                 columns = {key: _of_arrow(table.column(key), key) for key in table.column_names}
             return columns | {key: _constant(usual[key], count) for key in names if key in usual}

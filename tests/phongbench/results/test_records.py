@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+import psutil
 import pytest
 
 from phongbench.analysis.front import records
@@ -126,3 +127,17 @@ def test_a_column_of_numbers_that_holds_something_else_is_named(tmp_path: Path, 
     made_up(20).assign(alpha=pd.Series([value] * 20, dtype=object)).to_parquet(tmp_path / "accuracy.parquet")
     with pytest.raises(CorruptRunError, match="cannot be read: alpha holds"):
         Records.read(tmp_path / "accuracy.parquet", "accuracy", {}).at(device="cpu")
+
+
+def test_a_run_that_is_kept_keeps_no_file_open_and_notices_another_in_its_place(tmp_path: Path) -> None:
+    file = tmp_path / "accuracy.parquet"
+    made_up(20).to_parquet(file)
+    kept = Records.read(file, "accuracy", {})
+    assert len(kept.rows(["alpha"])) == 20
+    assert str(file) not in {opened.path for opened in psutil.Process().open_files()}
+    made_up(21).to_parquet(file)
+    with pytest.raises(CorruptRunError, match="replaced while it was read"):
+        kept.rows(["max_abs"])
+    file.unlink()
+    with pytest.raises(CorruptRunError, match="cannot be read"):
+        kept.rows(["max_below"])
