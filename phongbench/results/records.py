@@ -88,10 +88,10 @@ class Records:
         more  values of columns that the file lacks
         Raises CorruptRunError where it cannot be read, if need be when a column is first asked about.
         """
-        import pyarrow.parquet
+        from pyarrow import parquet
 
         with legible(file):
-            facts = pyarrow.parquet.read_metadata(file)
+            facts = parquet.read_metadata(file)
             held, count = facts.schema.to_arrow_schema().names, facts.num_rows
             texts = [column.name for column in TABLES[name].columns if column.kind == "str" and column.name in held]
         usual = {key: value for key, value in more.items() if key not in held}
