@@ -100,7 +100,7 @@ class Records:
         def load(names: Sequence[str]) -> Mapping[str, Column]:
             wanted = dict.fromkeys([*names, *(keys if set(names) & set(keys) else ())])  # together in less time
             # opened for each reading: who keeps a run, as a service does, is not to keep its files open
-            with legible(file), pyarrow.parquet.ParquetFile(file, read_dictionary=texts, memory_map=True) as stored:
+            with legible(file), parquet.ParquetFile(file, read_dictionary=texts, memory_map=True) as stored:
                 if stored.metadata.num_rows != count:
                     raise ValueError("it was replaced while it was read")
                 table = stored.read([key for key in wanted if key not in usual])

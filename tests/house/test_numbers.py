@@ -10,7 +10,7 @@ import pytest
 
 PRODUCT = ("phongbench", "api", "reports")
 #: guides are in CONTRIBUTING.md; these are gates
-MOST_LINES, LONGEST_FILE, LONGEST_FUNCTION, MEAN_FUNCTION, MOST_POSITIONAL, MOST_SKIPS = 56_800, 300, 60, 9.0, 8, 60
+MOST_LINES, LONGEST_FILE, LONGEST_FUNCTION, MEAN_FUNCTION, MOST_POSITIONAL, MOST_SKIPS = 56_850, 300, 60, 9.0, 8, 60
 #: functions whose every argument is an array of a compiled loop, though the compiler decorates them elsewhere
 LOOPS: set[str] = set()
 
