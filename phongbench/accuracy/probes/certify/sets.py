@@ -70,13 +70,14 @@ class Number:
     """What both kinds share: comparisons ask the path of the run that is under way.
 
     No abstract class of Python's: whether something is one of those takes ten times as long to ask.
+
+    ends     of each kind: floats at or beyond the ends of the set
+    __neg__  of each kind: the set of the negative numbers
     """
 
     path: ClassVar[Path] = Path()
-
-    def ends(self) -> tuple[float, float]:
-        """Floats at or beyond the ends of the set."""
-        raise NotImplementedError
+    ends: Callable[[], tuple[float, float]]
+    __neg__: Callable[[], Any]
 
     def narrow(self, low: float, high: float) -> None:
         """Forget what lies outside: the answer just taken excludes it. Whoever cannot, keeps more than is needed."""
@@ -121,10 +122,7 @@ class Number:
         return Number.path.answer(range(rounded(low), rounded(high) + 1))
 
     def __abs__(self) -> Any:
-        return self if self._above(0.0) else -self
-
-    def __neg__(self) -> Any:
-        raise NotImplementedError
+        return self if self._above(0.0) else self.__neg__()
 
     @classmethod
     def frexp(cls, x: Any) -> tuple[Any, int]:
