@@ -113,21 +113,28 @@ class Work(Generic[A]):
         self.flying[future], self.others[future] = (index, before), more.get("workers", [])
 
     def _gathered(self, future: Any) -> tuple[int, A | None]:
-        """Which piece, and what it gave that has not been there before; failures are noted."""
-        index, before = self.flying.pop(future)
-        del self.others[future]
-        if future.status in ("cancelled", "lost"):
+        """Which piece, and what it gave that has not been there before; failures are noted.
+
+        An answer that died with its worker since it was there is made again by the scheduler, and one whose worker
+        does not react may still come: both are waited for like the others.
+        """
+        index, before = self.flying[future]
+        if future.status == "lost":
+            return index, None
+        if future.status == "cancelled":
             raise self.at.lost()
         try:
             answer: A = future.result(timeout=PATIENCE)
         except Exception as problem:
+            if isinstance(problem, TimeoutError) and future.status != "error":
+                return index, None
             if self.at.client.status != "running":
                 raise self.at.lost() from problem
+            self._drop(future)
             if before is None:
                 self._fail(index, problem)
             return index, None
-        finally:
-            future.release()
+        self._drop(future)
         if answer.refused:
             what = f"the worker would not give this machine's bits: {answer.refused}"
             raise InputError(what, answer.worker, "install the same there, or start all with one --cpu-name")
@@ -138,6 +145,12 @@ class Work(Generic[A]):
         if index in self.again and len(self.at.workers) > 1:
             self._submit(index, answer)
         return index, answer
+
+    def _drop(self, future: Any) -> tuple[int, A | None]:
+        """Which piece it was, and its earlier answer."""
+        future.release()
+        del self.others[future]
+        return self.flying.pop(future)
 
     def _compare(self, index: int, before: A, answer: A) -> None:
         self.compared += 1
@@ -150,9 +163,7 @@ class Work(Generic[A]):
         self.at.look()
         present = self.at.workers.keys()
         for future in [one for one, names in self.others.items() if names and not present & set(names)]:
-            index, before = self.flying.pop(future)
-            del self.others[future]
-            future.release()
+            index, before = self._drop(future)
             if before and present - {before.worker}:
                 self._submit(index, before)
 

@@ -7,6 +7,7 @@ import shutil
 import signal
 import subprocess
 import sys
+import time
 from collections.abc import Callable, Iterator
 from copy import deepcopy
 from dataclasses import replace
@@ -17,6 +18,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from click.testing import CliRunner
+from distributed import Client
 from soaking.dask_processes import Process, Processes, kill, processes, wait_until
 
 import phongbench
@@ -31,7 +33,8 @@ from phongbench.results import runs
 from phongbench.scenes.render import Rendered, render
 from phongbench.scenes.scene import Scene
 from phongbench.study import run as study
-from phongbench.study.cluster import pictures
+from phongbench.study.cluster import pictures, work
+from phongbench.study.cluster.connection import connected
 from phongbench.study.cluster.engine import Cluster
 from phongbench.study.cluster.pictures import PictureCluster
 from phongbench.study.cluster.worker import Tally
@@ -42,6 +45,7 @@ CLIENT = """
 import pickle, sys
 from pathlib import Path
 from phongbench.study import run, sweep_parts
+from phongbench.study.cluster.connection import connected
 from phongbench.study.cluster.engine import Cluster
 sweep_parts.CHECKPOINT_SECONDS = 0.0
 run.run_study(pickle.loads(Path("plan").read_bytes()), Path("run"), engine=Cluster(sys.argv[1]))
@@ -82,6 +86,7 @@ class Listener(Progress):
         self.first, self.idle, self.waits = first, idle, 0
         self.notes: list[str] = []
         self.told: list[str] = []
+        self.held: set[object] = set()
 
     def advance(self, steps: float = 1) -> None:
         self.waits += steps == 0
@@ -117,14 +122,62 @@ def test_a_killed_worker_is_told_and_others_do_its_work(
     assert re.fullmatch(rf"cluster: {shards} shards by \d workers?, [0-9.]+ billion evaluations/s", progress.notes[-1])
 
 
-def test_a_slow_worker_is_waited_for_while_others_go_on(
+def test_answers_that_die_with_their_worker_are_measured_again(
     plan: Plan, whole: runs.Run, standing: Processes, second: Process, tmp_path: Path
 ) -> None:
-    progress = Listener(
-        first=lambda: os.killpg(second.pid, signal.SIGSTOP), idle=lambda: os.killpg(second.pid, signal.SIGCONT)
-    )
+    address, other = standing.addresses()[-1], standing.workers[0]
+
+    class Late(Listener):
+        """Kills a worker when its answers are there and not gathered yet; until then the other does nothing."""
+
+        def advance(self, steps: float = 1) -> None:
+            if steps:
+                return
+            if second.poll() is not None:
+                os.killpg(other.pid, signal.SIGCONT)
+            elif self.held & {*client.has_what()[address]}:
+                removed = standing.log.read_text().count("Remove worker")
+                kill(second)
+                wait_until(lambda: standing.log.read_text().count("Remove worker") > removed, standing.scheduler)
+                time.sleep(0.5)  # until the client knows that they are lost
+            else:
+                time.sleep(0.5)  # until the client knows that they are there
+                self.held = {*client.has_what()[address]}
+
+    os.killpg(other.pid, signal.SIGSTOP)
+    try:
+        with Client(standing.address, set_as_default=False) as client:  # type: ignore[no-untyped-call]
+            found = study.run_study(plan, tmp_path / "run", engine=Cluster(standing.address), progress=Late()).run
+    finally:
+        os.killpg(other.pid, signal.SIGCONT)
+    _same(found, whole)
+    assert "already computed task(s), which will be recomputed" in standing.said()
+
+
+def test_a_slow_worker_is_waited_for_while_others_go_on(
+    plan: Plan, whole: runs.Run, standing: Processes, second: Process, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def stop() -> None:
+        time.sleep(1.0)  # it holds answers by then
+        os.killpg(second.pid, signal.SIGSTOP)
+
+    monkeypatch.setattr(work, "PATIENCE", 0.5)
+    progress = Listener(first=stop, idle=lambda: os.killpg(second.pid, signal.SIGCONT))
     found = study.run_study(plan, tmp_path / "run", engine=Cluster(standing.address), progress=progress).run
     _same(found, whole)
+
+
+def test_a_piece_that_says_it_ran_out_of_time_has_failed(standing: Processes) -> None:
+    def late(_job: object, _piece: object) -> Tally:
+        raise TimeoutError("late")
+
+    with connected(standing.address, 1, fix="mend it", progress=Progress()) as connection:
+        tried = work.Work(connection, late, None, [0], seed=1, progress=Progress())
+        assert list(tried.answers()) == []
+        with pytest.raises(
+            MeasurementError, match="1 of 1 shards failed as often as they may; shard 1: TimeoutError: late"
+        ):
+            tried.raise_failures()
 
 
 def test_a_worker_that_runs_out_of_memory_is_replaced_and_others_do_its_work(

@@ -43,6 +43,10 @@ class Processes:
         wait_until(lambda: self._registered() > before, self.workers[-1])
         return self.workers[-1]
 
+    def addresses(self) -> list[str]:
+        """Of the workers, in the order in which they came."""
+        return re.findall(r"Register worker addr: (\S+)", self.log.read_text(errors="replace"))
+
     def said(self) -> str:
         """What all of them wrote."""
         return "".join(file.read_text(errors="replace") for file in sorted(self.folder.glob("*.log")))
