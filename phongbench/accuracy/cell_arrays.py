@@ -21,10 +21,10 @@ class CellArrays:
 
     alphas             their exponents, each once: what the exact values of a piece are of, in this order
     truths             1 (angle) or 2 (angle, given): a cell's truths are consecutive rows of its errors
-    rows               int64 (cells, 7): coordinate row, gate row, position in alphas, first row of the errors,
-                       addresses of the loops in the working precision and in float64, entries of the table
+    rows               int64 (cells, 8): coordinate row, gate row, position in alphas, first row of the errors,
+                       addresses of the loops in the working precision and in float64, where the table begins and ends
     coefficients..64   (cells, MAX_COEFFICIENTS) in the working precision and in float64
-    tables..64         (cells, ..) likewise, padded to one length
+    tables..64         (entries,) likewise, those of the cells one after the other
     """
 
     alphas: tuple[float, ...]
@@ -39,6 +39,7 @@ class CellArrays:
     def of(cls, cells: Sequence[tuple[Cell, Kernel, Kernel]], precision: Precision, truths: int) -> "CellArrays":
         """The arrays of these cells, each with its kernels in the working precision and in float64."""
         alphas = tuple(dict.fromkeys(cell.alpha for cell, _, _ in cells))
+        ends = np.cumsum([0] + [len(kernel.table) for _, kernel, _ in cells])
         rows = [
             (
                 coordinate_row(cell),
@@ -47,7 +48,8 @@ class CellArrays:
                 i * truths,
                 kernel.address,
                 kernel_64.address,
-                len(kernel.table),
+                ends[i],
+                ends[i + 1],
             )
             for i, (cell, kernel, kernel_64) in enumerate(cells)
         ]
@@ -55,11 +57,11 @@ class CellArrays:
         return cls(
             alphas,
             truths,
-            np.array(rows, np.int64).reshape(len(rows), 7),
-            _stacked([k.coefficients for k in kernels], precision.carrier, MAX_COEFFICIENTS),
-            _stacked([k.coefficients for k in kernels_64], np.float64, MAX_COEFFICIENTS),
-            _stacked([k.table for k in kernels], precision.carrier),
-            _stacked([k.table for k in kernels_64], np.float64),
+            np.array(rows, np.int64).reshape(len(rows), 8),
+            _stacked([k.coefficients for k in kernels], precision.carrier),
+            _stacked([k.coefficients for k in kernels_64], np.float64),
+            np.concatenate([np.empty(0, precision.carrier), *(k.table for k in kernels)]),
+            np.concatenate([np.empty(0), *(k.table for k in kernels_64)]),
         )
 
     def measure(self, piece: Piece, errors: ErrorAccumulator) -> None:
@@ -80,9 +82,9 @@ class CellArrays:
         errors.samples += piece.a.shape[1]
 
 
-def _stacked(rows: Sequence[Array], dtype: np.typing.DTypeLike, length: int = 1) -> Array:
-    """The rows below one another, padded with zeros to the longest, or to this length."""
-    stacked = np.zeros((len(rows), max((len(row) for row in rows), default=length)), dtype)
+def _stacked(rows: Sequence[Array], dtype: np.typing.DTypeLike) -> Array:
+    """Coefficients below one another, padded with zeros."""
+    stacked = np.zeros((len(rows), MAX_COEFFICIENTS), dtype)
     for target, row in zip(stacked, rows, strict=True):
         target[: len(row)] = row
     return stacked

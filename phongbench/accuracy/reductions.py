@@ -244,9 +244,9 @@ def measure_cells(
         binned = start % (2 * CHUNK) == 0
         v, g, u, e, ix = values[:size], given_values[:size], unit_values[:size], errors[:size], indices[:size]
         for cell in range(len(rows)):
-            form, gate, alpha, row, entries = rows[cell, 0], rows[cell, 1], rows[cell, 2], rows[cell, 3], rows[cell, 6]
+            form, gate, alpha, row = rows[cell, 0], rows[cell, 1], rows[cell, 2], rows[cell, 3]
             kernel, kernel_64 = values_at(rows[cell, 4], held), values_at(rows[cell, 5], given)
-            table, table_64 = tables[cell, :entries], tables_64[cell, :entries]
+            table, table_64 = tables[rows[cell, 6] : rows[cell, 7]], tables_64[rows[cell, 6] : rows[cell, 7]]
             kernel(held[form, start:stop], held[gate, start:stop], coefficients[cell], table, v)
             kernel_64(given[form, start:stop], given[gate, start:stop], coefficients_64[cell], table_64, g)
             kernel_64(unit[form, start:stop], unit[gate, start:stop], coefficients_64[cell], table_64, u)

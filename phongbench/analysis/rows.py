@@ -14,7 +14,7 @@ from phongbench.analysis.choices import Choices
 from phongbench.analysis.front import framed
 from phongbench.analysis.mesh_edges import lyon
 from phongbench.inputs.strata import CONFIGURATIONS
-from phongbench.results.frames import as_given
+from phongbench.results.frames import as_given, plain
 from phongbench.results.records import Records
 from phongbench.results.schema import CASE, RAW, TABLES
 
@@ -42,7 +42,6 @@ class Rows:
 
     run: Any
 
-    accuracy = _table("accuracy")
     timing = _table("timing")
     worst = _table("worst")
     meshes = _table("meshes")
@@ -60,6 +59,11 @@ class Rows:
     cuts = _table("cuts")
     costs = _table("costs")
 
+    @property
+    def accuracy(self) -> pd.DataFrame:
+        """It is large: in the order of its file, its text categories; what `at` cuts of it has strings."""
+        return self.stored("accuracy")
+
     def stored(self, name: str) -> pd.DataFrame:
         """A table in the order of its file, without the rows of formulas that remove lengths or make their pair."""
         if name not in self._kept:
@@ -70,7 +74,8 @@ class Rows:
 
     def raw(self, name: str) -> pd.DataFrame:
         """A table as the run has it."""
-        rows: pd.DataFrame | None = getattr(self.run, name, None)
+        compact = getattr(self.run, f"compact_{name}", None)
+        rows: pd.DataFrame | None = getattr(self.run, name, None) if compact is None else compact
         return TABLES[name].frame() if rows is None else rows
 
     @property
@@ -101,7 +106,7 @@ class Rows:
     @cached_property
     def gammas(self) -> list[int]:
         """The swept gammas, ascending."""
-        return sorted(int(gamma) for gamma in self.stored("accuracy")["gamma"].dropna().unique())
+        return sorted(int(gamma) for gamma in self.accuracy["gamma"].dropna().unique())
 
     @cached_property
     def alpha(self) -> float:
@@ -131,19 +136,17 @@ class Rows:
     @cached_property
     def highlight(self) -> pd.DataFrame:
         """Gated rows on unit vectors against the true angle, stratum highlight: one row per cell and exponent."""
-        unit = {"stratum": "highlight", "truth": "angle", "perturbation": "none", "length_error": 0.0, "gated": True}
-        return ordered(at(self.stored("accuracy"), **unit), TABLES["accuracy"].key).reset_index(drop=True)
+        return self.cut(stratum="highlight", truth="angle", perturbation="none", length_error=0.0, gated=True)
 
     @cached_property
     def half_space(self) -> pd.DataFrame:
         """Gated rows of formulas of (N, H) over all configurations of unit N, L and V, against Phong's true angle."""
-        rows = at(self.accuracy, stratum=CONFIGURATIONS, space="half", truth="angle", perturbation="none", gated=True)
-        return rows.reset_index(drop=True)
+        return self.cut(stratum=CONFIGURATIONS, space="half", truth="angle", perturbation="none", gated=True)
 
     @cached_property
     def lengths(self) -> pd.DataFrame:
         """Rows on vectors of deliberately wrong length against the true angle, with unit ones at length error 0."""
-        return at(self.accuracy, stratum="lengths", truth="angle").reset_index(drop=True)
+        return self.cut(stratum="lengths", truth="angle")
 
     @cached_property
     def lyon_meshes(self) -> pd.DataFrame:
@@ -153,7 +156,11 @@ class Rows:
     @cached_property
     def _judged(self) -> pd.DataFrame:
         """Gated rows of one precision against the true angle."""
-        return ordered(at(self.stored("accuracy"), precision=self.precision, truth="angle", gated=True), CASE)
+        return ordered(at(self.accuracy, precision=self.precision, truth="angle", gated=True), CASE)
+
+    def cut(self, **wanted: Any) -> pd.DataFrame:
+        """Rows of accuracy in the order of its keys."""
+        return ordered(at(self.accuracy, **wanted), TABLES["accuracy"].key)
 
     @cached_property
     def largest_errors(self) -> pd.DataFrame:
@@ -230,18 +237,10 @@ def _said(rows: pd.DataFrame, column: str) -> pd.Series[Any]:
     return rows[column].astype(object).fillna(usual) if column in rows else pd.Series(usual, rows.index, object)
 
 
-def plain(rows: pd.DataFrame) -> pd.DataFrame:
-    """The rows with categories as strings: they sort and compare alike, however a file holds them."""
-    import pandas as pd
-
-    names = [name for name in rows.columns if isinstance(rows[name].dtype, pd.CategoricalDtype)]
-    return rows.astype(dict.fromkeys(names, "str"))
-
-
 def ordered(rows: pd.DataFrame, keys: Iterable[str]) -> pd.DataFrame:
     """The rows sorted by those keys that they have, categories as strings: the order of a file must not show."""
     known = [key for key in keys if key in rows.columns]
-    return plain(rows).sort_values(known, kind="stable").reset_index(drop=True) if len(rows) else rows
+    return plain(rows).sort_values(known, kind="stable", ignore_index=True) if len(rows) else rows
 
 
 def at(rows: pd.DataFrame, **wanted: Any) -> pd.DataFrame:
@@ -251,7 +250,7 @@ def at(rows: pd.DataFrame, **wanted: Any) -> pd.DataFrame:
         held = rows[column]
         same = held.isin(list(value)) if isinstance(value, (tuple, list)) else held == value
         mask &= same.to_numpy(bool, na_value=False)
-    return rows[mask]
+    return plain(rows[mask])
 
 
 def nearest(values: Sequence[float], wanted: float) -> float:

@@ -2,13 +2,41 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING
 
+from phongbench.results.manifests import legible
 from phongbench.results.records import Records
 from phongbench.results.schema import RAW
 
 if TYPE_CHECKING:
     import pandas as pd
+
+
+def read_frame(file: Path, *, small: bool = False) -> pd.DataFrame:
+    """A table of a run, small as `compact` makes it. CorruptRunError where it cannot be read."""
+    from pyarrow import parquet, types
+
+    with legible(file):
+        kinds = {field.name: field.type for field in parquet.read_schema(file)}
+        text = [name for name, kind in kinds.items() if types.is_string(kind) or types.is_large_string(kind)]
+        table = parquet.read_table(file, read_dictionary=text if small else None)
+        # column by column, each freed when it is converted: both whole need twice the memory
+        frame = table.to_pandas(split_blocks=True, self_destruct=True)
+    return compact(frame) if small else frame
+
+
+def compact(rows: pd.DataFrame) -> pd.DataFrame:
+    """The rows with text as categories, in the order of strings: numbers are shared, and cuts are half as large."""
+    rows = rows.astype({name: "category" for name in rows.columns if rows[name].dtype == "str"})
+    held = {name: rows[name].cat for name in rows.columns if rows[name].dtype == "category"}
+    return rows.assign(**{name: text.reorder_categories(sorted(text.categories)) for name, text in held.items()})
+
+
+def plain(rows: pd.DataFrame) -> pd.DataFrame:
+    """The rows with categories as strings: they sort and compare alike, however a file holds them."""
+    names = [name for name in rows.columns if rows[name].dtype == "category"]
+    return rows.astype(dict.fromkeys(names, "str")) if names else rows
 
 
 def strongest(rows: pd.DataFrame) -> pd.DataFrame:

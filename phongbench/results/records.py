@@ -127,7 +127,7 @@ class Records:
         """The values of a column, ascending; what is missing is none."""
         column = self.load([name])[name]
         if column.names is not None:
-            counts = np.bincount(column.values[self.places] + 1, minlength=len(column.names) + 1)[1:]
+            counts = np.bincount(column.values[self.places] + np.intp(1), minlength=len(column.names) + 1)[1:]
             return sorted(text for text, count in zip(column.names, counts.tolist(), strict=True) if count)
         return [value for value in _ascending(column.values[self.places]).tolist() if value == value]
 
@@ -224,7 +224,12 @@ def _of_arrow(column: pa.ChunkedArray, name: str) -> Column:
     if isinstance(one, pa.ChunkedArray):  # of no rows
         return Column(np.zeros(0, np.intp), [])
     places = _numbers(one.indices)
-    return Column(np.where(places >= 0, places, -1).astype(np.intp), one.dictionary.to_pylist())
+    return _of_names(np.where(places >= 0, places, -1), one.dictionary.to_pylist())
+
+
+def _of_names(places: NDArray[Any], names: Sequence[str]) -> Column:
+    """Text in an eighth of the memory, where there are few distinct ones, as there are."""
+    return Column(places.astype(np.int8 if len(names) < 128 else np.int64), names)
 
 
 def _numbers(array: pa.Array) -> NDArray[Any]:
@@ -252,6 +257,6 @@ def _of_series(column: pd.Series[Any]) -> Column:
         return Column(column.to_numpy(np.float64, na_value=np.nan), whole=True)
     places, names = column.factorize()
     if all(isinstance(name, str) for name in names):
-        return Column(np.asarray(places, np.intp), list(names))
+        return _of_names(np.asarray(places), list(names))
     numbers = np.array([*names, np.nan], np.float64)[places]
     return Column(numbers, whole=all(isinstance(name, int) for name in names))

@@ -83,6 +83,7 @@ def test_what_a_failed_process_leaves_is_drawn_here(
     lost = dataclasses.replace(stored, path=tmp_path / "no such run")
     for name in (file.removesuffix(".parquet") for file in stored.manifest["files"]):
         lost.__dict__[name] = getattr(stored, name)
+    lost.__dict__["compact_accuracy"] = stored.compact_accuracy
     lost.__dict__["_records"] = {"accuracy": stored.records("accuracy")}
     with begun(lost.path) as other, beside(other, ["split"]) as shared:
         assert shared.theirs() == {}

@@ -24,7 +24,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from phongbench.formulas.formula import Formula
-from phongbench.results.frames import as_given
+from phongbench.results.frames import as_given, compact
 from phongbench.results.schema import CASE, COVERAGES, EXACT
 
 #: strata of unit vectors: samples of the domain that the search covers
@@ -47,6 +47,7 @@ def violations(accuracy: pd.DataFrame) -> list[str]:
     """Sentences on rows of accuracy that contradict each other; empty if all is well."""
     if accuracy.empty:
         return []
+    accuracy = compact(accuracy)
     contradictions = list(_by_coverage(accuracy)) + list(_searched(accuracy)) + list(_certified(accuracy))
     contradictions += _by_contract(accuracy)
     more = len(contradictions) - REPORTED
@@ -82,10 +83,9 @@ def _searched(accuracy: pd.DataFrame) -> Iterator[str]:
     """Rule 2."""
     key = [*_CELL, "precision", "gated"]
     searched = as_given(accuracy[(accuracy["stratum"] == VECTORS) & (accuracy["coverage"] == "searched")])
-    sampled = as_given(accuracy[accuracy["alpha"].isin(searched["alpha"])])
-    sampled = sampled[sampled["stratum"].isin(UNIT_STRATA) & (sampled["coverage"] == "sampled")]
-    sampled = sampled[(sampled["truth"] == "angle") & (sampled["nonfinite"] == 0)]
-    yield from _larger(sampled, searched, key, ("max_abs",), "sampled", "searched")
+    unit = accuracy["alpha"].isin(searched["alpha"]) & accuracy["stratum"].isin(UNIT_STRATA)
+    sampled = accuracy[unit & (accuracy["coverage"] == "sampled") & (accuracy["truth"] == "angle")]
+    yield from _larger(as_given(sampled[sampled["nonfinite"] == 0]), searched, key, ("max_abs",), "sampled", "searched")
 
 
 def _certified(accuracy: pd.DataFrame) -> Iterator[str]:
@@ -93,10 +93,9 @@ def _certified(accuracy: pd.DataFrame) -> Iterator[str]:
     bounds = accuracy[accuracy["coverage"] == "certified"]
     if bounds.empty:
         return
-    measured = accuracy[accuracy["alpha"].isin(bounds["alpha"]) & accuracy["gated"].astype(bool)]
-    measured = measured[~measured["coverage"].isin(["certified", "contract"])]
-    measured = measured[measured["stratum"] != "configurations"]  # no function of the angle alone
-    measured = measured[(measured["truth"] == "angle") & (measured["stratum"] != "hostile")]
+    of_angle = ~accuracy["stratum"].isin(["configurations", "hostile"])  # the former are no function of it alone
+    known = accuracy["alpha"].isin(bounds["alpha"]) & ~accuracy["coverage"].isin(["certified", "contract"])
+    measured = accuracy[known & of_angle & (accuracy["truth"] == "angle") & accuracy["gated"].astype(bool)]
     both = measured.merge(bounds[[*_CELL, "model_max"]], on=_CELL, suffixes=("", "_bound"))
     limit = both["model_max_bound"] + slack(both["alpha"].to_numpy(float))
     for row in both[both["model_max"] > limit].to_dict("records"):
@@ -111,12 +110,11 @@ def _by_contract(accuracy: pd.DataFrame) -> Iterator[str]:
     bounds = accuracy[accuracy["coverage"] == "contract"]
     if bounds.empty:
         return
-    accuracy = as_given(accuracy)
     unit = accuracy["stratum"].isin([*UNIT_STRATA, VECTORS]) & accuracy["gated"].astype(bool)
     measured = accuracy[unit & (accuracy["truth"] == "angle") & (accuracy["nonfinite"] == 0)]
-    yield from _larger(measured, bounds, [*_CELL, "precision"], ("max_abs",), "measured", "contract")
+    yield from _larger(as_given(measured), bounds, [*_CELL, "precision"], ("max_abs",), "measured", "contract")
     share, room = TIGHT
-    least = accuracy[accuracy["coverage"] == "certified"]
+    least = as_given(accuracy[accuracy["coverage"] == "certified"])
     least = least.assign(max_abs=(least["max_abs"] - room) / share)
     yield from _larger(least, bounds, _CELL, ("max_abs",), "certified", "contract")
 

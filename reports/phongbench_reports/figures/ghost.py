@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 
-from phongbench.analysis.rows import Rows, at
+from phongbench.analysis.rows import Rows
 from phongbench_reports.figures import spheres
 from phongbench_reports.figures.measured import lyon, values
 from phongbench_reports.plots import BLUE, INK, MUTED, VERMILION, Plate, Vector, footnote, sheet
@@ -22,7 +22,7 @@ POINTS = 361
 def cell_of(study: Rows) -> pd.DataFrame:
     """The run's row of Lyon's ungated cross form beyond 90 degrees, at a wide lobe; empty if there is none."""
     rows = lyon(
-        at(study.accuracy, precision=study.precision, stratum="grazing", gated=False),
+        study.cut(precision=study.precision, stratum="grazing", gated=False),
         alpha=ALPHA,
         gamma=GAMMA,
         lambda_form="cross",

@@ -16,7 +16,7 @@ _IN_ORDER = ("written_float32", "float32", "written_float16", "float16")
 
 def devices(study: Rows) -> Table | Absent:
     """Bounds by contract of each formula and form once, in float32 and float16, and what its written code errs by."""
-    rows = study.accuracy[study.accuracy["stratum"] == DEVICES]
+    rows = study.cut(stratum=DEVICES)
     if rows.empty and study.emitted.empty:
         reason = "What a conforming device may err at most was not asked for."
         return Absent(reason, "Run with --probe contract,emitted; the presets standard and full do.")
