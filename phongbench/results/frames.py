@@ -13,20 +13,20 @@ if TYPE_CHECKING:
     import pandas as pd
 
 
-def read_frame(file: Path, *, small: bool = False) -> pd.DataFrame:
-    """A table of a run, small as `compact` makes it. CorruptRunError where it cannot be read."""
+def read_frame(file: Path, *, compact: bool = False) -> pd.DataFrame:
+    """A table of a run, compact as `compacted` makes it. CorruptRunError where it cannot be read."""
     from pyarrow import parquet, types
 
     with legible(file):
         kinds = {field.name: field.type for field in parquet.read_schema(file)}
         text = [name for name, kind in kinds.items() if types.is_string(kind) or types.is_large_string(kind)]
-        table = parquet.read_table(file, read_dictionary=text if small else None)
+        table = parquet.read_table(file, read_dictionary=text if compact else None)
         # column by column, each freed when it is converted: both whole need twice the memory
         frame = table.to_pandas(split_blocks=True, self_destruct=True)
-    return compact(frame) if small else frame
+    return compacted(frame) if compact else frame
 
 
-def compact(rows: pd.DataFrame) -> pd.DataFrame:
+def compacted(rows: pd.DataFrame) -> pd.DataFrame:
     """The rows with text as categories, in the order of strings: numbers are shared, and cuts are half as large."""
     rows = rows.astype({name: "category" for name in rows.columns if rows[name].dtype == "str"})
     held = {name: rows[name].cat for name in rows.columns if rows[name].dtype == "category"}

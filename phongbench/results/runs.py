@@ -106,7 +106,7 @@ class Run:
     @cached_property
     def compact_accuracy(self) -> pd.DataFrame:
         """The same as `accuracy`, its text as categories: half the memory, for who looks through all of it."""
-        return _of_processor(self.read("accuracy", small=True))
+        return _of_processor(self.read("accuracy", compact=True))
 
     _errors = _table("accuracy")
     timing = _table("timing")
@@ -126,12 +126,12 @@ class Run:
     cuts = _table("cuts")
     costs = _table("costs")
 
-    def read(self, name: str, *, small: bool = False) -> pd.DataFrame:
-        """A table, read anew, small as `frames.compact` makes it. CorruptRunError if it cannot be or lacks columns."""
+    def read(self, name: str, *, compact: bool = False) -> pd.DataFrame:
+        """A table, read anew, or compact, see `frames`. CorruptRunError if it cannot be read or lacks columns."""
         path = self.path / f"{name}.parquet"
         if path.name not in self.manifest["files"]:
             return TABLES[name].frame()
-        frame = read_frame(path, small=small)
+        frame = read_frame(path, compact=compact)
         if RAW.keys() <= set(TABLES[name].names):
             frame = with_raw(frame)
         unsaid = {column: value for column, value in UNSAID.get(name, {}).items() if column not in frame}

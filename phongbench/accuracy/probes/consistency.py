@@ -24,7 +24,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from phongbench.formulas.formula import Formula
-from phongbench.results.frames import as_given, compact
+from phongbench.results.frames import as_given, compacted
 from phongbench.results.schema import CASE, COVERAGES, EXACT
 
 #: strata of unit vectors: samples of the domain that the search covers
@@ -47,7 +47,7 @@ def violations(accuracy: pd.DataFrame) -> list[str]:
     """Sentences on rows of accuracy that contradict each other; empty if all is well."""
     if accuracy.empty:
         return []
-    accuracy = compact(accuracy)
+    accuracy = compacted(accuracy)
     contradictions = list(_by_coverage(accuracy)) + list(_searched(accuracy)) + list(_certified(accuracy))
     contradictions += _by_contract(accuracy)
     more = len(contradictions) - REPORTED

@@ -31,12 +31,12 @@ def test_a_cut_of_compact_rows_is_that_of_strings(stored: Callable[..., Run]) ->
 
 def test_categories_sort_as_their_strings_do() -> None:
     held = WORDS.assign(word=pd.Categorical(WORDS["word"], ["b", "a"]))
-    ordered = frames.compact(held).sort_values("word", kind="stable")
+    ordered = frames.compacted(held).sort_values("word", kind="stable")
     assert ordered["number"].tolist() == [3.0, 1.0, 4.0, 2.0]
 
 
 def test_what_is_compact_shares_its_numbers() -> None:
-    small = frames.compact(WORDS)
+    small = frames.compacted(WORDS)
     assert np.shares_memory(small["number"].to_numpy(), WORDS["number"].to_numpy())
     pd.testing.assert_frame_equal(frames.plain(small), WORDS)
 
