@@ -125,7 +125,7 @@ def test_a_killed_worker_is_told_and_others_do_its_work(
 def test_answers_that_die_with_their_worker_are_measured_again(
     plan: Plan, whole: runs.Run, standing: Processes, second: Process, tmp_path: Path
 ) -> None:
-    address, other = standing.addresses()[-1], standing.workers[0]
+    address, other, end = standing.addresses()[-1], standing.workers[0], time.monotonic() + 120.0
 
     class Late(Listener):
         """Kills a worker when its answers are there and not gathered yet; until then the other does nothing."""
@@ -133,7 +133,7 @@ def test_answers_that_die_with_their_worker_are_measured_again(
         def advance(self, steps: float = 1) -> None:
             if steps:
                 return
-            if second.poll() is not None:
+            if second.poll() is not None or time.monotonic() > end:
                 os.killpg(other.pid, signal.SIGCONT)
             elif self.held & {*client.has_what()[address]}:
                 removed = standing.log.read_text().count("Remove worker")
@@ -141,6 +141,9 @@ def test_answers_that_die_with_their_worker_are_measured_again(
                 wait_until(lambda: standing.log.read_text().count("Remove worker") > removed, standing.scheduler)
                 time.sleep(0.5)  # until the client knows that they are lost
             else:
+                soon = time.monotonic() + 10.0
+                while len(client.has_what()[address]) < 2 and time.monotonic() < soon:
+                    time.sleep(0.1)
                 time.sleep(0.5)  # until the client knows that they are there
                 self.held = {*client.has_what()[address]}
 
