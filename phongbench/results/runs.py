@@ -158,7 +158,6 @@ class Run:
 
 
 def _of_processor(errors: pd.DataFrame) -> pd.DataFrame:
-    """The rows of this machine's processor."""
     mine = errors["device"] == CPU
     return errors if mine.all() else errors[mine].reset_index(drop=True)
 

@@ -25,7 +25,7 @@ from phongbench.inputs.plan import Cell, Plan
 from phongbench.results.schema import ACCURACY
 
 #: seconds that a bound takes, for the forecast only
-SECONDS = 0.04
+SECONDS = 0.017
 
 
 def measure(context: ProbeContext) -> Mapping[str, pd.DataFrame]:

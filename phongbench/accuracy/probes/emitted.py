@@ -36,7 +36,7 @@ CODES = {"gpu": GLSL, "c": C}
 #: cosines in float32: all of the nearest to 1, and others
 PEAK, SCATTERED = 1 << 16, 1 << 17
 #: seconds that a cell takes, for the forecast only
-SECONDS = 0.05
+SECONDS = 0.021
 
 
 @dataclass(frozen=True)

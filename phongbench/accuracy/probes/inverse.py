@@ -70,9 +70,9 @@ def measure(context: ProbeContext) -> Mapping[str, pd.DataFrame]:
 
 
 def seconds(plan: Plan, jobs: int) -> float:
-    """Measured: 0.1 s a formula and exponent; every form is a cell twice, in each precision."""
+    """Measured: 0.04 s a formula and exponent; every form is a cell twice, in each precision."""
     share = len(chosen_alphas(plan.alphas)) / len(plan.alphas)
-    return 0.1 * share * sum(1 for _ in plan.cells()) / (2 * len(plan.precisions) * jobs)
+    return 0.04 * share * sum(1 for _ in plan.cells()) / (2 * len(plan.precisions) * jobs)
 
 
 def chosen_alphas(alphas: Iterable[float]) -> list[float]:

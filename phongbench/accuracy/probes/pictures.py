@@ -29,7 +29,7 @@ from phongbench.timing.statistics import MIN_ROUNDS
 #: pictures of studies with at least so many samples
 SIZES = {1 << 17: (640, 360), 1 << 14: (320, 180), 0: (64, 36)}
 #: what a picture takes on one thread, without timing: seconds a scene, and a megapixel more
-_SCENE_SECONDS, _MEGAPIXEL_SECONDS = 2.0, 40.0
+_SCENE_SECONDS, _MEGAPIXEL_SECONDS = 0.5, 10.5
 
 
 def measure(context: ProbeContext) -> Mapping[str, pd.DataFrame]:

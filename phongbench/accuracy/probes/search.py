@@ -53,7 +53,7 @@ NEIGHBOURS = 3**6
 #: of the logarithm of a length so much is left for the leaves to move in
 _INSIDE = 0.9999
 #: seconds a cell takes, for the forecast only
-SECONDS = 0.006
+SECONDS = 0.0105
 
 
 def measure(context: ProbeContext) -> Mapping[str, pd.DataFrame]:

@@ -32,7 +32,7 @@ DIGITS = 50
 #: so many disagreements are reported one by one
 REPORTED = 5
 #: seconds a value takes with and without python-flint, for the forecast only; worst inputs are about five a cell
-SECONDS = {True: 4e-5, False: 4e-4}
+SECONDS = {True: 3e-5, False: 4e-4}
 _PAIR = ["ax", "ay", "az", "bx", "by", "bz"]
 
 

@@ -141,7 +141,7 @@ def test_answers_that_die_with_their_worker_are_measured_again(
                 wait_until(lambda: standing.log.read_text().count("Remove worker") > removed, standing.scheduler)
                 time.sleep(0.5)  # until the client knows that they are lost
             else:
-                soon = time.monotonic() + 10.0
+                soon = time.monotonic() + 2.0
                 while len(client.has_what()[address]) < 2 and time.monotonic() < soon:
                     time.sleep(0.1)
                 time.sleep(0.5)  # until the client knows that they are there

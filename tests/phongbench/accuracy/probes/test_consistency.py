@@ -66,6 +66,18 @@ def test_a_planted_contradiction_is_told_with_its_cell(run, where, metric, chang
     assert all("lyon:dot" in sentence and "alpha 50" in sentence for sentence in told)
 
 
+@pytest.mark.parametrize(("share", "told"), [(2.0**-52, False), (1e-12, True)])
+def test_parts_of_enormous_errors_add_up_but_for_their_own_rounding(run, share, told):
+    """bfloat16 made 2e10 of a highlight once, and the sum of the parts was one unit in the last place smaller."""
+    largest, rows = 20132659199.945396, planted(run, "max_abs", 20132659199.945396, **LYON, stratum="lengths")
+    index = rows.index[rows["max_abs"] == largest][0]
+    cell = (rows[consistency._CELL] == rows.loc[index, consistency._CELL]).all(axis=1)
+    bound = rows[cell & (rows["coverage"] == "certified")]["model_max"].item() + consistency.slack(50.0)
+    rows.loc[index, ["length_max", "rounding_max"]] = 0.0, largest / (1.0 + share) - bound
+    sentences = [one for one in consistency.violations(rows) if "sum of its bounded parts" in one and "2013" in one]
+    assert bool(sentences) == told
+
+
 def test_a_bound_below_what_was_measured_is_told(run):
     rows = run.accuracy.copy()
     rows.loc[rows["coverage"] == "certified", "model_max"] *= 0.99
