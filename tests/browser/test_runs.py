@@ -32,6 +32,20 @@ def test_a_run_that_is_made_meanwhile_is_found(visit: Visits, empty_server: str,
     assert page.locator("#front-absent").is_hidden()
 
 
+def test_runs_that_could_not_be_asked_for_are_not_said_to_be_none(visit: Visits, server: str) -> None:
+    page = (seen := visit(server + "/")).page
+    page.route("**/v1/runs?**", lambda route: route.abort())
+    page.reload()
+    page.locator("#front-problem").wait_for()
+    assert page.locator("#front-absent").is_hidden()
+    page.unroute("**/v1/runs?**")
+    page.locator("#front-problem button").click()
+    page.locator("#front-figure").wait_for()
+    seen.idle()
+    seen.errors.clear()
+    assert page.locator("#front-problem").is_hidden()
+
+
 def test_the_front_of_the_newest_run_is_drawn_and_told(visit: Visits, server: str) -> None:
     page = visit(server + "/").page
     assert "20260101-000000-0123abcd" in page.locator("#front-basis").inner_text()

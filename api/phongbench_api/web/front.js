@@ -43,6 +43,7 @@ export class Front {
     this.points = [];
     this.run = null;
     this.runs = [];
+    this.asked = false; // whether the service has said which runs there are
     this.fill = lazily($('front-details'));
     const place = $('front-plot');
     walkable(place, () => {
@@ -61,6 +62,7 @@ export class Front {
   async find(id) {
     const { runs } = await get('/v1/runs', { limit: 50 });
     this.runs = runs.filter((run) => run.state !== 'corrupt');
+    this.asked = true;
     const newest = newestRun(this.runs);
     $('run').replaceChildren(...this.runs.map((run) => make('option', { value: run === newest ? '' : run.id }, titleOf(run))));
     $('run').parentElement.hidden = this.runs.length < 2;
@@ -72,7 +74,7 @@ export class Front {
     const newest = newestRun(this.runs);
     this.run = this.runs.find((run) => run.id === id) ?? newest;
     $('run').value = this.run === newest ? '' : this.run.id;
-    $('front-absent').hidden = this.run !== null;
+    $('front-absent').hidden = this.run !== null || !this.asked;
     for (const id of ['front-figure', 'front-details']) $(id).hidden = this.run === null;
     $('front-basis').textContent = '';
     for (const [name, end, there] of [['report', 'report/', this.run?.report], ['rows', 'rows', this.run]]) {
